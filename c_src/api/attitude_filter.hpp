@@ -1,0 +1,167 @@
+// The object behind hnav_filter: one class over Filter<Model> serves every attitude model. It turns the user's frames
+// into the model's and back; the mathematics is the model's, the time is the filter's.
+#pragma once
+
+#include "attitude/estimate.hpp"
+#include "attitude/frames.hpp"
+#include "hnav/hnav.h"
+#include "hybrid/filter.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+// What the C functions need of a filter, whatever its model. Not destroyed through the base: see destroy().
+struct hnav_filter {
+    enum class At { shown, newest }; // the time of the last advance; just after the newest used event
+
+    hnav::Frames frames;
+    bool backward_hold = false;
+    mutable char message[256] = "";
+
+    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        va_list arguments;
+        va_start(arguments, format);
+        std::vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        return status;
+    }
+
+    virtual void destroy() = 0;
+    virtual void reset() = 0;
+    virtual void realign() = 0;
+
+    virtual hnav::Outcome push(const hnav::Sample& sample) = 0;
+    virtual bool has_room(int count) const = 0;
+    virtual void refuse_non_finite() = 0;
+    virtual void refuse_zero() = 0;
+    virtual void refuse_late() = 0;
+    virtual hnav::Outcome advance(double t_s) = 0;
+    virtual const char* solver_failure() const = 0;
+
+    virtual double now_s() const = 0;
+    virtual double newest_s() const = 0;
+    virtual double late_limit_s() const = 0;
+    virtual hnav::Estimate estimate(At) const = 0;
+    virtual hnav::Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
+    virtual hnav::Vector3 bias_variances(At) const = 0;
+    virtual hnav::ErrorCovariance error_covariance() const = 0;
+    virtual const hnav::Innovation& innovation(int channel) const = 0;
+    virtual void status(hnav_filter_status* status) const = 0;
+
+    virtual std::size_t state_size() const = 0;
+    virtual void save(void* buffer) const = 0;
+    virtual hnav::Outcome load(const void* buffer, std::size_t bytes) = 0;
+
+    virtual int nx() const = 0;
+    virtual void get_x(double* x) const = 0;
+    virtual void nominal_x(double* x) const = 0;
+    virtual void derivative(const double* x, double* dx) const = 0;
+    virtual void derivative_along(const double* x, const double* direction, double* out) const = 0;
+    virtual double next_event_s() const = 0;
+    virtual hnav::Outcome jump(double t_s, const double* x_minus, double* x_plus) = 0;
+    virtual void show(double t_s, const double* x) = 0;
+
+protected:
+    ~hnav_filter() = default;
+};
+
+namespace hnav {
+
+template <class Model>
+class AttitudeFilter final : public hnav_filter {
+public:
+    using State = typename Model::State;
+    using FilterOfModel = Filter<Model>;
+
+    // Null when there is no memory. The only allocation of the object's life.
+    static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold,
+                                const typename FilterOfModel::Settings& settings) {
+        void* memory = std::malloc(sizeof(AttitudeFilter));
+        if (!memory) return nullptr;
+        auto* self = new (memory) AttitudeFilter;
+        self->frames = frames;
+        self->backward_hold = backward_hold;
+        if (!self->filter_.create(model, settings)) {
+            self->destroy();
+            return nullptr;
+        }
+        return self;
+    }
+
+    void destroy() override {
+        this->~AttitudeFilter();
+        std::free(this);
+    }
+
+    void reset() override { filter_.reset(); }
+    void realign() override {
+        filter_.change([this](State& s) { filter_.model().realign(s); });
+    }
+
+    Outcome push(const Sample& sample) override { return filter_.push(sample); }
+    bool has_room(int count) const override { return filter_.has_room(count); }
+    void refuse_non_finite() override { ++filter_.refused.non_finite; }
+    void refuse_zero() override { ++filter_.refused.zero; }
+    void refuse_late() override { ++filter_.refused.late; }
+    Outcome advance(double t_s) override { return filter_.advance(t_s); }
+    const char* solver_failure() const override { return filter_.propagator().failure(); }
+
+    double now_s() const override { return filter_.now_s(); }
+    double newest_s() const override { return filter_.newest_s(); }
+    double late_limit_s() const override { return filter_.late_limit_s(); }
+    Estimate estimate(At at) const override { return model().estimate(state(at)); }
+    Matrix3 rotation_covariance(At at) const override { return model().rotation_covariance(state(at)); }
+    Vector3 bias_variances(At at) const override { return model().bias_variances(state(at)); }
+    ErrorCovariance error_covariance() const override { return model().error_covariance(filter_.shown()); }
+    const Innovation& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
+
+    void status(hnav_filter_status* out) const override {
+        const State& s = filter_.newest();
+        out->gamma_used = s.gamma;
+        out->gamma_margin = s.gamma_margin;
+        out->adapted_bias_walk_rad_s_per_sqrt_s = model().bias_walk(s);
+        out->newest_sample_s = std::isfinite(newest_s()) ? newest_s() : nan;
+        for (int c = 0; c < channel_count; ++c) {
+            out->used[c] = s.used[c];
+            out->gated[c] = s.gated[c];
+        }
+        out->late = filter_.refused.late;
+        out->non_finite = filter_.refused.non_finite;
+        out->zero = filter_.refused.zero;
+        out->corrections = s.corrections;
+        out->gamma_raised = s.gamma_raised;
+        out->covariance_repaired = s.repaired;
+        out->solver_rhs_evals = filter_.propagator().rhs_evals();
+        out->solver_steps = filter_.propagator().steps();
+        out->started = s.started != 0;
+        out->waiting = filter_.waiting();
+    }
+
+    std::size_t state_size() const override { return filter_.state_size(); }
+    void save(void* buffer) const override { filter_.save(buffer); }
+    Outcome load(const void* buffer, std::size_t bytes) override { return filter_.load(buffer, bytes); }
+
+    int nx() const override { return Model::nx; }
+    void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
+    void nominal_x(double* x) const override { model().nominal(filter_.newest(), x); }
+    void derivative(const double* x, double* dx) const override { filter_.derivative(x, dx); }
+    void derivative_along(const double* x, const double* direction, double* out) const override {
+        model().flow_along(filter_.newest(), x, direction, out);
+    }
+    double next_event_s() const override { return filter_.next_event_s(); }
+    Outcome jump(double t_s, const double* x_minus, double* x_plus) override { return filter_.jump(t_s, x_minus, x_plus); }
+    void show(double t_s, const double* x) override { filter_.show(t_s, x); }
+
+private:
+    AttitudeFilter() = default;
+    ~AttitudeFilter() = default;
+
+    const Model& model() const { return filter_.model(); }
+    const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
+
+    FilterOfModel filter_;
+};
+
+} // namespace hnav

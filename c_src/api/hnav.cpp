@@ -1,0 +1,442 @@
+// The C boundary: every function checks its arguments, calls the object, and says in one line what went wrong.
+#include "hnav/hnav.h"
+
+#include "api/attitude_filter.hpp"
+#include "api/hnav_version.hpp"
+
+#include <cmath>
+#include <cstring>
+
+using hnav::Outcome;
+using hnav::Sample;
+using hnav::Vector3;
+using At = hnav_filter::At;
+
+namespace {
+
+constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
+constexpr double near_singular_pitch = 85 * M_PI / 180;
+const char* const sensor_names[] = {"gyro", "accel", "mag", "heading"};
+
+bool finite(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!std::isfinite(v[i])) return false;
+    return true;
+}
+
+bool all_nan(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!std::isnan(v[i])) return false;
+    return true;
+}
+
+void store(const hnav::Quaternion& q, double* out) {
+    for (int i = 0; i < 4; ++i) out[i] = q[i];
+}
+
+void store(const Vector3& v, double* out) {
+    for (int i = 0; i < 3; ++i) out[i] = v[i];
+}
+
+#define REQUIRE(f, pointer)                                                                                          \
+    do {                                                                                                             \
+        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
+        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
+    } while (0)
+
+// ------------------------------------------------------------------------------------------------ samples
+
+// A vector sample in body axes, or the reason against it. Directions must not be zero.
+hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, Sample* sample) {
+    if (!std::isfinite(t_s) || !finite(value, 3)) {
+        f->refuse_non_finite();
+        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
+                       value[0], value[1], value[2]);
+    }
+    double largest = 0;
+    for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
+    if (largest > largest_reading)
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
+                       t_s, largest, largest_reading);
+    if (channel != hnav::gyro && !(largest > 1e-150)) { // so that its square is above zero
+        f->refuse_zero();
+        return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
+    }
+    sample->t_s = t_s;
+    sample->channel = channel;
+    store(f->frames.to_body(value), sample->value);
+    return HNAV_OK;
+}
+
+hnav_status push(hnav_filter* f, const Sample& sample) {
+    switch (f->push(sample)) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::late:
+        return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
+                       sensor_names[sample.channel], sample.t_s, f->late_limit_s());
+    default:
+        return f->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
+                       sensor_names[sample.channel], sample.t_s);
+    }
+}
+
+hnav_status push_vector(hnav_filter* f, double t_s, const double* value, int channel) {
+    Sample sample;
+    const hnav_status status = check_vector(f, t_s, value, channel, &sample);
+    return status == HNAV_OK ? push(f, sample) : status;
+}
+
+hnav_status advance(hnav_filter* f, double t_s) {
+    switch (f->advance(t_s)) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::backwards:
+        return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
+    case Outcome::diverged:
+        return f->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples near t = %.9g s; they were dropped", t_s);
+    default: return f->fail(HNAV_ERROR_SOLVER, "on the way to t = %.9g s: %s", t_s, f->solver_failure());
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ estimate
+
+hnav_status not_started(const hnav_filter* f) {
+    return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
+}
+
+// Standard deviations of the rotation about the user's navigation axes.
+void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
+    const hnav::Matrix3 N = f->frames.navigation;
+    const Vector3 variance = (N * f->rotation_covariance(at) * N.transpose()).diagonal();
+    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
+}
+
+void bias_sigma(const hnav_filter* f, At at, double* sigma) {
+    const Vector3 variance = f->bias_variances(at);
+    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
+}
+
+// One row of a batch: NaN in all three components is a missing sample, anything else not finite is counted.
+hnav_status push_row(hnav_filter* f, double t_s, const double* rows, size_t i, int channel) {
+    if (!rows) return HNAV_OK;
+    const double* value = rows + 3 * i;
+    if (all_nan(value, 3)) return HNAV_OK;
+    const hnav_status status = push_vector(f, t_s, value, channel);
+    const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR;
+    return dropped && std::isfinite(t_s) ? HNAV_OK : status;
+}
+
+double nis_at(const hnav_filter* f, int channel, double t_s) {
+    const hnav::Innovation& i = f->innovation(channel);
+    return i.t_s == t_s ? i.nis : hnav::nan;
+}
+
+void write_row(const hnav_filter* f, double t_s, const hnav_run_output& out, size_t i) {
+    const hnav::Estimate e = f->estimate(At::shown);
+    const hnav::Quaternion q = f->frames.to_user(e.q_bn);
+    if (!e.started) {
+        for (double* column : {out.euler_rad, out.sigma_rad, out.gyro_bias_rad_s, out.gyro_bias_sigma_rad_s})
+            if (column) store(Vector3(Vector3::Constant(hnav::nan)), column + 3 * i);
+        if (out.q_nb) store(hnav::Quaternion(hnav::Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
+    } else {
+        if (out.q_nb) store(q, out.q_nb + 4 * i);
+        if (out.euler_rad) store(hnav::roll_pitch_yaw(q), out.euler_rad + 3 * i);
+        if (out.sigma_rad) rotation_sigma(f, At::shown, out.sigma_rad + 3 * i);
+        if (out.gyro_bias_rad_s) store(e.bias_b, out.gyro_bias_rad_s + 3 * i);
+        if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
+    }
+    if (out.accel_nis) out.accel_nis[i] = nis_at(f, hnav::accel, t_s);
+    if (out.mag_nis) out.mag_nis[i] = nis_at(f, hnav::mag, t_s);
+}
+
+} // namespace
+
+extern "C" {
+
+const char* hnav_version(void) { return HNAV_VERSION; }
+
+const char* hnav_status_text(hnav_status status) {
+    switch (status) {
+    case HNAV_OK: return "ok";
+    case HNAV_ERROR_NULL_ARGUMENT: return "a pointer that must not be null is null";
+    case HNAV_ERROR_OPTION: return "an option is impossible";
+    case HNAV_ERROR_OPTIONS_STAMP: return "the options were not made by a defaults call of this version";
+    case HNAV_ERROR_OUT_OF_MEMORY: return "out of memory";
+    case HNAV_ERROR_NON_FINITE: return "a number is not finite";
+    case HNAV_ERROR_ZERO_VECTOR: return "a vector of zero length has no direction";
+    case HNAV_ERROR_OUT_OF_RANGE: return "an argument is out of range";
+    case HNAV_ERROR_LATE_SAMPLE: return "the sample is older than the committed estimate";
+    case HNAV_ERROR_QUEUE_FULL: return "the queue of waiting samples is full";
+    case HNAV_ERROR_TIME_BACKWARDS: return "time runs backwards";
+    case HNAV_ERROR_NOT_STARTED: return "there is no attitude yet";
+    case HNAV_ERROR_NO_DATA: return "no sample of this sensor has been used yet";
+    case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
+    case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
+    case HNAV_ERROR_SOLVER: return "the integrator gave up";
+    }
+    return "unknown status";
+}
+
+// ------------------------------------------------------------------------------------------------ life
+
+void hnav_filter_destroy(hnav_filter* filter) {
+    if (filter) filter->destroy();
+}
+
+hnav_status hnav_filter_reset(hnav_filter* filter) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    filter->reset();
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_realign(hnav_filter* filter) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    filter->realign();
+    return HNAV_OK;
+}
+
+const char* hnav_filter_message(const hnav_filter* filter) { return filter ? filter->message : "filter is null"; }
+
+// ------------------------------------------------------------------------------------------------ samples
+
+hnav_status hnav_filter_push_gyro(hnav_filter* filter, double t_s, const double rate_b_rad_s[3]) {
+    REQUIRE(filter, rate_b_rad_s);
+    return push_vector(filter, t_s, rate_b_rad_s, hnav::gyro);
+}
+
+hnav_status hnav_filter_push_accel(hnav_filter* filter, double t_s, const double force_b_m_s2[3]) {
+    REQUIRE(filter, force_b_m_s2);
+    return push_vector(filter, t_s, force_b_m_s2, hnav::accel);
+}
+
+hnav_status hnav_filter_push_mag(hnav_filter* filter, double t_s, const double field_b_tesla[3]) {
+    REQUIRE(filter, field_b_tesla);
+    return push_vector(filter, t_s, field_b_tesla, hnav::mag);
+}
+
+hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const double rate_b_rad_s[3], const double force_b_m_s2[3]) {
+    REQUIRE(filter, rate_b_rad_s);
+    REQUIRE(filter, force_b_m_s2);
+    Sample rate, force;
+    hnav_status status = check_vector(filter, t_s, rate_b_rad_s, hnav::gyro, &rate);
+    if (status == HNAV_OK) status = check_vector(filter, t_s, force_b_m_s2, hnav::accel, &force);
+    if (status != HNAV_OK) return status;
+    if (t_s >= filter->late_limit_s() && !filter->has_room(2))
+        return filter->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the samples at t = %.9g s, or raise queue_capacity", t_s);
+    status = push(filter, rate);
+    return status == HNAV_OK ? push(filter, force) : status;
+}
+
+hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double heading_rad, double sigma_rad) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    if (!std::isfinite(t_s) || !std::isfinite(heading_rad) || !std::isfinite(sigma_rad)) {
+        filter->refuse_non_finite();
+        return filter->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s, heading_rad, sigma_rad);
+    }
+    if (!(sigma_rad > 0) || sigma_rad > largest_reading)
+        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0", sigma_rad, t_s);
+    const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
+    return push(filter, {t_s, hnav::heading, {magnetic, sigma_rad, 0}});
+}
+
+hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    return advance(filter, t_s);
+}
+
+hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output,
+                            size_t* rows_done) {
+    if (rows_done) *rows_done = 0;
+    REQUIRE(filter, input);
+    REQUIRE(filter, output);
+    if (n > 0) REQUIRE(filter, input->t_s);
+    for (size_t i = 0; i < n; ++i) {
+        const double t_s = input->t_s[i];
+        hnav_status status = std::isfinite(t_s) ? HNAV_OK : filter->fail(HNAV_ERROR_NON_FINITE, "t_s is not finite");
+        if (status == HNAV_OK) status = push_row(filter, t_s, input->rate_b_rad_s, i, hnav::gyro);
+        if (status == HNAV_OK) status = push_row(filter, t_s, input->force_b_m_s2, i, hnav::accel);
+        if (status == HNAV_OK) status = push_row(filter, t_s, input->field_b_tesla, i, hnav::mag);
+        if (status == HNAV_OK) status = advance(filter, t_s);
+        if (status != HNAV_OK) {
+            char reason[sizeof filter->message];
+            std::memcpy(reason, filter->message, sizeof reason);
+            return filter->fail(status, "row %zu: %.200s", i, reason);
+        }
+        write_row(filter, t_s, *output, i);
+        if (rows_done) *rows_done = i + 1;
+    }
+    return HNAV_OK;
+}
+
+// ------------------------------------------------------------------------------------------------ estimate
+
+hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attitude) {
+    REQUIRE(filter, attitude);
+    const hnav::Estimate e = filter->estimate(At::shown);
+    if (!e.started) return not_started(filter);
+    const hnav::Quaternion q = filter->frames.to_user(e.q_bn);
+    const Vector3 euler = hnav::roll_pitch_yaw(q);
+    attitude->t_s = filter->now_s();
+    store(q, attitude->q_nb);
+    store(euler, attitude->euler_rad);
+    attitude->heading_rad = hnav::wrap_angle(hnav::roll_pitch_yaw(e.q_bn)[2] + filter->frames.declination_rad);
+    rotation_sigma(filter, At::shown, attitude->sigma_rad);
+    attitude->near_singular = std::fabs(euler[1]) > near_singular_pitch;
+    attitude->tilt_ready = e.tilt_ready;
+    attitude->heading_ready = e.heading_ready;
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_rate(const hnav_filter* filter, double rate_b_rad_s[3]) {
+    REQUIRE(filter, rate_b_rad_s);
+    const hnav::Estimate e = filter->estimate(At::shown);
+    if (!e.started) return not_started(filter);
+    store(e.rate_b, rate_b_rad_s);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_gyro_bias(const hnav_filter* filter, double bias_b_rad_s[3], double sigma_rad_s[3]) {
+    REQUIRE(filter, bias_b_rad_s);
+    REQUIRE(filter, sigma_rad_s);
+    const hnav::Estimate e = filter->estimate(At::shown);
+    if (!e.started) return not_started(filter);
+    store(e.bias_b, bias_b_rad_s);
+    bias_sigma(filter, At::shown, sigma_rad_s);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[36]) {
+    REQUIRE(filter, covariance);
+    if (!filter->estimate(At::shown).started) return not_started(filter);
+    hnav::ErrorCovariance N = hnav::ErrorCovariance::Identity();
+    N.topLeftCorner<3, 3>() = filter->frames.navigation;
+    const hnav::ErrorCovariance C = N * filter->error_covariance() * N.transpose();
+    for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) covariance[6 * i + j] = 0.5 * (C(i, j) + C(j, i));
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* posterior) {
+    REQUIRE(filter, posterior);
+    const hnav::Estimate e = filter->estimate(At::newest);
+    if (!e.started) return not_started(filter);
+    posterior->t_s = filter->newest_s();
+    store(filter->frames.to_user(e.q_bn), posterior->q_nb);
+    store(e.bias_b, posterior->gyro_bias_rad_s);
+    rotation_sigma(filter, At::newest, posterior->sigma);
+    bias_sigma(filter, At::newest, posterior->sigma + 3);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation) {
+    REQUIRE(filter, innovation);
+    if (sensor != HNAV_SENSOR_ACCEL && sensor != HNAV_SENSOR_MAG && sensor != HNAV_SENSOR_HEADING)
+        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or heading", (int)sensor);
+    const hnav::Innovation& i = filter->innovation(sensor);
+    if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_names[sensor]);
+    innovation->t_s = i.t_s;
+    std::memcpy(innovation->value, i.value, sizeof i.value);
+    std::memcpy(innovation->S, i.S, sizeof i.S);
+    innovation->nis = i.nis;
+    innovation->noise_scale = i.noise_scale;
+    innovation->dimension = static_cast<int32_t>(i.dimension);
+    innovation->accepted = !(i.noise_scale > 1);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filter_status* status) {
+    REQUIRE(filter, status);
+    filter->status(status);
+    return HNAV_OK;
+}
+
+// ------------------------------------------------------------------------------------------------ save, load
+
+hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes) {
+    REQUIRE(filter, bytes);
+    *bytes = filter->state_size();
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (bytes < filter->state_size())
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, filter->state_size());
+    filter->save(buffer);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    switch (filter->load(buffer, bytes)) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::size:
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes, filter->state_size());
+    default:
+        return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options");
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ hybrid view
+
+hnav_status hnav_filter_nx(const hnav_filter* filter, int32_t* nx) {
+    REQUIRE(filter, nx);
+    *nx = filter->nx();
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_get_x(const hnav_filter* filter, double* x) {
+    REQUIRE(filter, x);
+    filter->get_x(x);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_nominal_x(const hnav_filter* filter, double* nominal_x) {
+    REQUIRE(filter, nominal_x);
+    filter->nominal_x(nominal_x);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_derivative(const hnav_filter* filter, double t_s, const double* x, double* dx) {
+    REQUIRE(filter, x);
+    REQUIRE(filter, dx);
+    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    filter->derivative(x, dx);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, const double* x, const double* seed, double* out) {
+    REQUIRE(filter, x);
+    REQUIRE(filter, seed);
+    REQUIRE(filter, out);
+    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    filter->derivative_along(x, seed, out);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_next_event_s(const hnav_filter* filter, double* t_s) {
+    REQUIRE(filter, t_s);
+    *t_s = filter->next_event_s();
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_minus, double* x_plus) {
+    REQUIRE(filter, x_minus);
+    REQUIRE(filter, x_plus);
+    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    if (!finite(x_minus, filter->nx())) return filter->fail(HNAV_ERROR_NON_FINITE, "x_minus is not finite");
+    if (filter->backward_hold)
+        return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
+    if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
+        return filter->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples up to t = %.9g s; they were dropped", t_s);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_show(hnav_filter* filter, double t_s, const double* x) {
+    REQUIRE(filter, x);
+    if (!std::isfinite(t_s) || !finite(x, filter->nx())) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s or x is not finite");
+    filter->show(t_s, x);
+    return HNAV_OK;
+}
+
+} // extern "C"

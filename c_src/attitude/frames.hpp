@@ -1,0 +1,31 @@
+// Between the user's frames and the filter's own (rotation.hpp): mounting of the sensor, magnetic declination, and
+// north-east-down or east-north-up. Nothing else in the library knows that there is more than one frame.
+#pragma once
+
+#include "attitude/rotation.hpp"
+
+namespace hnav {
+
+struct Frames {
+    Quaternion user_from_internal{1, 0, 0, 0}; // magnetic north-east-down to the user's navigation frame
+    Matrix3 navigation = Matrix3::Identity();  // the same as a matrix
+    Matrix3 mounting = Matrix3::Identity();    // sensor to body
+    double declination_rad = 0;
+
+    void set(bool east_north_up, double declination, const double* q_body_sensor) {
+        declination_rad = declination;
+        // Magnetic north lies `declination` east of true north: a turn about down.
+        const Quaternion to_true_north = rotation_quaternion({0, 0, declination});
+        const double s = std::sqrt(0.5);
+        const Quaternion enu_from_ned{0, s, s, 0};
+        user_from_internal = east_north_up ? multiply(enu_from_ned, to_true_north) : to_true_north;
+        navigation = rotation_matrix(user_from_internal);
+        mounting = rotation_matrix(Quaternion(q_body_sensor).normalized());
+    }
+
+    Quaternion to_user(const Quaternion& q_internal) const { return multiply(user_from_internal, q_internal); }
+    Quaternion to_internal(const Quaternion& q_user) const { return multiply(conjugate(user_from_internal), q_user); }
+    Vector3 to_body(const double* sensor_axes) const { return mounting * Vector3(sensor_axes); }
+};
+
+} // namespace hnav

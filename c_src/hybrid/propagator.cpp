@@ -1,0 +1,342 @@
+#include "hybrid/propagator.hpp"
+
+#include "hybrid/sundials_names.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+// ------------------------------------------------------------------------------------------------ vectors
+// SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
+// numbers that costs more than the arithmetic. Ours knows its length when compiled (0: only at run time).
+
+namespace hnav {
+namespace {
+
+using sundials::boolean;
+using sundials::length;
+using sundials::real;
+
+struct VectorContent {
+    double* data;
+    int n;
+    bool owns_data;
+};
+
+double*& data(N_Vector v) { return static_cast<VectorContent*>(v->content)->data; }
+
+template <int N>
+struct Vector {
+    static int size(N_Vector v) { return N ? N : static_cast<VectorContent*>(v->content)->n; }
+
+    static length get_length(N_Vector v) { return size(v); }
+    static double* get_data(N_Vector v) { return data(v); }
+    static void set_data(double* d, N_Vector v) { data(v) = d; }
+    static N_Vector_ID id(N_Vector) { return SUNDIALS_NVEC_CUSTOM; }
+
+    static N_Vector clone(N_Vector like) {
+        N_Vector v = N_VNewEmpty(like->sunctx);
+        if (!v) return nullptr;
+        auto* content = static_cast<VectorContent*>(std::malloc(sizeof(VectorContent)));
+        auto* values = static_cast<double*>(std::calloc(size(like), sizeof(double)));
+        if (!content || !values || N_VCopyOps(like, v) != 0) {
+            std::free(content);
+            std::free(values);
+            N_VFreeEmpty(v);
+            return nullptr;
+        }
+        *content = {values, size(like), true};
+        v->content = content;
+        return v;
+    }
+    static void destroy(N_Vector v) {
+        if (!v) return;
+        auto* content = static_cast<VectorContent*>(v->content);
+        if (content && content->owns_data) std::free(content->data);
+        std::free(content);
+        N_VFreeEmpty(v);
+    }
+
+    static void linear_sum(real a, N_Vector x, real b, N_Vector y, N_Vector z) {
+        const double *X = data(x), *Y = data(y);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = a * X[i] + b * Y[i];
+    }
+    static void constant(real c, N_Vector z) {
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = c;
+    }
+    static void product(N_Vector x, N_Vector y, N_Vector z) {
+        const double *X = data(x), *Y = data(y);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = X[i] * Y[i];
+    }
+    static void quotient(N_Vector x, N_Vector y, N_Vector z) {
+        const double *X = data(x), *Y = data(y);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = X[i] / Y[i];
+    }
+    static void scale(real c, N_Vector x, N_Vector z) {
+        const double* X = data(x);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = c * X[i];
+    }
+    static void absolute(N_Vector x, N_Vector z) {
+        const double* X = data(x);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = std::fabs(X[i]);
+    }
+    static void inverse(N_Vector x, N_Vector z) {
+        const double* X = data(x);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = 1 / X[i];
+    }
+    static void add_constant(N_Vector x, real b, N_Vector z) {
+        const double* X = data(x);
+        double* Z = data(z);
+        for (int i = 0; i < size(z); ++i) Z[i] = X[i] + b;
+    }
+    static real dot(N_Vector x, N_Vector y) {
+        const double *X = data(x), *Y = data(y);
+        double sum = 0;
+        for (int i = 0; i < size(x); ++i) sum += X[i] * Y[i];
+        return sum;
+    }
+    static real max_norm(N_Vector x) {
+        const double* X = data(x);
+        double largest = 0;
+        for (int i = 0; i < size(x); ++i) largest = std::fmax(largest, std::fabs(X[i]));
+        return largest;
+    }
+    static real weighted_rms(N_Vector x, N_Vector w) {
+        const double *X = data(x), *W = data(w);
+        double sum = 0;
+        for (int i = 0; i < size(x); ++i) sum += X[i] * W[i] * X[i] * W[i];
+        return std::sqrt(sum / size(x));
+    }
+    static real smallest(N_Vector x) {
+        const double* X = data(x);
+        double least = X[0];
+        for (int i = 1; i < size(x); ++i) least = std::fmin(least, X[i]);
+        return least;
+    }
+    // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum.
+    static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
+        double sum[N ? N : 256];
+        const int n = size(z);
+        const double* first = data(x[0]);
+        for (int i = 0; i < n; ++i) sum[i] = c[0] * first[i];
+        for (int k = 1; k < count; ++k) {
+            const double ck = c[k];
+            const double* X = data(x[k]);
+            for (int i = 0; i < n; ++i) sum[i] += ck * X[i];
+        }
+        std::memcpy(data(z), sum, n * sizeof(double));
+        return 0;
+    }
+
+    static N_Vector create(int n, double* values, SUNContext context) {
+        N_Vector v = N_VNewEmpty(context);
+        if (!v) return nullptr;
+        auto* content = static_cast<VectorContent*>(std::malloc(sizeof(VectorContent)));
+        if (!content) {
+            N_VFreeEmpty(v);
+            return nullptr;
+        }
+        *content = {values, n, false};
+        v->content = content;
+        N_Vector_Ops ops = v->ops;
+        ops->nvgetvectorid = id;
+        ops->nvclone = clone;
+        ops->nvdestroy = destroy;
+        ops->nvgetlength = get_length;
+        ops->nvgetarraypointer = get_data;
+        ops->nvsetarraypointer = set_data;
+        ops->nvlinearsum = linear_sum;
+        ops->nvconst = constant;
+        ops->nvprod = product;
+        ops->nvdiv = quotient;
+        ops->nvscale = scale;
+        ops->nvabs = absolute;
+        ops->nvinv = inverse;
+        ops->nvaddconst = add_constant;
+        ops->nvdotprod = dot;
+        ops->nvmaxnorm = max_norm;
+        ops->nvwrmsnorm = weighted_rms;
+        ops->nvmin = smallest;
+        ops->nvlinearcombination = linear_combination;
+        return v;
+    }
+};
+
+constexpr int largest_nx = 256; // room of linear_combination at run-time length
+
+N_Vector create_vector(int n, double* values, SUNContext context) {
+    switch (n) {
+    case 35: return Vector<35>::create(n, values, context); // q, b and a 7 x 7 covariance
+    default: return Vector<0>::create(n, values, context);
+    }
+}
+
+} // namespace
+
+// ------------------------------------------------------------------------------------------------ solvers
+
+struct Propagator::Solver {
+    SUNContext context = nullptr;
+    N_Vector y = nullptr;
+    double* values = nullptr;
+    void* erk = nullptr;
+    void* cv = nullptr;
+    SUNNonlinearSolver iteration = nullptr;
+    Propagator* owner = nullptr;
+    const void* flow_context = nullptr;
+
+    static int rhs(real, N_Vector x, N_Vector dx, void* self) {
+        auto* solver = static_cast<Solver*>(self);
+        ++solver->owner->rhs_evals_;
+        solver->owner->flow_(solver->flow_context, data(x), data(dx));
+        return 0;
+    }
+
+    bool create(const Settings& settings, int nx) {
+        if (sundials::create_context(&context) != 0) return false;
+        values = static_cast<double*>(std::calloc(nx, sizeof(double)));
+        auto* tolerance = static_cast<double*>(std::malloc(nx * sizeof(double)));
+        if (!values || !tolerance) {
+            std::free(tolerance);
+            return false;
+        }
+        std::memcpy(tolerance, settings.atol, nx * sizeof(double));
+        y = create_vector(nx, values, context);
+        N_Vector atol = create_vector(nx, tolerance, context);
+        bool ok = y && atol;
+        ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
+        if (atol) N_VDestroy(atol);
+        std::free(tolerance);
+        return ok;
+    }
+
+    bool create_erkstep(const Settings& settings, N_Vector atol) {
+        erk = ERKStepCreate(rhs, 0, y, context);
+        if (!erk) return false;
+        sundials::silence_erk(erk);
+        // No output between events: the constant interpolant spares an evaluation of f at the stop time.
+        return ERKStepSetTableNum(erk, ARKODE_DORMAND_PRINCE_7_4_5) == 0 &&
+               sundials::erk_set_interpolant_type(erk, ARK_INTERP_LAGRANGE) == 0 &&
+               sundials::erk_set_interpolant_degree(erk, 0) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
+               sundials::erk_set_max_steps(erk, max_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
+    }
+
+    bool create_adams(const Settings& settings, N_Vector atol) {
+        cv = CVodeCreate(CV_ADAMS, context);
+        if (!cv) return false;
+        sundials::silence_cv(cv);
+        if (CVodeInit(cv, rhs, 0, y) != 0) return false;
+        iteration = SUNNonlinSol_FixedPoint(y, 0, context);
+        return iteration && CVodeSetNonlinearSolver(cv, iteration) == 0 && CVodeSVtolerances(cv, settings.rtol, atol) == 0 &&
+               CVodeSetMaxNumSteps(cv, max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
+    }
+
+    // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
+    // anew each time makes the solver forget the step size of the interval before. The stop time keeps it from
+    // running past the event.
+    int evolve_erkstep(double interval_s) {
+        real reached = 0;
+        int rc = sundials::erk_reset(erk, 0, y);
+        if (rc == 0) rc = sundials::erk_set_first_step(erk, interval_s);
+        if (rc == 0) rc = sundials::erk_set_stop_time(erk, interval_s);
+        long before = 0, after = 0;
+        sundials::erk_steps(erk, &before);
+        if (rc == 0) rc = sundials::erk_evolve(erk, interval_s, y, &reached, ARK_NORMAL);
+        sundials::erk_steps(erk, &after);
+        owner->steps_ += static_cast<std::uint64_t>(after >= before ? after - before : after);
+        return rc;
+    }
+
+    int evolve_adams(double interval_s) {
+        real reached = 0;
+        int rc = CVodeReInit(cv, 0, y);
+        if (rc == 0) rc = CVodeSetStopTime(cv, interval_s);
+        if (rc == 0) rc = CVode(cv, interval_s, y, &reached, CV_NORMAL);
+        long steps = 0;
+        CVodeGetNumSteps(cv, &steps);
+        owner->steps_ += static_cast<std::uint64_t>(steps);
+        return rc;
+    }
+
+    int evolve(double interval_s) { return erk ? evolve_erkstep(interval_s) : evolve_adams(interval_s); }
+
+    ~Solver() {
+        if (erk) sundials::free_erk(&erk);
+        if (cv) CVodeFree(&cv);
+        if (iteration) SUNNonlinSolFree(iteration);
+        if (y) N_VDestroy(y);
+        std::free(values);
+        if (context) SUNContext_Free(&context);
+    }
+
+    static constexpr long max_steps = 10000000; // hours of coasting at ten turns a second
+};
+
+Propagator::~Propagator() {
+    if (solver_) {
+        solver_->~Solver();
+        std::free(solver_);
+    }
+    std::free(slope_);
+}
+
+bool Propagator::create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe) {
+    nx_ = nx;
+    flow_ = flow;
+    euler_step_s_ = settings.euler_step_s;
+    if (nx > largest_nx) return false;
+    slope_ = static_cast<double*>(std::calloc(2 * nx, sizeof(double)));
+    if (!slope_) return false;
+    if (settings.integrator == Integrator::euler) return true;
+
+    void* memory = std::malloc(sizeof(Solver));
+    if (!memory) return false;
+    solver_ = new (memory) Solver;
+    solver_->owner = this;
+    if (!solver_->create(settings, nx)) return false;
+    double* scratch = slope_ + nx;
+    std::memcpy(scratch, probe, nx * sizeof(double));
+    const bool ok = integrate(probe_context, 1e-3, scratch);
+    set_counts(0, 0);
+    return ok;
+}
+
+bool Propagator::integrate(const void* context, double interval_s, double* x) {
+    if (!solver_) return integrate_euler(context, interval_s, x);
+    solver_->flow_context = context;
+    std::memcpy(solver_->values, x, nx_ * sizeof(double));
+    // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
+    if (solver_->evolve(interval_s) < 0) {
+        failure_ = "the integrator could not reach the end of the interval within its tolerances";
+        return false;
+    }
+    std::memcpy(x, solver_->values, nx_ * sizeof(double));
+    return true;
+}
+
+bool Propagator::integrate_euler(const void* context, double interval_s, double* x) {
+    // A whole number of equal sub-steps, none longer than asked for.
+    const double steps = std::fmax(1, std::ceil(interval_s / euler_step_s_ - 1e-9));
+    if (steps > 1e9) {
+        failure_ = "the interval holds more than 1e9 Euler steps";
+        return false;
+    }
+    const double h = interval_s / steps;
+    for (double k = 0; k < steps; ++k) {
+        flow_(context, x, slope_);
+        for (int i = 0; i < nx_; ++i) x[i] += h * slope_[i];
+    }
+    rhs_evals_ += static_cast<std::uint64_t>(steps);
+    steps_ += static_cast<std::uint64_t>(steps);
+    return true;
+}
+
+} // namespace hnav

@@ -1,0 +1,59 @@
+// Integrates a flow x' = f(x) over one interval between events.
+//
+// Every call starts afresh: no step size, order or history is carried over, so a state is numbers only and the same
+// interval gives the same bits wherever and whenever it is integrated. Memory is taken in create alone.
+#pragma once
+
+#include <cstdint>
+
+namespace hnav {
+
+enum class Integrator {
+    erkstep, // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4), first trial step = the interval
+    adams,   // SUNDIALS CVODE, Adams-Moulton with fixed-point iteration
+    euler    // forward Euler in equal sub-steps, the source paper's method
+};
+
+class Propagator {
+public:
+    // f(context, x, dx): the flow; context is what integrate was given.
+    using Flow = void (*)(const void* context, const double* x, double* dx);
+
+    struct Settings {
+        Integrator integrator = Integrator::erkstep;
+        double rtol = 1e-8;
+        const double* atol = nullptr; // nx values; read in create
+        double euler_step_s = 0.005;
+    };
+
+    Propagator() = default;
+    Propagator(const Propagator&) = delete;
+    Propagator& operator=(const Propagator&) = delete;
+    ~Propagator();
+
+    // Also makes one warm-up step, because solvers take their last memory then. probe: a state the flow is defined at.
+    bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
+
+    // Advances x over interval_s > 0. False: the solver gave up; x is then undefined and failure() has the reason.
+    bool integrate(const void* context, double interval_s, double* x);
+
+    std::uint64_t rhs_evals() const { return rhs_evals_; }
+    std::uint64_t steps() const { return steps_; }
+    void set_counts(std::uint64_t rhs_evals, std::uint64_t steps) { rhs_evals_ = rhs_evals; steps_ = steps; }
+    const char* failure() const { return failure_; }
+
+private:
+    struct Solver;
+    bool integrate_euler(const void* context, double interval_s, double* x);
+
+    Solver* solver_ = nullptr;
+    Flow flow_ = nullptr;
+    int nx_ = 0;
+    double euler_step_s_ = 0;
+    double* slope_ = nullptr; // Euler's f(x)
+    std::uint64_t rhs_evals_ = 0;
+    std::uint64_t steps_ = 0;
+    const char* failure_ = "";
+};
+
+} // namespace hnav

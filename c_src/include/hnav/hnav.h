@@ -1,0 +1,388 @@
+/* hnav: hybrid navigation filters, the C API.
+ *
+ * A filter here is a hybrid system. Between samples its estimate flows: an ODE solver integrates attitude, gyro
+ * bias and covariance. At a sample it jumps: the correction. The estimate is stored at sample times only; a request
+ * for time t replays the samples that wait, coasts to t on a copy and shows the copy. Hence the same samples give the
+ * same bits whatever times are asked for.
+ *
+ *     hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+ *     hnav_filter *filter;
+ *     hnav_hrekf_create(&filter, &options, NULL, 0);
+ *     while (...) {
+ *         hnav_filter_push_imu(filter, t_s, rate_b_rad_s, force_b_m_s2);
+ *         hnav_filter_push_mag(filter, t_s, field_b_tesla);
+ *         hnav_filter_advance(filter, t_s);
+ *         hnav_filter_attitude(filter, &attitude);
+ *     }
+ *     hnav_filter_destroy(filter);
+ *
+ * Conventions
+ *   n    navigation frame: north-east-down, or east-north-up when asked for (option navigation_frame)
+ *   b    body frame: the axes of the sensor turned by the mounting rotation q_body_sensor
+ *   q    Hamilton quaternion, scalar first, unit length; q_nb turns body vectors into navigation axes
+ *   force_b is specific force: a sensor at rest with its z axis down reads (0, 0, -9.81) m/s2
+ *   SI units, always; the last words of a name are its unit; matrices are row-major
+ *
+ * Promises
+ *   Every call returns a status. After a failure the estimate is as it was before the call and the object stays
+ *   usable; hnav_filter_message tells what was wrong, naming the argument or option.
+ *   Memory is taken in create and nowhere else. Objects share nothing; one object serves one thread at a time.
+ *   Null arguments, non-finite numbers and impossible options are answered, never followed.
+ */
+#ifndef HNAV_H
+#define HNAV_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(HNAV_SHARED)
+#  ifdef HNAV_BUILD
+#    define HNAV_API __declspec(dllexport)
+#  else
+#    define HNAV_API __declspec(dllimport)
+#  endif
+#elif defined(__GNUC__) && defined(HNAV_SHARED)
+#  define HNAV_API __attribute__((visibility("default")))
+#else
+#  define HNAV_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ------------------------------------------------------------------------------------------------ status */
+
+typedef enum hnav_status {
+    HNAV_OK = 0,
+    HNAV_ERROR_NULL_ARGUMENT = 1,   /* a pointer that must not be null is */
+    HNAV_ERROR_OPTION = 2,          /* an option is impossible; the message names the field */
+    HNAV_ERROR_OPTIONS_STAMP = 3,   /* the options were not made by a *_defaults call of this version */
+    HNAV_ERROR_OUT_OF_MEMORY = 4,   /* create found no memory */
+    HNAV_ERROR_NON_FINITE = 5,      /* NaN or infinity in a sample or time; the sample is dropped and counted */
+    HNAV_ERROR_ZERO_VECTOR = 6,     /* a force or field of zero length has no direction; dropped and counted */
+    HNAV_ERROR_OUT_OF_RANGE = 7,    /* an argument outside its range (sigma not positive, unknown sensor) */
+    HNAV_ERROR_LATE_SAMPLE = 8,     /* older than the committed estimate; dropped and counted */
+    HNAV_ERROR_QUEUE_FULL = 9,      /* more waiting samples than queue_capacity: advance first */
+    HNAV_ERROR_TIME_BACKWARDS = 10, /* advance to a time before the last one */
+    HNAV_ERROR_NOT_STARTED = 11,    /* no attitude yet: the start waits for samples */
+    HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
+    HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
+    HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
+    HNAV_ERROR_SOLVER = 15          /* the integrator gave up; the message has its reason */
+} hnav_status;
+
+/* One line of English for a status; never null. */
+HNAV_API const char *hnav_status_text(hnav_status status);
+
+/* "MAJOR.MINOR.PATCH" */
+HNAV_API const char *hnav_version(void);
+
+/* ------------------------------------------------------------------------------------------------ options */
+
+typedef enum hnav_preset {
+    HNAV_PRESET_DEFAULT = 0, /* real sensors, one setting for all */
+    HNAV_PRESET_PAPER = 1    /* the source paper's Q and R, Euler with two sub-steps, fitted gamma; see models of noise below */
+} hnav_preset;
+
+typedef enum hnav_gyro_hold {
+    HNAV_GYRO_HOLD_FORWARD = 0, /* the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees */
+    HNAV_GYRO_HOLD_BACKWARD = 1 /* it acts on (t_k-1, t_k]: recordings of integrating gyros */
+} hnav_gyro_hold;
+
+typedef enum hnav_gamma_mode {
+    HNAV_GAMMA_OFF = 0,      /* gamma infinite: the hybrid extended Kalman filter (HEKF) */
+    HNAV_GAMMA_FIXED = 1,    /* the paper's constant gamma */
+    HNAV_GAMMA_RELATIVE = 2, /* 1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T) */
+    HNAV_GAMMA_KL = 3        /* from a tolerance on relative entropy per second (Levy and Nikoukhah 2013) */
+} hnav_gamma_mode;
+
+typedef enum hnav_adaptation {
+    HNAV_ADAPTATION_OFF = 0,
+    HNAV_ADAPTATION_PAPER = 1,    /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
+    HNAV_ADAPTATION_CORRECTED = 2 /* divided by the interval, with the covariance terms, annealed, bounded */
+} hnav_adaptation;
+
+typedef enum hnav_start_mode {
+    HNAV_START_TRIAD = 0,    /* tilt from force, heading from field (or from a heading sample if that comes first) */
+    HNAV_START_ATTITUDE = 1, /* start_q_nb, at the first sample */
+    HNAV_START_HEADING = 2   /* tilt from force, heading start_heading_rad */
+} hnav_start_mode;
+
+typedef enum hnav_reference_mode {
+    HNAV_REFERENCE_LEARNT = 0, /* strength and dip of the field from the samples of the start */
+    HNAV_REFERENCE_GIVEN = 1   /* reference_strength_tesla and reference_dip_rad */
+} hnav_reference_mode;
+
+typedef enum hnav_navigation_frame { HNAV_FRAME_NED = 0, HNAV_FRAME_ENU = 1 } hnav_navigation_frame;
+
+typedef enum hnav_solver {
+    HNAV_SOLVER_ERKSTEP = 0,     /* SUNDIALS ARKODE, Dormand-Prince 5(4) */
+    HNAV_SOLVER_ADAMS = 1,       /* SUNDIALS CVODE, Adams-Moulton, fixed-point iteration */
+    HNAV_SOLVER_CLOSED_FORM = 2, /* exact for a held rate */
+    HNAV_SOLVER_EULER = 3        /* the paper's: forward Euler in sub-steps of euler_step_s */
+} hnav_solver;
+
+/* Options of the paper's filter. Make them with hnav_hrekf_defaults, then change what you need.
+ * hnav_hrekf_option() tells unit, range and meaning of every field at run time. */
+typedef struct hnav_hrekf_options {
+    uint64_t cookie; /* set by hnav_hrekf_defaults */
+
+    /* Process noise, as densities: covariance per second is the square. */
+    double gyro_noise_rad_per_sqrt_s;         /* angle random walk */
+    double gyro_bias_walk_rad_s_per_sqrt_s;   /* rate random walk of the bias */
+    double quaternion_noise_per_sqrt_s;       /* on all four components alike: the paper's L = I; 0 otherwise */
+
+    /* Measurement noise, as densities: one sample that stands for an interval T has variance density^2 / T. */
+    double accel_noise_per_sqrt_hz; /* of the direction of specific force */
+    double mag_noise_per_sqrt_hz;   /* of the field in units of the reference strength */
+    double interval_limit_s;        /* longest interval that one sample may stand for */
+
+    /* Robust law. */
+    double gamma;                   /* FIXED */
+    double gamma_relative_rate_1_s; /* RELATIVE: rho = 1 - exp(-rate T) */
+    double gamma_kl_rate_1_s;       /* KL: nats per second */
+    double gamma_weight_attitude;   /* L on the quaternion */
+    double gamma_weight_bias;       /* L on the bias */
+
+    /* Robbins-Monro adaptation of the bias walk. */
+    double adaptation_gain;                         /* alpha; the floor of the annealed alpha when CORRECTED */
+    double adaptation_floor_rad_s_per_sqrt_s;       /* the adapted bias walk stays within these bounds (CORRECTED) */
+    double adaptation_cap_rad_s_per_sqrt_s;
+
+    /* Start. */
+    double start_q_nb[4];              /* ATTITUDE; in navigation_frame */
+    double start_heading_rad;          /* HEADING: true heading of body x, clockwise from north */
+    double start_gyro_bias_rad_s[3];
+    double start_sigma_tilt_rad;
+    double start_sigma_heading_rad;
+    double start_sigma_bias_rad_s;
+
+    /* Reference field, when GIVEN. */
+    double reference_strength_tesla;
+    double reference_dip_rad;          /* positive when the field points down (northern hemisphere) */
+
+    /* Gates: a sample whose normalised innovation squared exceeds the limit is used with inflated noise. 0 = never.
+     * They work from the moment that tilt (force) or heading (field, heading) is ready. */
+    double accel_gate_nis;
+    double mag_gate_nis;
+    double heading_gate_nis;
+
+    /* Ready: sigma below this, and at least as much information gained since the start. */
+    double ready_tilt_rad;
+    double ready_heading_rad;
+
+    /* Interface. */
+    double declination_rad;            /* true heading = magnetic heading + declination */
+    double q_body_sensor[4];           /* mounting: turns sensor vectors into the body frame */
+
+    /* Integrator. */
+    double solver_rtol;
+    double solver_atol;                /* relative to the nominal size of each state */
+    double euler_step_s;
+
+    /* Late samples. */
+    double horizon_s;                  /* how far behind the newest used sample a sample may still come */
+
+    int32_t gyro_hold;                 /* hnav_gyro_hold */
+    int32_t gamma_mode;                /* hnav_gamma_mode */
+    int32_t adaptation;                /* hnav_adaptation */
+    int32_t start_mode;                /* hnav_start_mode */
+    int32_t start_samples;             /* samples of each sensor averaged for the start */
+    int32_t reference_mode;            /* hnav_reference_mode */
+    int32_t navigation_frame;          /* hnav_navigation_frame */
+    int32_t solver;                    /* hnav_solver */
+    int32_t queue_capacity;            /* instants that may wait, including those within the horizon */
+} hnav_hrekf_options;
+
+HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
+
+typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
+
+/* One row of the option table: create checks by it, the FMU takes its parameters from it, Python its names. */
+typedef struct hnav_option_info {
+    const char *name;           /* the field of the options struct */
+    const char *unit;           /* "rad", "1/s", ...; "" when it has none */
+    const char *description;    /* one sentence */
+    const char *const *choices; /* CHOICE: names of 0, 1, ... in the order of the enum; null otherwise */
+    size_t offset;              /* of the field in the struct, bytes */
+    double min, max;            /* inclusive, for each component */
+    int32_t count;              /* components: 1, 3 or 4 */
+    int32_t choice_count;
+    hnav_option_kind kind;      /* REAL fields are double, the others int32_t */
+    int32_t min_is_open;        /* 1 when min itself is excluded */
+} hnav_option_info;
+
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info *hnav_hrekf_option(int32_t index);
+
+/* ------------------------------------------------------------------------------------------------ life */
+
+/* One type for every attitude filter; the create call chooses the model. */
+typedef struct hnav_filter hnav_filter;
+
+/* Makes the paper's filter. On failure *filter is null and the reason stands in message (may be null). */
+HNAV_API hnav_status hnav_hrekf_create(hnav_filter **filter, const hnav_hrekf_options *options,
+                                       char *message, size_t message_size);
+
+/* Null is allowed. */
+HNAV_API void hnav_filter_destroy(hnav_filter *filter);
+
+/* Back to the moment after create: no samples, no estimate, counters zero. */
+HNAV_API hnav_status hnav_filter_reset(hnav_filter *filter);
+
+/* Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters. */
+HNAV_API hnav_status hnav_filter_realign(hnav_filter *filter);
+
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char *hnav_filter_message(const hnav_filter *filter);
+
+/* ------------------------------------------------------------------------------------------------ samples */
+
+/* Samples may come in any order within one instant and between two advance calls, and up to horizon_s late after.
+ * Samples of equal time are corrected together: rate, force, field, heading. A second sample of one sensor at the
+ * same time follows the first. Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE, LATE_SAMPLE, QUEUE_FULL. */
+HNAV_API hnav_status hnav_filter_push_gyro(hnav_filter *filter, double t_s, const double rate_b_rad_s[3]);
+HNAV_API hnav_status hnav_filter_push_accel(hnav_filter *filter, double t_s, const double force_b_m_s2[3]);
+HNAV_API hnav_status hnav_filter_push_mag(hnav_filter *filter, double t_s, const double field_b_tesla[3]);
+HNAV_API hnav_status hnav_filter_push_imu(hnav_filter *filter, double t_s, const double rate_b_rad_s[3],
+                                          const double force_b_m_s2[3]); /* both or neither */
+/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0. */
+HNAV_API hnav_status hnav_filter_push_heading(hnav_filter *filter, double t_s, double heading_rad, double sigma_rad);
+
+/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, TIME_BACKWARDS, SOLVER. */
+HNAV_API hnav_status hnav_filter_advance(hnav_filter *filter, double t_s);
+
+/* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
+ * null pointer; a null output is not written. Equal, bit for bit, to push and advance of row after row. */
+typedef struct hnav_run_input {
+    const double *t_s;           /* n, not decreasing */
+    const double *rate_b_rad_s;  /* n x 3, may be null */
+    const double *force_b_m_s2;  /* n x 3, may be null */
+    const double *field_b_tesla; /* n x 3, may be null */
+} hnav_run_input;
+
+typedef struct hnav_run_output {
+    double *q_nb;               /* n x 4; NaN before the start */
+    double *euler_rad;          /* n x 3: roll, pitch, yaw */
+    double *sigma_rad;          /* n x 3: rotation error about the navigation axes */
+    double *gyro_bias_rad_s;    /* n x 3 */
+    double *gyro_bias_sigma_rad_s; /* n x 3 */
+    double *accel_nis;          /* n; NaN where no sample was used */
+    double *mag_nis;            /* n */
+} hnav_run_output;
+
+/* rows_done (may be null): rows that are complete; less than n only after an error. */
+HNAV_API hnav_status hnav_filter_run(hnav_filter *filter, size_t n, const hnav_run_input *input,
+                                     const hnav_run_output *output, size_t *rows_done);
+
+/* ------------------------------------------------------------------------------------------------ estimate */
+
+typedef enum hnav_sensor {
+    HNAV_SENSOR_GYRO = 0,
+    HNAV_SENSOR_ACCEL = 1,
+    HNAV_SENSOR_MAG = 2,
+    HNAV_SENSOR_HEADING = 3
+} hnav_sensor;
+enum { HNAV_SENSOR_COUNT = 4 };
+
+/* Everything below is at the time of the last advance unless it says otherwise. */
+typedef struct hnav_attitude {
+    double t_s;
+    double q_nb[4];
+    double euler_rad[3];  /* roll, pitch, yaw of body in navigation axes, rotation order z y x */
+    double heading_rad;   /* true heading of body x, clockwise from north, (-pi, pi], whatever the frame */
+    double sigma_rad[3];  /* standard deviation of the rotation error about the navigation axes; the third is heading */
+    int32_t near_singular; /* pitch beyond 85 deg: roll and yaw are ill defined */
+    int32_t tilt_ready;
+    int32_t heading_ready;
+} hnav_attitude;
+
+/* Errors of the three: NOT_STARTED. */
+HNAV_API hnav_status hnav_filter_attitude(const hnav_filter *filter, hnav_attitude *attitude);
+HNAV_API hnav_status hnav_filter_rate(const hnav_filter *filter, double rate_b_rad_s[3]); /* bias removed */
+HNAV_API hnav_status hnav_filter_gyro_bias(const hnav_filter *filter, double bias_b_rad_s[3], double sigma_rad_s[3]);
+
+/* 6 x 6 covariance of (rotation error about the navigation axes in rad, gyro bias error in rad/s); q_true is
+ * exp(rotation error / 2) times q_nb. NOT_STARTED. */
+HNAV_API hnav_status hnav_filter_covariance(const hnav_filter *filter, double covariance[36]);
+
+/* The estimate just after the newest sample that is not in the future of the last advance. NOT_STARTED. */
+typedef struct hnav_posterior {
+    double t_s;
+    double q_nb[4];
+    double gyro_bias_rad_s[3];
+    double sigma[6]; /* three rotations about the navigation axes in rad, three biases in rad/s */
+} hnav_posterior;
+HNAV_API hnav_status hnav_filter_posterior(const hnav_filter *filter, hnav_posterior *posterior);
+
+/* What the last used sample of a sensor said. Direction and field are dimensionless, heading is in rad. */
+typedef struct hnav_innovation {
+    double t_s;
+    double value[3];
+    double S[9];          /* its covariance, with the noise that was parametrised (not inflated) */
+    double nis;           /* value' S^-1 value */
+    double noise_scale;   /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
+    int32_t dimension;    /* 3, or 1 for heading */
+    int32_t accepted;     /* 0 when the gate inflated the noise */
+} hnav_innovation;
+/* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
+HNAV_API hnav_status hnav_filter_innovation(const hnav_filter *filter, hnav_sensor sensor, hnav_innovation *innovation);
+
+typedef struct hnav_filter_status {
+    double gamma_used;      /* of the last correction; infinity when off */
+    double gamma_margin;    /* 1 - lmax(L P L') / gamma^2: 1 when off, above 0 always */
+    double adapted_bias_walk_rad_s_per_sqrt_s; /* root of the mean of the diagonal of Q on the bias, times one second */
+    double newest_sample_s; /* time of the newest used sample; NaN if there was none */
+    uint64_t used[HNAV_SENSOR_COUNT];       /* samples used, by sensor */
+    uint64_t gated[HNAV_SENSOR_COUNT];      /* of those, with inflated noise */
+    uint64_t late;          /* refused: older than the committed estimate */
+    uint64_t non_finite;    /* refused: NaN or infinity */
+    uint64_t zero;          /* refused: zero vector */
+    uint64_t corrections;
+    uint64_t gamma_raised;  /* corrections whose gamma was infeasible and had to be raised */
+    uint64_t covariance_repaired;
+    uint64_t solver_rhs_evals;
+    uint64_t solver_steps;
+    int32_t started;        /* there is an attitude */
+    int32_t waiting;        /* instants in the queue that are still in the future of the last advance */
+} hnav_filter_status;
+HNAV_API hnav_status hnav_filter_get_status(const hnav_filter *filter, hnav_filter_status *status);
+
+/* ------------------------------------------------------------------------------------------------ save, load */
+
+/* A saved state is numbers only (no solver history, no pointers): load it into any filter made with the same model
+ * and options, in this or another process, and it goes on bit for bit. */
+HNAV_API hnav_status hnav_filter_state_size(const hnav_filter *filter, size_t *bytes);
+HNAV_API hnav_status hnav_filter_save(const hnav_filter *filter, void *buffer, size_t bytes);
+/* SIZE, STATE_CORRUPT: the filter is as it was. */
+HNAV_API hnav_status hnav_filter_load(hnav_filter *filter, const void *buffer, size_t bytes);
+
+/* ------------------------------------------------------------------------------------------------ hybrid view */
+
+/* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events,
+ * x+ = jump(x-) at an event. States of the HREKF: q 4 (north-east-down of magnetic north to body, before the
+ * interface rotations), gyro bias 3, covariance 28 (upper triangle of the 7 x 7 matrix, row by row).
+ * Not to be mixed with advance, run or the backward gyro hold. */
+HNAV_API hnav_status hnav_filter_nx(const hnav_filter *filter, int32_t *nx);
+/* The state just after the last jump. */
+HNAV_API hnav_status hnav_filter_get_x(const hnav_filter *filter, double *x);
+/* Sizes to scale tolerances by, from the present sigmas, all positive. */
+HNAV_API hnav_status hnav_filter_nominal_x(const hnav_filter *filter, double *nominal_x);
+/* Pure: changes nothing. Smooth in t_s and x, also beyond the next event. */
+HNAV_API hnav_status hnav_filter_derivative(const hnav_filter *filter, double t_s, const double *x, double *dx);
+/* Exact directional derivative of f: out = (df/dx) seed. Pure. */
+HNAV_API hnav_status hnav_filter_derivative_along(const hnav_filter *filter, double t_s, const double *x,
+                                                  const double *seed, double *out);
+/* Time of the earliest waiting sample, infinity if none waits. */
+HNAV_API hnav_status hnav_filter_next_event_s(const hnav_filter *filter, double *t_s);
+/* Applies the waiting samples of times up to t_s to the state x_minus at t_s and commits. */
+HNAV_API hnav_status hnav_filter_jump(hnav_filter *filter, double t_s, const double *x_minus, double *x_plus);
+/* Lets attitude, rate, gyro_bias and covariance show x at t_s. */
+HNAV_API hnav_status hnav_filter_show(hnav_filter *filter, double t_s, const double *x);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* HNAV_H */

@@ -1,0 +1,144 @@
+# SUNDIALS, built from source at -O3 whatever our own build type is: distributions compile it without optimisation,
+# which makes a step five times slower. Gives one target, hnav_sundials: ARKODE, CVODE and the core, static.
+#
+# The source comes from the first of
+#   HNAV_SUNDIALS_SOURCE                    a folder with an unpacked release, 6.4 to 7.x
+#   FETCHCONTENT_SOURCE_DIR_SUNDIALS        the same, by the name that CMake users expect
+#   the source package of Debian or Ubuntu  by apt-get, with a list and a state folder of our own
+#   HNAV_SUNDIALS_URL                       the upstream release, by its hash
+# HNAV_SYSTEM_SUNDIALS=ON takes an installed one instead (find_package).
+
+option(HNAV_SYSTEM_SUNDIALS "Use an installed SUNDIALS instead of building one" OFF)
+set(HNAV_SUNDIALS_SOURCE "" CACHE PATH "Unpacked SUNDIALS release, 6.4 to 7.x; empty: fetch it")
+set(HNAV_SUNDIALS_URL
+    "https://github.com/LLNL/sundials/releases/download/v6.7.0/sundials-6.7.0.tar.gz"
+    CACHE STRING "Where to download SUNDIALS from when no source package is to be had")
+set(HNAV_SUNDIALS_SHA256 "5f113a1564a9d2d98ff95249f4871a4c815a05dbb9b8866a82b13ab158c37adb"
+    CACHE STRING "SHA-256 of HNAV_SUNDIALS_URL")
+
+add_library(hnav_sundials INTERFACE)
+
+if(HNAV_SYSTEM_SUNDIALS)
+  find_package(SUNDIALS 6.4 REQUIRED COMPONENTS arkode cvode)
+  target_link_libraries(hnav_sundials INTERFACE SUNDIALS::arkode SUNDIALS::cvode)
+  return()
+endif()
+
+set(hnav_sundials_work "${CMAKE_BINARY_DIR}/sundials")
+set(hnav_sundials_prefix "${hnav_sundials_work}/install")
+
+# Fails with the tail of the log, which is what a reader needs.
+function(hnav_run log)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_FILE "${log}" ERROR_FILE "${log}")
+  if(NOT result EQUAL 0)
+    file(READ "${log}" text)
+    string(LENGTH "${text}" length)
+    if(length GREATER 3000)
+      math(EXPR start "${length} - 3000")
+      string(SUBSTRING "${text}" ${start} -1 text)
+    endif()
+    message(FATAL_ERROR "SUNDIALS: ${ARGN}\nfailed (${log}):\n${text}")
+  endif()
+endfunction()
+
+# Leaves the folder with the sources in ${result}, or an empty string.
+function(hnav_sundials_from_archive archive result)
+  set(${result} "" PARENT_SCOPE)
+  file(REMOVE_RECURSE "${hnav_sundials_work}/source")
+  file(MAKE_DIRECTORY "${hnav_sundials_work}/source")
+  execute_process(COMMAND ${CMAKE_COMMAND} -E tar xf "${archive}"
+                  WORKING_DIRECTORY "${hnav_sundials_work}/source" RESULT_VARIABLE failed)
+  file(GLOB folders "${hnav_sundials_work}/source/sundials-*")
+  if(NOT failed AND folders)
+    list(GET folders 0 folder)
+    set(${result} "${folder}" PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(hnav_sundials_from_apt result)
+  set(${result} "" PARENT_SCOPE)
+  find_program(HNAV_APT_GET apt-get)
+  mark_as_advanced(HNAV_APT_GET)
+  if(NOT HNAV_APT_GET)
+    return()
+  endif()
+  message(STATUS "SUNDIALS: asking apt for the source package")
+  execute_process(COMMAND sh "${CMAKE_CURRENT_LIST_DIR}/apt_source.sh" sundials "${hnav_sundials_work}/apt"
+                  OUTPUT_VARIABLE archive OUTPUT_STRIP_TRAILING_WHITESPACE
+                  ERROR_FILE "${hnav_sundials_work}/apt.log" RESULT_VARIABLE failed)
+  if(NOT failed AND EXISTS "${archive}")
+    hnav_sundials_from_archive("${archive}" folder)
+    set(${result} "${folder}" PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(hnav_sundials_from_url result)
+  message(STATUS "SUNDIALS: downloading ${HNAV_SUNDIALS_URL}")
+  set(archive "${hnav_sundials_work}/sundials.tar.gz")
+  file(DOWNLOAD "${HNAV_SUNDIALS_URL}" "${archive}" STATUS status INACTIVITY_TIMEOUT 15 TIMEOUT 300)
+  list(GET status 0 code)
+  set(folder "")
+  if(code EQUAL 0)
+    file(SHA256 "${archive}" hash)
+    if(NOT hash STREQUAL HNAV_SUNDIALS_SHA256)
+      message(FATAL_ERROR "SUNDIALS: ${HNAV_SUNDIALS_URL} has SHA-256 ${hash}, expected ${HNAV_SUNDIALS_SHA256}")
+    endif()
+    hnav_sundials_from_archive("${archive}" folder)
+  endif()
+  set(${result} "${folder}" PARENT_SCOPE)
+endfunction()
+
+# What the finished build depends on; when it changes, SUNDIALS is built again.
+set(hnav_sundials_stamp "${HNAV_SUNDIALS_SOURCE}${FETCHCONTENT_SOURCE_DIR_SUNDIALS}|${CMAKE_C_COMPILER}|${HNAV_SANITIZE}")
+set(hnav_sundials_stamp_file "${hnav_sundials_prefix}/stamp.txt")
+set(hnav_sundials_built "")
+if(EXISTS "${hnav_sundials_stamp_file}")
+  file(READ "${hnav_sundials_stamp_file}" hnav_sundials_built)
+endif()
+
+if(NOT hnav_sundials_built STREQUAL hnav_sundials_stamp)
+  file(MAKE_DIRECTORY "${hnav_sundials_work}")
+  set(hnav_sundials_source "${HNAV_SUNDIALS_SOURCE}")
+  if(NOT hnav_sundials_source)
+    set(hnav_sundials_source "${FETCHCONTENT_SOURCE_DIR_SUNDIALS}")
+  endif()
+  if(NOT hnav_sundials_source)
+    hnav_sundials_from_apt(hnav_sundials_source)
+  endif()
+  if(NOT hnav_sundials_source)
+    hnav_sundials_from_url(hnav_sundials_source)
+  endif()
+  if(NOT EXISTS "${hnav_sundials_source}/CMakeLists.txt")
+    message(FATAL_ERROR "SUNDIALS: no source found. Unpack a release (6.4 to 7.x) and give its folder as "
+                        "-DHNAV_SUNDIALS_SOURCE=..., or install one and give -DHNAV_SYSTEM_SUNDIALS=ON.")
+  endif()
+  message(STATUS "SUNDIALS: building ${hnav_sundials_source}")
+  set(flags "-fvisibility=hidden -ffunction-sections -fdata-sections -ffile-prefix-map=${hnav_sundials_source}=sundials")
+  set(options "")
+  foreach(off BUILD_CVODES BUILD_IDA BUILD_IDAS BUILD_KINSOL BUILD_SHARED_LIBS BUILD_TESTING BUILD_FORTRAN_MODULE_INTERFACE
+              EXAMPLES_ENABLE_C EXAMPLES_ENABLE_CXX EXAMPLES_INSTALL ENABLE_MPI ENABLE_OPENMP ENABLE_PTHREAD
+              SUNDIALS_BUILD_WITH_PROFILING)
+    list(APPEND options -D${off}=OFF)
+  endforeach()
+  hnav_run("${hnav_sundials_work}/configure.log" ${CMAKE_COMMAND}
+           -S "${hnav_sundials_source}" -B "${hnav_sundials_work}/build" -G "${CMAKE_GENERATOR}"
+           -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=${CMAKE_C_COMPILER} "-DCMAKE_C_FLAGS=${flags}"
+           -DCMAKE_C_FLAGS_RELEASE=-O3 -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_INSTALL_LIBDIR=lib
+           "-DCMAKE_INSTALL_PREFIX=${hnav_sundials_prefix}" -DBUILD_ARKODE=ON -DBUILD_CVODE=ON
+           -DSUNDIALS_LOGGING_LEVEL=0 ${options})
+  hnav_run("${hnav_sundials_work}/build.log" ${CMAKE_COMMAND} --build "${hnav_sundials_work}/build" --target install --parallel)
+  # The licence travels with every binary that holds the code.
+  file(COPY "${hnav_sundials_source}/LICENSE" DESTINATION "${hnav_sundials_prefix}")
+  file(WRITE "${hnav_sundials_stamp_file}" "${hnav_sundials_stamp}")
+endif()
+
+target_include_directories(hnav_sundials SYSTEM INTERFACE "${hnav_sundials_prefix}/include")
+# Version 7 calls the core library core, before it was generic.
+foreach(name arkode cvode core generic)
+  set(library "${hnav_sundials_prefix}/lib/libsundials_${name}.a")
+  if(EXISTS "${library}")
+    target_link_libraries(hnav_sundials INTERFACE "${library}")
+  endif()
+endforeach()
+target_link_libraries(hnav_sundials INTERFACE m)
+set(HNAV_SUNDIALS_LICENSE "${hnav_sundials_prefix}/LICENSE")
