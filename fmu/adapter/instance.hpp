@@ -1,0 +1,131 @@
+// One instance of the FMU, whatever the FMI version: values, mode and time, and every rule about calls. fmi2.cpp and
+// fmi3.cpp translate names and types, nothing else.
+#pragma once
+
+#include "adapter/lifecycle.hpp"
+#include "adapter/model.hpp"
+
+namespace hnav::fmu {
+
+enum class Status { ok, error };
+
+class Instance {
+public:
+    // Where messages go: the importer's logger behind one signature.
+    using Logger = void (*)(const Instance& instance, Status status, const char* text);
+
+    struct Importer {
+        void* environment = nullptr;
+        void* callback = nullptr; // the logger of the version, cast back by Logger
+        Logger log = nullptr;
+    };
+
+    struct Options {
+        Interface interface = co_simulation;
+        bool event_mode_used = false;
+        bool early_return_allowed = false;
+    };
+
+    // The reply to a step.
+    struct Step {
+        bool event_handling_needed = false;
+        bool early_return = false;
+        double last_successful_s = 0;
+    };
+
+    // Called at the end of a step, while it is still under way for the importer.
+    using IntermediateUpdate = void (*)(Instance& instance, double t_s);
+
+    struct Events {
+        bool states_changed = false;
+        bool next_event_defined = false;
+        double next_event_s = 0;
+    };
+
+    // Null without memory or for a token of another version; the reason goes to the logger.
+    static Instance* create(const char* name, const char* token, const Options& options, const Importer& importer);
+    void destroy();
+
+    // Says why and answers false when the call may not come now.
+    bool allowed(Call call) const;
+    Status fail(const char* format, ...) const __attribute__((format(printf, 2, 3)));
+
+    // -------------------------------------------------------------------------------------------- life
+    Status set_up_experiment(double start_s, bool stop_defined, double stop_s);
+    Status enter_initialization();
+    Status exit_initialization(bool fmi2);
+    Status change_mode(Call call, Mode mode);
+    Status terminate();
+    Status reset();
+
+    // -------------------------------------------------------------------------------------------- variables
+    // T: the C type of the value; type: that of the rows it may name.
+    template <class T>
+    Status get(Type type, const unsigned* references, std::size_t n, T* out);
+    template <class T>
+    Status set(Type type, const unsigned* references, std::size_t n, const T* in);
+    Status check_array(const void* references, std::size_t n, const void* values, std::size_t n_values) const;
+
+    // -------------------------------------------------------------------------------------------- Co-Simulation
+    Status do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply);
+
+    // -------------------------------------------------------------------------------------------- events, Model Exchange
+    Status update_discrete_states(Events* events);
+    Status set_time(double t_s);
+    Status set_states(const double* x, std::size_t n);
+    Status get_states(double* x, std::size_t n);
+    Status get_derivatives(double* dx, std::size_t n);
+    Status get_nominals(double* nominals, std::size_t n);
+    Status completed_integrator_step();
+    Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
+                                  std::size_t n_knowns, const double* seed, double* sensitivity);
+
+    // -------------------------------------------------------------------------------------------- complete state
+    struct Snapshot {
+        std::size_t bytes;
+    }; // followed by the numbers
+    Status take_snapshot(Snapshot** snapshot);
+    Status restore_snapshot(const Snapshot* snapshot);
+    static void free_snapshot(Snapshot* snapshot) { std::free(snapshot); }
+    Status serialise(const Snapshot* snapshot, unsigned char* bytes, std::size_t size) const;
+    Status deserialise(const unsigned char* bytes, std::size_t size, Snapshot** snapshot) const;
+
+    const Table& table() const { return table_; }
+    const Model& model() const { return *model_; }
+    const Options& options() const { return options_; }
+    const Importer& importer() const { return importer_; }
+    const char* name() const { return name_; }
+    double time_s() const { return time_s_; }
+    bool logging = false;
+    void* intermediate_callback = nullptr;
+
+    static void format_token(std::uint64_t token, char* text, std::size_t size);
+
+private:
+    struct Header;
+
+    Instance() = default;
+    ~Instance();
+    void restart();
+    Status set_up_check(const char* name, const char* token);
+    Status set_value(int row, double value);
+    void refresh(unsigned groups);
+    std::size_t snapshot_bytes() const;
+    static double tolerance(double t_s) { return 1e-9 * std::fmax(1, std::fabs(t_s)); }
+
+    Table table_;
+    Model* model_ = nullptr;
+    Options options_;
+    Importer importer_;
+    char name_[128] = "";
+    double* values_ = nullptr; // one for each row
+    double* states_ = nullptr; // the importer's, in Model Exchange
+    double* scratch_ = nullptr; // seed and direction of a directional derivative
+    Mode mode_ = instantiated;
+    bool has_model_ = false; // initialised
+    unsigned stale_ = 0;     // groups whose rows are older than the model
+    int first_state_ = -1, first_derivative_ = -1; // rows; states and derivatives stand together, in order
+    double time_s_ = 0, start_s_ = 0, stop_s_ = 0;
+};
+
+} // namespace hnav::fmu

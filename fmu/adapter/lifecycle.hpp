@@ -1,0 +1,90 @@
+// Which call is allowed when: one table for FMI 2 and FMI 3, Co-Simulation and Model Exchange.
+#pragma once
+
+namespace hnav::fmu {
+
+enum Mode : unsigned {
+    instantiated = 1,
+    initialization = 2,
+    event = 4,
+    continuous = 8,    // Model Exchange
+    step = 16,         // Co-Simulation
+    intermediate = 32, // inside the callback of a step
+    terminated = 64
+};
+
+constexpr unsigned any_mode = 127;
+constexpr unsigned initialized = event | continuous | step | intermediate | terminated;
+
+enum Interface : unsigned { co_simulation = 1, model_exchange = 2, both_interfaces = 3 };
+
+enum class Call {
+    enter_initialization,
+    exit_initialization,
+    enter_event_mode,
+    enter_continuous_time_mode,
+    enter_step_mode,
+    update_discrete_states,
+    terminate,
+    reset,
+    get_variable,
+    set_parameter,
+    set_input,
+    fmu_state,
+    directional_derivative,
+    set_time,
+    set_continuous_states,
+    get_continuous_states,
+    completed_integrator_step,
+    do_step,
+    set_debug_logging
+};
+
+struct Rule {
+    Call call;
+    const char* name; // without fmi2 or fmi3
+    unsigned modes;
+    unsigned interfaces;
+};
+
+constexpr Rule rules[] = {
+    {Call::enter_initialization, "EnterInitializationMode", instantiated, both_interfaces},
+    {Call::exit_initialization, "ExitInitializationMode", initialization, both_interfaces},
+    {Call::enter_event_mode, "EnterEventMode", continuous | step, both_interfaces},
+    {Call::enter_continuous_time_mode, "EnterContinuousTimeMode", event, model_exchange},
+    {Call::enter_step_mode, "EnterStepMode", event, co_simulation},
+    {Call::update_discrete_states, "the update of discrete states", event, both_interfaces},
+    {Call::terminate, "Terminate", event | continuous | step, both_interfaces},
+    {Call::reset, "Reset", any_mode & ~intermediate, both_interfaces},
+    {Call::get_variable, "getting a variable", initialization | initialized, both_interfaces},
+    {Call::set_parameter, "setting a parameter", instantiated | initialization, both_interfaces},
+    {Call::set_input, "setting an input", instantiated | initialization | event | step, both_interfaces},
+    {Call::fmu_state, "getting or setting the FMU state", any_mode & ~intermediate, both_interfaces},
+    {Call::directional_derivative, "GetDirectionalDerivative", initialized, both_interfaces},
+    {Call::set_time, "SetTime", event | continuous, model_exchange},
+    {Call::set_continuous_states, "SetContinuousStates", continuous, model_exchange},
+    {Call::get_continuous_states, "getting continuous states", initialization | event | continuous | terminated, model_exchange},
+    {Call::completed_integrator_step, "CompletedIntegratorStep", continuous, model_exchange},
+    {Call::do_step, "DoStep", step, co_simulation},
+    {Call::set_debug_logging, "SetDebugLogging", any_mode, both_interfaces},
+};
+
+constexpr const Rule& rule_of(Call call) {
+    for (const Rule& rule : rules)
+        if (rule.call == call) return rule;
+    return rules[0];
+}
+
+constexpr const char* mode_name(unsigned mode) {
+    switch (mode) {
+    case instantiated: return "the mode before initialization";
+    case initialization: return "initialization mode";
+    case event: return "event mode";
+    case continuous: return "continuous-time mode";
+    case step: return "step mode";
+    case intermediate: return "intermediate update mode";
+    default: return "the terminated mode";
+    }
+}
+
+} // namespace hnav::fmu

@@ -1,0 +1,77 @@
+// What an FMU is about, seen from the adapter. An FMU is a table and one class that implements this; Co-Simulation and
+// Model Exchange, FMI 2 and FMI 3 are the adapter's.
+#pragma once
+
+#include "adapter/variable.hpp"
+
+#include <cstddef>
+
+namespace hnav::fmu {
+
+// A line for the importer's log.
+struct Message {
+    char text[320] = "";
+};
+
+struct ModelInfo {
+    const char* name; // modelName and modelIdentifier
+    const char* description;
+    double step_s;    // preferred communication step
+    double stop_s;    // of the default experiment
+    int nx;           // continuous states in Model Exchange
+    int first_states; // DependsOn::first_states: that many of them
+    bool model_exchange; // offered at all
+};
+
+// Group of the rows that are continuous states or their derivatives: the adapter fills them itself.
+constexpr unsigned state_group = 1u << 31;
+
+// values: one double for each row of the table, owned by the instance.
+class Model {
+public:
+    virtual const ModelInfo& info() const = 0;
+
+    // Appends the rows and remembers their places.
+    virtual void describe(Table& table) = 0;
+
+    // Parameters are in values: makes the model at start_s. False: impossible, with the reason.
+    virtual bool initialise(const Table& table, double* values, double start_s, bool model_exchange, Message* why) = 0;
+
+    // Takes the samples that values hold at t_s; calling it twice takes nothing twice. True when something was taken.
+    virtual bool take_samples(double* values, double t_s) = 0;
+    // The next time at which samples are due without a change of the inputs; infinity if none.
+    virtual double next_sample_s(const double* values) const = 0;
+
+    // Co-Simulation: brings the model to t_s.
+    virtual bool advance(double t_s, Message* why) = 0;
+
+    // Writes the rows of the groups whose bits are set.
+    virtual void refresh(double* values, unsigned groups) = 0;
+
+    // Model Exchange: the states just after the last event, their sizes, their flow, the correction by the samples
+    // taken, and the look of the model at a state of the importer's.
+    virtual void get_states(double* x) const = 0;
+    virtual void get_nominals(double* nominals) const = 0;
+    virtual bool derivatives(double t_s, const double* x, double* dx) const = 0;
+    virtual bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const = 0;
+    virtual bool jump(double t_s, double* x, Message* why) = 0;
+    virtual void show(double t_s, const double* x) = 0;
+
+    // The complete state apart from values, as plain numbers. load: into a model made by initialise with equal values.
+    virtual std::size_t state_size() const = 0;
+    virtual void save(void* buffer) const = 0;
+    virtual bool load(const void* buffer, std::size_t bytes) = 0;
+
+    // Back to the moment before initialise.
+    virtual void clear() = 0;
+
+    virtual void destroy() = 0;
+
+protected:
+    ~Model() = default;
+};
+
+// The one model of this FMU; null when there is no memory.
+Model* make_model();
+
+} // namespace hnav::fmu

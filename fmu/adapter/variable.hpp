@@ -1,0 +1,116 @@
+// The table of an FMU: one row for each variable, from which entry points, both model descriptions, start values, reset,
+// save, load and the documentation are loops.
+//
+// The value of row i is values[i] of the instance, a double whatever its type: integers and booleans fit exactly. The
+// value reference of row i is i.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+
+namespace hnav::fmu {
+
+constexpr double no_bound = std::numeric_limits<double>::infinity();
+
+enum class Type { real, integer, boolean, enumeration };
+enum class Causality { independent, parameter, input, output, local };
+enum class Variability { fixed, discrete, continuous };
+
+// What a row depends on in Model Exchange, in terms of the continuous states. Inputs are discrete: nothing depends on
+// them directly.
+enum class DependsOn { nothing, first_states, all_states };
+
+struct Variable {
+    char name[64];
+    const char* description;
+    const char* unit;         // of the unit table in units.hpp; "" for none
+    const char* display_unit; // "" for none
+    const char* const* choices;
+    int choice_count;
+    Type type;
+    Causality causality;
+    Variability variability;
+    double start; // of parameters and inputs
+    double min, max;
+    DependsOn depends_on;
+    unsigned group;    // which part of the model computes it: a bit of Model::refresh
+    int derivative_of; // row of the state, or -1
+    bool is_state;
+};
+
+class Table {
+public:
+    ~Table() { std::free(rows_); }
+    Table() = default;
+    Table(const Table&) = delete;
+    Table& operator=(const Table&) = delete;
+
+    int size() const { return size_; }
+    bool complete() const { return !out_of_memory_; }
+    const Variable& operator[](int i) const { return rows_[i]; }
+    Variable& row(int i) { return rows_[i]; }
+
+    // Appends a row and answers its number.
+    int add(const Variable& variable) {
+        if (size_ == capacity_) {
+            const int capacity = capacity_ ? 2 * capacity_ : 256;
+            auto* grown = static_cast<Variable*>(std::realloc(rows_, capacity * sizeof(Variable)));
+            if (!grown) {
+                out_of_memory_ = true;
+                return 0;
+            }
+            rows_ = grown;
+            capacity_ = capacity;
+        }
+        rows_[size_] = variable;
+        return size_++;
+    }
+
+    // `count` rows name[1] ... name[count]; the number of the first.
+    int add_vector(const Variable& variable, int count) {
+        const int first = size_;
+        for (int i = 1; i <= count; ++i) {
+            Variable element = variable;
+            std::snprintf(element.name, sizeof element.name, "%.50s[%d]", variable.name, i);
+            add(element);
+        }
+        return first;
+    }
+
+    // Stamps names, types and order: an importer with the description of another version is turned away.
+    std::uint64_t token() const {
+        std::uint64_t hash = 14695981039346656037ull;
+        const auto mix = [&hash](unsigned char byte) { hash = (hash ^ byte) * 1099511628211ull; };
+        for (int i = 0; i < size_; ++i) {
+            for (const char* c = rows_[i].name; *c; ++c) mix(static_cast<unsigned char>(*c));
+            mix(static_cast<unsigned char>(rows_[i].type));
+            mix(static_cast<unsigned char>(rows_[i].causality));
+        }
+        return hash;
+    }
+
+private:
+    Variable* rows_ = nullptr;
+    int size_ = 0, capacity_ = 0;
+    bool out_of_memory_ = false;
+};
+
+// A row with the fields that most share.
+inline Variable variable(const char* name, Type type, Causality causality, Variability variability, const char* description) {
+    Variable v{};
+    std::snprintf(v.name, sizeof v.name, "%s", name);
+    v.description = description;
+    v.unit = v.display_unit = "";
+    v.type = type;
+    v.causality = causality;
+    v.variability = variability;
+    v.min = -no_bound;
+    v.max = no_bound;
+    v.derivative_of = -1;
+    return v;
+}
+
+} // namespace hnav::fmu

@@ -1,0 +1,303 @@
+// The variables of the Hrekf FMU. Parameters are the options of the C API, by the same names; here stand inputs, outputs
+// and states.
+#pragma once
+
+#include "adapter/model.hpp"
+#include "hnav/hnav.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace hnav::fmu {
+
+enum SamplingMode { periodic = 0, counter = 1 };
+constexpr const char* sampling_modes[] = {"periodic", "counter"};
+constexpr const char* presets[] = {"default", "paper"};
+
+// Parts of the filter that outputs are read from, so that a step costs only what is asked for.
+enum Group : unsigned { attitude_group = 1, bias_group = 2, posterior_group = 4, innovation_group = 8, covariance_group = 16, status_group = 32 };
+
+constexpr int states = 35;
+constexpr int covariance_terms = 21; // upper triangle of 6 x 6
+
+// Where the variables stand in the table.
+struct Places {
+    int preset, sampling_mode;
+    struct Sensor {
+        int value, sample, t_meas, valid, period;
+    } sensor[HNAV_SENSOR_COUNT]; // value: three components; of the heading aid: heading, sigma
+    int reset, realign;
+    int options; // the first row of the option table
+
+    int post_t, post_q, post_bias, post_sigma;
+    int att_q, att_euler, att_heading, att_sigma, near_singular, tilt_ready, heading_ready, started;
+    int rate, bias, bias_sigma;
+    struct Innovation {
+        int value, nis, gate_ok, used, gated;
+        int dimension;
+    } innovation[HNAV_SENSOR_COUNT]; // of the gyro: used only
+    int gamma, margin, bias_walk, raised, repaired, late, non_finite, zero, missed, corrections, rhs_evals;
+    int covariance;
+};
+
+namespace rows {
+
+inline Variable input(const char* name, const char* unit, const char* display, double start, const char* text) {
+    Variable v = variable(name, Type::real, Causality::input, Variability::discrete, text);
+    v.unit = unit;
+    v.display_unit = display;
+    v.start = start;
+    return v;
+}
+
+inline Variable input(const char* name, Type type, double start, const char* text) {
+    Variable v = variable(name, type, Causality::input, Variability::discrete, text);
+    v.start = start;
+    return v;
+}
+
+inline Variable output(const char* name, const char* unit, const char* display, Group group, Variability variability,
+                       DependsOn depends_on, const char* text) {
+    Variable v = variable(name, Type::real, Causality::output, variability, text);
+    v.unit = unit;
+    v.display_unit = display;
+    v.group = group;
+    v.depends_on = depends_on;
+    return v;
+}
+
+inline Variable output(const char* name, Type type, Group group, const char* text) {
+    Variable v = variable(name, type, Causality::output, Variability::discrete, text);
+    v.group = group;
+    return v;
+}
+
+inline Variable parameter(const char* name, const char* unit, double start, double min, double max, const char* text) {
+    Variable v = variable(name, Type::real, Causality::parameter, Variability::fixed, text);
+    v.unit = unit;
+    v.start = start;
+    v.min = min;
+    v.max = max;
+    return v;
+}
+
+inline Variable choice(const char* name, const char* const* choices, int count, double start, const char* text) {
+    Variable v = variable(name, Type::enumeration, Causality::parameter, Variability::fixed, text);
+    v.choices = choices;
+    v.choice_count = count;
+    v.start = start;
+    v.min = 0;
+    v.max = count - 1;
+    return v;
+}
+
+} // namespace rows
+
+// The value of one component of an option.
+inline double option_value(const hnav_option_info& option, const hnav_hrekf_options& options, int component) {
+    const char* field = reinterpret_cast<const char*>(&options) + option.offset;
+    if (option.kind == HNAV_OPTION_REAL) {
+        double value;
+        std::memcpy(&value, field + component * sizeof value, sizeof value);
+        return value;
+    }
+    std::int32_t value;
+    std::memcpy(&value, field, sizeof value);
+    return value;
+}
+
+inline void set_option(const hnav_option_info& option, hnav_hrekf_options* options, int component, double value) {
+    char* field = reinterpret_cast<char*>(options) + option.offset;
+    if (option.kind == HNAV_OPTION_REAL) {
+        std::memcpy(field + component * sizeof value, &value, sizeof value);
+        return;
+    }
+    const auto integer = static_cast<std::int32_t>(value);
+    std::memcpy(field, &integer, sizeof integer);
+}
+
+inline void describe_options(Table& table, Places& at) {
+    const hnav_hrekf_options defaults = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+    at.options = table.size();
+    for (int k = 0; const hnav_option_info* option = hnav_hrekf_option(k); ++k)
+        for (int i = 0; i < option->count; ++i) {
+            Variable v = variable(option->name, Type::real, Causality::parameter, Variability::fixed, option->description);
+            if (option->count > 1) std::snprintf(v.name, sizeof v.name, "%.50s[%d]", option->name, i + 1);
+            if (option->kind == HNAV_OPTION_INTEGER) v.type = Type::integer;
+            if (option->kind == HNAV_OPTION_CHOICE) v.type = Type::enumeration;
+            v.unit = option->unit;
+            if (!std::strcmp(option->unit, "rad")) v.display_unit = "deg";
+            if (!std::strcmp(option->unit, "rad/s")) v.display_unit = "deg/s";
+            if (!std::strcmp(option->unit, "T")) v.display_unit = "uT";
+            v.choices = option->choices;
+            v.choice_count = option->choice_count;
+            v.min = option->min;
+            v.max = option->max;
+            v.start = option_value(*option, defaults, i);
+            table.add(v);
+        }
+}
+
+inline void describe_inputs(Table& table, Places& at) {
+    using namespace rows;
+    struct Sensor {
+        const char *prefix, *value, *unit, *display, *text;
+        double start[3];
+    };
+    constexpr Sensor sensors[] = {
+        {"gyro", "rate", "rad/s", "deg/s", "Angular rate in sensor axes", {0, 0, 0}},
+        {"accel", "force", "m/s2", "", "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)", {0, 0, -9.80665}},
+        {"mag", "field", "T", "uT", "Magnetic field in sensor axes", {2e-5, 0, 4.5e-5}},
+        {"aid", "heading", "rad", "deg", "True heading of body x, clockwise from north", {0, 0, 0}},
+    };
+    char name[64];
+    const auto named = [&name](const char* prefix, const char* suffix) {
+        std::snprintf(name, sizeof name, "%.20s.%.30s", prefix, suffix);
+        return name;
+    };
+    for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+        const Sensor& sensor = sensors[s];
+        const bool aid = s == HNAV_SENSOR_HEADING;
+        Places::Sensor& place = at.sensor[s];
+        if (aid) {
+            place.value = table.add(input(named(sensor.prefix, sensor.value), sensor.unit, sensor.display, 0, sensor.text));
+            table.add(input(named(sensor.prefix, "heading_sigma"), "rad", "deg", 0.05, "Standard deviation of the heading"));
+        } else {
+            const Variable v = input(named(sensor.prefix, sensor.value), sensor.unit, sensor.display, 0, sensor.text);
+            place.value = table.add_vector(v, 3);
+            for (int i = 0; i < 3; ++i) table.row(place.value + i).start = sensor.start[i];
+        }
+        place.sample = table.add(input(named(sensor.prefix, "sample"), Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)"));
+        place.t_meas = table.add(input(named(sensor.prefix, "t_meas"), "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)"));
+        place.valid = table.add(input(named(sensor.prefix, "valid"), Type::boolean, !aid, "False: the sample is not used"));
+    }
+    at.reset = table.add(input("reset", Type::boolean, 0, "Rising edge: back to the state after initialization"));
+    at.realign = table.add(input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
+}
+
+inline void describe_sampling(Table& table, Places& at) {
+    using namespace rows;
+    at.preset = table.add(choice("preset", presets, 2, 0, "Set of defaults; parameters that differ from their start values override it"));
+    at.sampling_mode = table.add(choice("sampling_mode", sampling_modes, 2, periodic, "periodic: inputs are sampled every period; counter: when a sample counter changes"));
+    constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
+    for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+        Variable v = parameter(names[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
+        v.display_unit = "ms";
+        at.sensor[s].period = table.add(v);
+    }
+}
+
+inline void describe_outputs(Table& table, Places& at) {
+    using namespace rows;
+    constexpr auto held = Variability::discrete, flowing = Variability::continuous;
+    constexpr auto none = DependsOn::nothing, on_q_b = DependsOn::first_states, on_all = DependsOn::all_states;
+
+    at.post_t = table.add(output("post.t", "s", "ms", posterior_group, held, none, "Time of the newest sample used"));
+    at.post_q = table.add_vector(output("post.q", "", "", posterior_group, held, none, "Attitude just after that sample, body to navigation, scalar first"), 4);
+    at.post_bias = table.add_vector(output("post.bias", "rad/s", "deg/s", posterior_group, held, none, "Gyro bias just after that sample"), 3);
+    at.post_sigma = table.add_vector(output("post.sigma", "", "", posterior_group, held, none, "Standard deviations just after that sample: rotation about the navigation axes in rad, gyro bias in rad/s"), 6);
+
+    at.att_q = table.add_vector(output("att.q", "", "", attitude_group, flowing, on_q_b, "Attitude now, body to navigation, scalar first"), 4);
+    at.att_euler = table.add_vector(output("att.euler", "rad", "deg", attitude_group, flowing, on_q_b, "Roll, pitch, yaw now (rotation order z y x)"), 3);
+    at.att_heading = table.add(output("att.heading", "rad", "deg", attitude_group, flowing, on_q_b, "True heading of body x now, clockwise from north"));
+    at.att_sigma = table.add_vector(output("att.sigma", "rad", "deg", attitude_group, flowing, on_all, "Standard deviation of the rotation error about the navigation axes; pi before the start"), 3);
+    at.near_singular = table.add(output("att.near_singular", Type::boolean, attitude_group, "Pitch is beyond 85 deg: roll and yaw are ill defined"));
+    at.rate = table.add_vector(output("rate.body", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Angular rate of the body, bias removed"), 3);
+    at.bias = table.add_vector(output("bias.gyro", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Gyro bias"), 3);
+    at.bias_sigma = table.add_vector(output("bias.gyro_sigma", "rad/s", "deg/s", bias_group, flowing, on_all, "Standard deviation of the gyro bias"), 3);
+
+    at.started = table.add(output("align.started", Type::boolean, status_group, "There is an attitude"));
+    at.tilt_ready = table.add(output("align.tilt_ready", Type::boolean, attitude_group, "Tilt: sigma below the limit, by information gained"));
+    at.heading_ready = table.add(output("align.heading_ready", Type::boolean, attitude_group, "Heading: sigma below the limit, by information gained"));
+
+    constexpr const char* sensors[] = {"gyro", "accel", "mag", "heading"};
+    char name[64];
+    const auto named = [&name](const char* prefix, const char* suffix) {
+        std::snprintf(name, sizeof name, "%.20s.%.30s", prefix, suffix);
+        return name;
+    };
+    for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+        Places::Innovation& place = at.innovation[s];
+        char counted[64];
+        std::snprintf(counted, sizeof counted, "count.%s_used", sensors[s]);
+        place.used = table.add(output(counted, Type::integer, status_group, "Samples used"));
+        if (s == HNAV_SENSOR_GYRO) continue;
+        place.dimension = s == HNAV_SENSOR_HEADING ? 1 : 3;
+        const Variable value = output(named("innov", sensors[s]), place.dimension == 1 ? "rad" : "", place.dimension == 1 ? "deg" : "", innovation_group,
+                                      held, none, "Innovation of the last sample: measured minus expected (directions without unit)");
+        place.value = place.dimension == 1 ? table.add(value) : table.add_vector(value, 3);
+        place.nis = table.add(output(named("nis", sensors[s]), "", "", innovation_group, held, none, "Normalised innovation squared of the last sample; its expectation is the dimension"));
+        std::snprintf(counted, sizeof counted, "gate.%s_ok", sensors[s]);
+        place.gate_ok = table.add(output(counted, Type::boolean, innovation_group, "The last sample was within its gate"));
+        std::snprintf(counted, sizeof counted, "count.%s_gated", sensors[s]);
+        place.gated = table.add(output(counted, Type::integer, status_group, "Samples whose noise the gate inflated"));
+    }
+
+    at.gamma = table.add(output("hinf.gamma_used", "", "", status_group, held, none, "gamma of the last correction; 0 stands for infinity (off)"));
+    at.margin = table.add(output("hinf.margin", "", "", status_group, held, none, "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
+    at.bias_walk = table.add(output("adapt.bias_walk", "rad/s/sqrt(s)", "", status_group, held, none, "Random walk of the gyro bias in use"));
+    at.corrections = table.add(output("count.corrections", Type::integer, status_group, "Corrections"));
+    at.raised = table.add(output("count.gamma_raised", Type::integer, status_group, "Corrections whose gamma had to be raised"));
+    at.repaired = table.add(output("count.covariance_repaired", Type::integer, status_group, "Covariances that had to be repaired"));
+    at.missed = table.add(output("count.missed", Type::integer, status_group, "Samples that a coarse communication step lost"));
+    at.late = table.add(output("count.late", Type::integer, status_group, "Samples refused as too old"));
+    at.non_finite = table.add(output("count.non_finite", Type::integer, status_group, "Samples refused as not finite"));
+    at.zero = table.add(output("count.zero", Type::integer, status_group, "Samples refused as zero vectors"));
+    at.rhs_evals = table.add(output("solver.rhs_evals", Type::integer, status_group, "Evaluations of the flow by the integrator inside"));
+
+    at.covariance = table.size();
+    for (int i = 1; i <= 6; ++i)
+        for (int j = i; j <= 6; ++j) {
+            char element[32];
+            std::snprintf(element, sizeof element, "cov.P[%d,%d]", i, j);
+            table.add(output(element, "", "", covariance_group, flowing, on_all, "Covariance of (rotation about the navigation axes in rad, gyro bias in rad/s)"));
+        }
+}
+
+inline void describe_states(Table& table) {
+    const auto each = [&table](bool derivative, int first_state) {
+        int k = 0;
+        const auto add = [&](const char* name, const char* unit, const char* text, DependsOn depends_on) {
+            Variable v = variable(name, Type::real, Causality::local, Variability::continuous, text);
+            if (derivative) std::snprintf(v.name, sizeof v.name, "der(%.50s)", name);
+            v.unit = derivative ? "" : unit;
+            v.group = state_group;
+            v.depends_on = derivative ? depends_on : DependsOn::nothing;
+            v.is_state = !derivative;
+            v.derivative_of = derivative ? first_state + k : -1;
+            table.add(v);
+            ++k;
+        };
+        char name[32];
+        for (int i = 1; i <= 4; ++i) {
+            std::snprintf(name, sizeof name, "state.q[%d]", i);
+            add(name, "", "Attitude, body to north-east-down of magnetic north", DependsOn::first_states);
+        }
+        for (int i = 1; i <= 3; ++i) {
+            std::snprintf(name, sizeof name, "state.b[%d]", i);
+            add(name, "rad/s", "Gyro bias", DependsOn::nothing);
+        }
+        for (int i = 1; i <= 7; ++i)
+            for (int j = i; j <= 7; ++j) {
+                std::snprintf(name, sizeof name, "state.P[%d,%d]", i, j);
+                // The bias block grows by its noise alone.
+                add(name, "", "Covariance of q and b", i > 4 ? DependsOn::nothing : DependsOn::all_states);
+            }
+    };
+    const int first = table.size();
+    each(false, first);
+    each(true, first);
+}
+
+inline void describe_all(Table& table, Places& at) {
+    Variable time = variable("time", Type::real, Causality::independent, Variability::continuous, "Simulation time");
+    time.unit = "s";
+    table.add(time);
+    describe_inputs(table, at);
+    describe_sampling(table, at);
+    describe_options(table, at);
+    describe_outputs(table, at);
+    describe_states(table);
+}
+
+} // namespace hnav::fmu

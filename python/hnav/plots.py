@@ -1,0 +1,230 @@
+"""Pictures of attitude estimates: against a reference, against their own sigma, innovations against chi-square bounds.
+
+Every function draws into axes that it is given and touches nothing else; figures are made without pyplot, so no
+state is shared and no display is needed. Angles are drawn in degrees, times in seconds. Colours are those of Okabe
+and Ito (Color Universal Design, 2008), which people with any kind of colour vision can tell apart; what a colour
+says is said by label or line style as well.
+
+    python -m hnav.plots overview --broad FOLDER --out FILE.png      the picture of the README
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+from scipy import stats
+from scipy.spatial.transform import Rotation
+
+BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
+SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
+AXIS_COLOURS = (VERMILION, GREEN, BLUE)
+
+STYLE = {
+    "font.size": 9.5,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": "#9A9A9A",
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.3,
+    "figure.facecolor": "white",
+}
+
+# Beyond this pitch roll and yaw jump about without meaning; the quaternion is drawn instead.
+EULER_PITCH_LIMIT_DEG = 80.0
+
+
+# --------------------------------------------------------------------------------------------- what is drawn
+
+
+def euler_deg(q_nb: np.ndarray) -> np.ndarray:
+    """Roll, pitch, yaw in deg (n x 3) of unit quaternions (n x 4, scalar first, body to navigation).
+
+    Rotation order z y x, each angle unwrapped in time so that a turn is one line; NaN rows stay NaN.
+    """
+    angles = np.full((len(q_nb), 3), np.nan)
+    known = np.isfinite(q_nb).all(axis=1)
+    if known.any():
+        yaw_pitch_roll = Rotation.from_quat(q_nb[known][:, [1, 2, 3, 0]]).as_euler("ZYX")
+        angles[known] = np.degrees(np.unwrap(yaw_pitch_roll[:, ::-1], axis=0))
+    return angles
+
+
+def continuous_quaternion(q: np.ndarray) -> np.ndarray:
+    """The same rotations (n x 4) with signs chosen so that neighbours lie on the same half of the sphere."""
+    q = q.copy()
+    known = np.flatnonzero(np.isfinite(q).all(axis=1))
+    if len(known):
+        turns = np.sign(np.einsum("ij,ij->i", q[known][1:], q[known][:-1]))
+        turns[turns == 0] = 1
+        q[known[1:]] *= np.cumprod(turns)[:, None]
+    return q
+
+
+def rotation_error_rad(q_est: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
+    """Rotation vector (n x 3, rad, navigation axes) that turns the estimate into the reference.
+
+    q_ref = exp(error / 2) q_est: the error whose sigma the filter states. Rows with a NaN give NaN.
+    """
+    error = np.full((len(q_est), 3), np.nan)
+    known = np.isfinite(q_est).all(axis=1) & np.isfinite(q_ref).all(axis=1)
+    if known.any():
+        estimate, reference = (Rotation.from_quat(q[known][:, [1, 2, 3, 0]]) for q in (q_est, q_ref))
+        error[known] = (reference * estimate.inv()).as_rotvec()
+    return error
+
+
+def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean over windows of window_s side by side: their mid times and means (NaN rows left out).
+
+    Windows side by side share no sample, so their means scatter as independent samples would.
+    """
+    known = np.isfinite(values)
+    if not known.any():
+        return np.empty(0), np.empty(0)
+    t_s, values = t_s[known], values[known]
+    window = np.floor((t_s - t_s[0]) / window_s).astype(int)
+    count = np.bincount(window)
+    used = count > 0
+    mean = np.bincount(window, weights=values)[used] / count[used]
+    return t_s[0] + (np.flatnonzero(used) + 0.5) * window_s, mean
+
+
+# --------------------------------------------------------------------------------------------- panels
+
+
+def figure(width_px: int, height_px: int, dpi: int = 100) -> Figure:
+    """An empty figure of this many pixels."""
+    return Figure(figsize=(width_px / dpi, height_px / dpi), dpi=dpi)
+
+
+def draw_attitude(
+    axes: Axes, t_s: np.ndarray, q_nb: np.ndarray, q_ref: np.ndarray | None = None, reference: str = "reference"
+) -> str:
+    """Attitude of the filter (coloured) over that of a reference (black, dashed); returns what was drawn.
+
+    Roll, pitch and yaw in deg, or the four components of the quaternion when pitch comes near 90 deg, where roll and
+    yaw mean nothing. q_nb, q_ref: n x 4, scalar first, body to navigation.
+    """
+    angles = euler_deg(q_nb)
+    as_euler = not np.nanmax(np.abs(angles[:, 1]), initial=0.0) > EULER_PITCH_LIMIT_DEG
+    if as_euler:
+        lines, names, colours = angles, ("roll", "pitch", "yaw"), AXIS_COLOURS
+        # A reference may be unwrapped into another turn: bring it to the filter's.
+        others = None if q_ref is None else near_turn(euler_deg(q_ref), angles)
+    else:
+        lines, names, colours = continuous_quaternion(q_nb), ("q0", "q1", "q2", "q3"), (PURPLE, *AXIS_COLOURS)
+        others = None
+        if q_ref is not None:
+            sign = np.where(np.einsum("ij,ij->i", np.nan_to_num(q_ref), np.nan_to_num(lines)) < 0, -1.0, 1.0)
+            others = q_ref * sign[:, None]
+    for column, (name, colour) in enumerate(zip(names, colours)):
+        axes.plot(t_s, lines[:, column], color=colour, label=name, lw=1.6)
+        if others is not None:
+            # Rows without a reference would break the line into invisible points.
+            known = np.isfinite(others[:, column])
+            axes.plot(t_s[known], others[known, column], color="black", lw=0.8, ls=(0, (4, 2)),
+                      label=reference if column == len(names) - 1 else None)
+    axes.set_ylabel("angle / deg" if as_euler else "quaternion / 1")
+    legend_above(axes)
+    return "roll, pitch, yaw" if as_euler else "quaternion"
+
+
+def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
+    """angles_deg moved by whole turns to within half a turn of near_deg, element by element."""
+    return angles_deg + 360.0 * np.round((near_deg - angles_deg) / 360.0)
+
+
+def draw_error_band(
+    axes: Axes,
+    t_s: np.ndarray,
+    error_deg: np.ndarray,
+    sigma_deg: np.ndarray,
+    name: str,
+    colour: str = BLUE,
+    times: float = 3.0,
+    one_sided: bool = False,
+) -> float:
+    """An error (deg) inside the band of +- times sigma that the filter states; returns the share inside, 0 to 1.
+
+    one_sided: the error is a length, the band begins at zero.
+    """
+    axes.fill_between(t_s, 0.0 if one_sided else -times * sigma_deg, times * sigma_deg, color=colour, alpha=0.16, lw=0,
+                      label=f"{'' if one_sided else '±'}{times:g}σ stated by the filter")
+    known = np.isfinite(error_deg)
+    axes.plot(t_s[known], error_deg[known], color=colour, lw=1.1, label=name)
+    if not one_sided:
+        axes.axhline(0.0, color=FAINT, lw=0.7)
+    axes.set_ylabel("difference / deg")
+    legend_above(axes)
+    return float(np.mean(np.abs(error_deg[known]) <= times * sigma_deg[known])) if known.any() else float("nan")
+
+
+def draw_sigma(axes: Axes, t_s: np.ndarray, sigma_deg: np.ndarray, names: Sequence[str]) -> None:
+    """Standard deviations in deg (n x k) on a logarithmic scale."""
+    for column, (name, colour) in enumerate(zip(names, AXIS_COLOURS)):
+        axes.plot(t_s, sigma_deg[:, column], color=colour, label=name)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.set_ylabel("σ / deg")
+    legend_above(axes)
+
+
+def draw_bias(axes: Axes, t_s: np.ndarray, bias_deg_s: np.ndarray, sigma_deg_s: np.ndarray) -> None:
+    """Gyro bias in deg/s (n x 3) with its band of one sigma."""
+    for axis, (name, colour) in enumerate(zip("xyz", AXIS_COLOURS)):
+        middle, spread = bias_deg_s[:, axis], sigma_deg_s[:, axis]
+        axes.fill_between(t_s, middle - spread, middle + spread, color=colour, alpha=0.14, lw=0)
+        axes.plot(t_s, middle, color=colour, label=f"{name} ±1σ")
+    axes.set_ylabel("gyro bias / (deg/s)")
+    legend_above(axes)
+
+
+def draw_nis(
+    axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension: int = 3, probability: float = 0.95, window_s: float = 1.0
+) -> None:
+    """Normalised innovations squared by sensor: every sample as a dot, means over window_s as a line.
+
+    The grey band holds a share `probability` of the single samples of a filter whose noise is as parametrised
+    (two-sided chi-square, Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2); the dashed line is their mean,
+    `dimension`.
+    """
+    low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], dimension)
+    axes.axhspan(low, high, color="#DDDDDD", alpha=0.55, lw=0, label=f"{probability:.0%} of χ²({dimension})")
+    axes.axhline(dimension, color=INK, lw=0.9, ls="--", label=f"expected mean {dimension}")
+    for (name, values), colour in zip(nis.items(), (BLUE, ORANGE)):
+        shown = np.isfinite(values) & (values > 0)
+        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=1.6, alpha=0.25, rasterized=True)
+        axes.plot(*running_mean(t_s, values, window_s), color=colour, lw=1.6, label=f"{name}, mean of {window_s:g} s")
+    axes.set_yscale("log")
+    axes.set_ylim(1e-3, 1e3)
+    axes.set_ylabel("NIS / 1")
+    legend_above(axes)
+
+
+def legend_above(axes: Axes) -> None:
+    """The legend in one row at the right above the axes, where it hides no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=6, handlelength=1.6, columnspacing=1.1,
+                borderaxespad=0.0)
+
+
+def save(picture: Figure, path: Path) -> None:
+    """Writes the figure as PNG (or what the ending says), making the folder when it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture.savefig(path)
