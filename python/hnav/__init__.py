@@ -1,0 +1,14 @@
+"""Hybrid navigation filters: the C library by ctypes, the same filters as FMUs by fmpy, and what goes around them.
+
+    library     the C API: options, filters, arrays in and out
+    fmus        the FMUs, driven by fmpy
+    engines     one call for both
+    recordings  files of real sensors
+    scores      errors against a reference attitude
+    reference   the filter again in NumPy, slow and readable: the oracle of the tests
+"""
+
+from hnav.library import Filter, HnavError, Options
+
+__all__ = ["Filter", "HnavError", "Options", "__version__"]
+__version__ = "0.1.0"

@@ -1,0 +1,3 @@
+from hnav.cli import main
+
+main()

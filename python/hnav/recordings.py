@@ -1,0 +1,176 @@
+"""Recordings of inertial and magnetic sensors: BROAD trials (HDF5 and MAT) and CSV files.
+
+BROAD: D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A Benchmark for Robust Inertial Orientation Estimation",
+Data 6(7):72, 2021, doi 10.3390/data6070072. Its reference attitude is optical, sensor to east-north-up.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
+TESLA_PER = {"T": 1.0, "uT": 1e-6, "G": 1e-4, "au": 5e-5}  # au: arbitrary; the filter learns the strength anyway
+TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
+
+
+class RecordingError(Exception):
+    """A file cannot be read; the text names file, line and column as far as they are known."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Samples in SI units, one row for each instant; a row of NaN is a missing sample.
+
+    reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
+    movement marks the rows that a score is taken over.
+    """
+
+    name: str
+    t_s: np.ndarray  # n, increasing
+    rate_b_rad_s: np.ndarray  # n x 3
+    force_b_m_s2: np.ndarray  # n x 3
+    field_b_tesla: np.ndarray | None = None  # n x 3
+    reference_q_nb: np.ndarray | None = None  # n x 4
+    movement: np.ndarray | None = None  # n, bool
+
+    def cropped(self, duration_s: float) -> Recording:
+        """The first duration_s seconds."""
+        keep = self.t_s < self.t_s[0] + duration_s
+        cut = {k: v[keep] if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
+        return Recording(**cut)
+
+
+def read_recording(path: str | Path, mag_unit: str = "T") -> Recording:
+    """By extension: .csv (mag_unit: T, uT, G or au), .hdf5 and .mat (BROAD). Raises RecordingError."""
+    path = Path(path)
+    readers = {".csv": lambda p: read_csv(p, mag_unit), ".hdf5": read_broad, ".mat": read_broad}
+    if path.suffix not in readers:
+        raise RecordingError(f"{path}: unknown extension '{path.suffix}'; a recording is .csv, .hdf5 or .mat")
+    if not path.is_file():
+        raise RecordingError(f"{path}: no such file")
+    return readers[path.suffix](path)
+
+
+# --------------------------------------------------------------------------------------------- BROAD
+
+
+def find_trials(folder: str | Path) -> dict[int, Path]:
+    """Trial number to file, for all BROAD trials below the folder; HDF5 before MAT, which hold the same numbers."""
+    if not Path(folder).is_dir():
+        raise RecordingError(f"{folder}: no such folder")
+    found: dict[int, Path] = {}
+    for pattern in ("*.mat", "*.hdf5"):
+        for path in sorted(Path(folder).rglob(pattern)):
+            if match := TRIAL_NAME.match(path.name):
+                found[int(match.group(1))] = path
+    if not found:
+        raise RecordingError(f"{folder}: no BROAD trials (NN_undisturbed_*.hdf5, NN_disturbed_*.mat)")
+    return dict(sorted(found.items()))
+
+
+def read_broad(path: Path) -> Recording:
+    """One trial. The field is in microtesla there, and rows are at equal intervals."""
+    names = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement")
+    try:
+        if path.suffix == ".hdf5":
+            import h5py
+
+            with h5py.File(path) as file:
+                data = {name: file[name][:] for name in names}
+                rate_hz = float(file.attrs["sampling_rate"])
+        else:
+            import scipy.io
+
+            contents = scipy.io.loadmat(path, squeeze_me=True)
+            data = {name: contents[name] for name in names}
+            rate_hz = float(contents["sampling_rate"])
+    except KeyError as error:
+        raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
+    except (OSError, ValueError, NotImplementedError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+    return Recording(
+        name=path.stem,
+        t_s=np.arange(len(data["imu_gyr"])) / rate_hz,
+        rate_b_rad_s=np.ascontiguousarray(data["imu_gyr"], float),
+        force_b_m_s2=np.ascontiguousarray(data["imu_acc"], float),
+        field_b_tesla=np.ascontiguousarray(data["imu_mag"], float) * 1e-6,
+        reference_q_nb=np.ascontiguousarray(data["opt_quat"], float),
+        movement=np.ravel(data["movement"]).astype(bool),
+    )
+
+
+# --------------------------------------------------------------------------------------------- CSV
+
+
+def read_csv(path: Path, mag_unit: str = "T") -> Recording:
+    """Columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz in any order, header required; mx,my,mz may be absent.
+
+    Rates in rad/s, force in m/s2, field in mag_unit. Empty cells and nan are missing samples; time must increase.
+    """
+    if mag_unit not in TESLA_PER:
+        raise RecordingError(f"--mag-unit {mag_unit}: choose one of {', '.join(TESLA_PER)}")
+    columns = _header(path)
+    import pandas
+
+    try:
+        table = pandas.read_csv(path, dtype=float, skipinitialspace=True)
+    except (ValueError, pandas.errors.ParserError, UnicodeDecodeError):
+        raise RecordingError(_first_fault(path, columns)) from None
+    if table.empty:
+        raise RecordingError(f"{path}: no rows after the header")
+    values = {name: table[name].to_numpy() for name in columns}
+    t_s = values["t_s"]
+    # Line 1 is the header, so row i is line i + 2.
+    if len(bad := np.flatnonzero(~np.isfinite(t_s))):
+        raise RecordingError(f"{path}, line {bad[0] + 2}, column t_s: a time is missing or not finite")
+    if len(bad := np.flatnonzero(np.diff(t_s) <= 0)):
+        i = bad[0]
+        raise RecordingError(f"{path}, line {i + 3}, column t_s: time {t_s[i + 1]:g} does not increase after {t_s[i]:g}")
+
+    def vector(prefix: str) -> np.ndarray:
+        return np.stack([values[prefix + axis] for axis in "xyz"], axis=1)
+
+    field = vector("m") * TESLA_PER[mag_unit] if "mx" in columns else None
+    return Recording(path.stem, t_s, vector("g"), vector("a"), field)
+
+
+def _header(path: Path) -> list[str]:
+    """The columns of the file, checked."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            columns = [name.strip() for name in next(csv.reader(file), [])]
+    except UnicodeDecodeError:
+        raise RecordingError(f"{path}: not a text file") from None
+    if not columns:
+        raise RecordingError(f"{path}: the file is empty")
+    if not any(name in CSV_COLUMNS for name in columns):
+        raise RecordingError(f"{path}, line 1: no header; the first line must name the columns {','.join(CSV_COLUMNS)}")
+    needed = CSV_COLUMNS if any(name in columns for name in CSV_COLUMNS[7:]) else CSV_COLUMNS[:7]
+    for name in needed:
+        if name not in columns:
+            raise RecordingError(f"{path}, line 1: the column {name} is missing")
+    if len(set(columns)) != len(columns):
+        raise RecordingError(f"{path}, line 1: a column appears twice")
+    return list(needed)
+
+
+def _first_fault(path: Path, columns: list[str]) -> str:
+    """What a fast reader could not digest, found line by line."""
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
+        rows = csv.reader(file)
+        header = [name.strip() for name in next(rows)]
+        for line, row in enumerate(rows, start=2):
+            if row and len(row) != len(header):
+                return f"{path}, line {line}: {len(row)} cells, the header has {len(header)} columns"
+            for name, cell in zip(header, row):
+                if name in columns and cell.strip():
+                    try:
+                        float(cell)
+                    except ValueError:
+                        return f"{path}, line {line}, column {name}: '{cell.strip()}' is not a number"
+    return f"{path}: cannot be read as CSV"

@@ -1,0 +1,22 @@
+"""Quaternions row by row: n x 4, scalar first, Hamilton, body to navigation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    w, x, y, z = np.atleast_2d(a).T
+    p, q, r, s = np.atleast_2d(b).T
+    return np.stack([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r,
+                     w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p], axis=1)  # fmt: skip
+
+
+def euler_rad(q: np.ndarray) -> np.ndarray:
+    """Roll, pitch, yaw (n x 3), rotation order z y x; NaN rows stay NaN."""
+    w, x, y, z = q.T
+    return np.stack([
+        np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+        np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
+        np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    ], axis=1)  # fmt: skip
