@@ -382,7 +382,9 @@ private:
         sigma.tail<3>().setConstant(bias);
         for (int i = 0; i < 4; ++i) x[i] = 1;
         for (int i = 4; i < 7; ++i) x[i] = std::fmax(bias, 1e-6);
-        pack<7>(Covariance((sigma * sigma.transpose()).cwiseMax(1e-12)), x + 7);
+        // The gain is a quotient of covariances, and correlations are often far below one: an absolute tolerance on the
+        // scale of the product of two sigmas would be felt in the bias. Hence a hundredth of it.
+        pack<7>(Covariance((0.01 * sigma * sigma.transpose()).cwiseMax(1e-14)), x + 7);
     }
 
     // -------------------------------------------------------------------------------------------- start

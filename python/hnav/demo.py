@@ -13,6 +13,7 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Optional
 
 import numpy as np
 import typer
@@ -20,13 +21,14 @@ from rich.console import Console
 from rich.table import Table
 
 from hnav import plots
+from hnav.cli import UsageError, parse_settings
 from hnav.device_recordings import WheelUnavailable, find_wheel, read_x_imu, read_xsens
-from hnav.engines import Result, run_recording
+from hnav.engines import ENGINES, Result, run_recording
+from hnav.library import HnavError
 from hnav.recordings import Recording, RecordingError, read_recording
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, the device has its past.
 SETTLING_S = 1.0
-EXPECTED_NIS = 3.0
 
 
 @dataclass(frozen=True)
@@ -78,3 +80,176 @@ def _product_with_conjugate(q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, .
         -q0 * p2 + q1 * p3 + q2 * p0 - q3 * p1,
         -q0 * p3 - q1 * p2 + q2 * p1 + q3 * p0,
     )
+
+
+# --------------------------------------------------------------------------------------------- running
+
+
+def run_engine(recording: Recording, reference: str, engine: str, settings: dict[str, str]) -> Run:
+    """The filter over the recording, in the navigation frame of its reference, with wall time per row."""
+    begin = time.perf_counter()
+    result = run_recording(recording, engine=engine, settings={"navigation_frame": "enu", **settings})
+    return Run(recording, result, reference, 1e6 * (time.perf_counter() - begin) / len(recording.t_s))
+
+
+# --------------------------------------------------------------------------------------------- printing
+
+
+def summary(runs: list[Run], engine: str) -> Table:
+    """The figures of all runs, one column each."""
+    table = Table(title=f"Hrekf, engine {engine}, default preset", title_justify="left")
+    table.add_column("")
+    for run in runs:
+        table.add_column(run.recording.name, justify="right")
+    columns = [figures(run) for run in runs]
+    for name in dict.fromkeys(name for column in columns for name in column):
+        table.add_row(name, *(column.get(name, "-") for column in columns))
+    return table
+
+
+def figures(run: Run) -> dict[str, str]:
+    """What stands in a column of the table: text by row name."""
+    recording, result = run.recording, run.result
+    duration_s = recording.t_s[-1] - recording.t_s[0]
+    rows = {
+        "length": f"{duration_s:.1f} s, {(len(recording.t_s) - 1) / duration_s:.0f} Hz",
+        "samples rate / force / field": " / ".join(
+            str(_count(values)) for values in (recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
+        ),
+    }
+    if run.reference:
+        against = compare(recording.t_s, result.q_nb, recording.reference_q_nb)
+        rows |= {
+            f"difference to the {run.reference}": "median    RMS    ",
+            "  total": _median_rms(against.total_deg),
+            "  heading, offset removed": _median_rms(against.heading_deg),
+            "  inclination": _median_rms(against.inclination_deg),
+            "  constant heading offset": f"{against.heading_offset_deg:+.1f} deg",
+        }
+    bias, bias_sigma = np.degrees(result.gyro_bias_rad_s[-1]), np.degrees(result.gyro_bias_sigma_rad_s[-1])
+    tilt_deg, heading_deg = _tilt_sigma_deg(result)[-1], np.degrees(result.sigma_rad[-1, 2])
+    return rows | {
+        "the filter about itself": "",
+        "  σ tilt, heading at the end": f"{tilt_deg:.1f}, {heading_deg:.1f} deg",
+        "  mean NIS force (expected 3)": _mean(result.accel_nis),
+        "  mean NIS field (expected 3)": _mean(result.mag_nis),
+        "  gyro bias x ± σ": f"{bias[0]:+.2f} ± {bias_sigma[0]:.2f} deg/s",
+        "  gyro bias y ± σ": f"{bias[1]:+.2f} ± {bias_sigma[1]:.2f} deg/s",
+        "  gyro bias z ± σ": f"{bias[2]:+.2f} ± {bias_sigma[2]:.2f} deg/s",
+        "time per row, fmpy included": f"{run.us_per_sample:.0f} µs",
+    }
+
+
+def _count(samples: np.ndarray | None) -> int:
+    return 0 if samples is None else int(np.isfinite(samples).all(axis=1).sum())
+
+
+def _median_rms(difference_deg: np.ndarray) -> str:
+    size = np.abs(difference_deg[np.isfinite(difference_deg)])
+    return f"{np.median(size):6.1f} {np.sqrt(np.mean(size**2)):6.1f} deg"
+
+
+def _mean(nis: np.ndarray) -> str:
+    used = nis[np.isfinite(nis)]
+    return f"{used.mean():.2f}" if len(used) else "no samples"
+
+
+def _tilt_sigma_deg(result: Result) -> np.ndarray:
+    """Standard deviation of the inclination: both horizontal axes together."""
+    return np.degrees(np.hypot(result.sigma_rad[:, 0], result.sigma_rad[:, 1]))
+
+
+# --------------------------------------------------------------------------------------------- the picture
+
+
+def picture(runs: list[Run]) -> plots.Figure:
+    """One column a recording: attitude, differences in the filter's own 3 sigma, NIS, gyro bias, over time in s."""
+    compared = any(run.reference for run in runs)
+    names = ["attitude"] + (["heading", "inclination"] if compared else ["sigma"]) + ["nis", "bias"]
+    with plots.styled():
+        fig = plots.figure(850 * len(runs), 320 + 230 * len(names))
+        grid = fig.subplots(len(names), len(runs), squeeze=False, sharex="col", height_ratios=[1.5] + [1.0] * (len(names) - 1))
+        for column, run in enumerate(runs):
+            draw_run(dict(zip(names, grid[:, column])), run)
+        fig.align_ylabels()
+        fig.tight_layout(h_pad=1.2, w_pad=2.0)
+    return fig
+
+
+def draw_run(panels: dict[str, plots.Axes], run: Run) -> None:
+    """One column of the picture."""
+    recording, result = run.recording, run.result
+    t_s = recording.t_s - recording.t_s[0]
+    reference_q_nb = recording.reference_q_nb if run.reference else None
+    drawn = plots.draw_attitude(panels["attitude"], t_s, result.q_nb, reference_q_nb, run.reference)
+    panels["attitude"].set_title(f"{recording.name}\n{drawn}")
+    if run.reference:
+        against = compare(recording.t_s, result.q_nb, reference_q_nb)
+        plots.draw_error_band(panels["heading"], t_s, against.heading_deg, np.degrees(result.sigma_rad[:, 2]), "heading")
+        panels["heading"].set_title(f"Heading against the {run.reference}")
+        plots.draw_error_band(panels["inclination"], t_s, against.inclination_deg, _tilt_sigma_deg(result), "inclination",
+                              plots.GREEN, one_sided=True)
+        panels["inclination"].set_title(f"Inclination against the {run.reference}")
+    else:
+        plots.draw_sigma(panels["sigma"], t_s, np.degrees(result.sigma_rad), ("east", "north", "up"))
+        panels["sigma"].set_title("Standard deviation of the rotation about")
+    plots.draw_nis(panels["nis"], t_s, {"force": result.accel_nis, "field": result.mag_nis})
+    panels["nis"].set_title("Innovations")
+    plots.draw_bias(panels["bias"], t_s, np.degrees(result.gyro_bias_rad_s), np.degrees(result.gyro_bias_sigma_rad_s))
+    panels["bias"].set_title("Gyro bias")
+    panels["bias"].set_xlabel("time / s")
+    panels["bias"].set_xlim(t_s[0], t_s[-1])
+
+
+# --------------------------------------------------------------------------------------------- the command
+
+
+def demo_runs(console: Console, engine: str, settings: dict[str, str]) -> list[Run]:
+    """The two device recordings; prints what is known about each."""
+    wheel = find_wheel()
+    runs = []
+    for found in (read_xsens(wheel), read_x_imu(wheel)):
+        console.print(f"[bold]{found.recording.name}[/bold] ({found.device})")
+        for finding in found.findings:
+            console.print(f"  {finding}", highlight=False)
+        runs.append(run_engine(found.recording, "device", engine, {**found.settings, **settings}))
+    return runs
+
+
+def main(
+    recording: Annotated[Optional[Path], typer.Argument(help="Your own recording: BROAD trial or CSV")] = None,
+    engine: Annotated[str, typer.Option(help=", ".join(ENGINES))] = "fmi3-cs",
+    settings: Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter")] = None,
+    mag_unit: Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")] = "T",
+    out: Annotated[Path, typer.Option(help="Folder for the picture")] = Path("demo_out"),
+) -> None:
+    """Drives the Hrekf FMU over real recordings and draws what it makes of them."""
+    console = Console()
+    chosen = parse_settings(settings)
+    if recording is None:
+        runs = demo_runs(console, engine, chosen)
+        console.print("The device's attitude is another filter's estimate, no ground truth; the field is disturbed in both recordings.")
+    else:
+        data = read_recording(recording, mag_unit)
+        reference = "reference" if data.reference_q_nb is not None else ""
+        runs = [run_engine(data, reference, engine, chosen)]
+    console.print(summary(runs, engine))
+    out.mkdir(parents=True, exist_ok=True)
+    path = out / "demo.png"
+    plots.save(picture(runs), path)
+    console.print(f"picture: {path}", highlight=False, soft_wrap=True)
+
+
+def run() -> None:
+    """One line on stderr and exit code 2 for everything that the user can mend."""
+    try:
+        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        app.command()(main)
+        app()
+    except (HnavError, RecordingError, UsageError, WheelUnavailable, OSError) as error:
+        print(f"hnav demo: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    run()

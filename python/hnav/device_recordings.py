@@ -142,7 +142,7 @@ def read_xsens(wheel: Path) -> DeviceRecording:
 
 
 def read_x_imu(wheel: Path) -> DeviceRecording:
-    """data_xio: an x-IMU lying, then put on a foot that walks in circles, 49 s at 256 Hz.
+    """data_xio: an x-IMU lying, then worn by somebody who turns seven times, 49 s at 256 Hz.
 
     Units   rate deg/s (fit to the quaternion's derivative 1.00 I within 0.02), force g (median norm 1.01), field gauss
             by its header (norm 0.10 to 0.46: disturbed).
@@ -170,7 +170,7 @@ def read_x_imu(wheel: Path) -> DeviceRecording:
     field_gauss = rows[:, 7:10].copy()
     field_gauss[1:][(np.diff(rows[:, 7:10], axis=0) == 0).all(axis=1)] = np.nan
     recording = Recording(
-        name="x-IMU, on a walking foot",
+        name="x-IMU, worn",
         t_s=np.arange(len(rows)) / 256.0,
         rate_b_rad_s=np.radians(rows[:, 1:4]),
         force_b_m_s2=rows[:, 4:7] * GRAVITY_M_S2,

@@ -109,6 +109,11 @@ def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[
 # --------------------------------------------------------------------------------------------- panels
 
 
+def styled():
+    """A context in which figures are made in the look of hnav: `with styled(): ...`; nothing outside changes."""
+    return rc_context(STYLE)
+
+
 def figure(width_px: int, height_px: int, dpi: int = 100) -> Figure:
     """An empty figure of this many pixels."""
     return Figure(figsize=(width_px / dpi, height_px / dpi), dpi=dpi)

@@ -1,0 +1,130 @@
+"""Twins: the NumPy reference, the C library and every FMU flavour on the same samples."""
+
+import numpy as np
+import pytest
+from conftest import tilted_motion
+from hnav import Filter, Options
+from hnav.engines import ENGINES, run_recording
+from hnav.reference import ReferenceFilter, run_reference
+from hnav.scores import score
+
+PRECISE = dict(
+    gyro_noise_rad_per_sqrt_s=1e-3, gyro_bias_walk_rad_s_per_sqrt_s=1e-4, accel_noise_per_sqrt_hz=5e-4,
+    mag_noise_per_sqrt_hz=5e-4, start_sigma_bias_rad_s=0.05,
+)  # fmt: skip
+SETTINGS = {
+    "hekf": {},
+    "gamma fixed": {"gamma_mode": "fixed", "gamma": 0.3},
+    "gamma relative": {"gamma_mode": "relative"},
+    "gamma kl": {"gamma_mode": "kl"},
+    "weighted": {"gamma_mode": "kl", "gamma_weight_bias": 0.1},
+    "adaptation as printed": {"adaptation": "paper", "adaptation_gain": 0.1},
+    "adaptation corrected": {"adaptation": "corrected"},
+    "backward hold": {"gyro_hold": "backward"},
+    "tight gates": {"accel_gate_nis": 3, "mag_gate_nis": 3},
+    "frames": {"navigation_frame": "enu", "declination_rad": 0.1, "q_body_sensor": [0.8, 0.1, -0.3, 0.2]},
+    "mean start, given field": {
+        "start_samples": 3, "reference_mode": "given", "reference_strength_tesla": 4.9e-5, "reference_dip_rad": 1.15,
+    },
+    "noise on q": {"quaternion_noise_per_sqrt_s": 1e-3},
+}  # fmt: skip
+
+
+def difference(q: np.ndarray, p: np.ndarray) -> float:
+    """Largest component difference of equal rotations."""
+    known = np.isfinite(q).all(axis=1)
+    sign = np.sign(np.sum(q[known] * p[known], axis=1))[:, None]
+    return float(np.abs(q[known] * sign - p[known]).max())
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_the_library_is_the_numpy_reference(name):
+    m = tilted_motion(0.6).recording
+    options = Options(**PRECISE | SETTINGS[name], solver_rtol=1e-12, solver_atol=1e-14)
+    run = Filter(options).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    q, bias, sigma = run_reference(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla, options)
+    assert difference(q, run.q_nb) < 1e-11
+    assert np.nanmax(np.abs(bias - run.gyro_bias_rad_s)) < 1e-11
+    if name != "frames":  # the reference's sigmas are about its internal axes
+        assert np.nanmax(np.abs(sigma - run.sigma_rad)) < 1e-11
+
+
+def test_the_library_is_the_reference_on_a_real_recording(broad_trial):
+    m = broad_trial.cropped(2)
+    options = Options(solver_rtol=1e-12, solver_atol=1e-14)
+    run = Filter(options).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    q, bias, _ = run_reference(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla, options)
+    assert difference(q, run.q_nb) < 1e-10
+    assert np.nanmax(np.abs(bias - run.gyro_bias_rad_s)) < 1e-10
+
+
+def test_the_printed_equations_lose_the_bias_off_level_and_the_corrected_ones_find_it():
+    """20 deg of tilt, slow turns so that two Euler steps do not blur the picture; bias 1, -1.5, 0.5 deg/s."""
+    rng = np.random.default_rng(3)
+    t = np.arange(0, 40, 0.02)
+    bias = np.radians([1.0, -1.5, 0.5])
+    from scipy.spatial.transform import Rotation
+
+    attitude = Rotation.from_euler("ZYX", np.stack([60 * np.sin(0.3 * t), 20 + 0 * t, 20 + 0 * t], axis=1), degrees=True)
+    rate = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / 0.02
+    rate = np.vstack([rate, rate[-1]]) + bias + 1e-3 * rng.normal(size=(len(t), 3))
+    force = attitude.apply([0, 0, -9.81], inverse=True)
+    field = attitude.apply([2e-5, 0, 4.5e-5], inverse=True)
+    options = Options("paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1)
+    corrected = Filter(options).run(t, rate, force, field).gyro_bias_rad_s[-1]
+    assert np.degrees(np.abs(corrected - bias)).max() < 0.1
+
+    f = ReferenceFilter(options, literal=True)
+    with np.errstate(all="ignore"):
+        for k in range(len(t)):
+            f.event(t[k], rate[k], force[k], field[k])
+            if not np.isfinite(f.P).all() or np.abs(f.b).max() > 10:
+                break
+    worst = np.degrees(np.abs(f.b - bias)).max()
+    assert not worst < 1.0  # several degrees per second, or no number at all
+
+
+@pytest.mark.parametrize("engine", [e for e in ENGINES if e.endswith("cs")])
+def test_co_simulation_is_the_library_bit_for_bit(engine, motion):
+    settings = {k: str(v) for k, v in PRECISE.items()} | {"gamma_mode": "kl", "adaptation": "corrected"}
+    c = run_recording(motion.recording, engine="c", settings=settings)
+    fmu = run_recording(motion.recording, engine=engine, settings=settings)
+    for name in ("q_nb", "sigma_rad", "gyro_bias_rad_s", "gyro_bias_sigma_rad_s"):
+        assert np.array_equal(getattr(c, name), getattr(fmu, name), equal_nan=True), name
+    assert fmu.counts["rhs_evals"] > 0  # SUNDIALS did the work
+    assert fmu.counts["accel_used"] == c.counts["accel_used"] == len(motion.recording.t_s)
+
+
+@pytest.mark.parametrize("engine", [e for e in ENGINES if e.endswith("me")])
+def test_model_exchange_agrees_to_a_millionth(engine, motion):
+    """By fmpy's CVODE at a relative tolerance of 1e-8, rates up to 10 rad/s."""
+    m = motion.recording.cropped(1)
+    c = run_recording(m, engine="c")
+    fmu = run_recording(m, engine=engine)
+    assert difference(c.q_nb, fmu.q_nb) < 1e-6
+    assert np.nanmax(np.abs(c.gyro_bias_rad_s - fmu.gyro_bias_rad_s)) < 1e-6
+    assert np.nanmax(np.abs(c.sigma_rad - fmu.sigma_rad)) < 1e-6
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_trial):
+    """A minute of a BROAD trial; half of it by Model Exchange, whose steps are the importer's."""
+    crop = broad_trial.cropped(30 if engine.endswith("me") else 60)
+    settings = {"navigation_frame": "enu"}
+    s, expected = (score(run_recording(crop, engine=e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
+    assert s.total < 10
+    if engine.endswith("me"):
+        assert s.total == pytest.approx(expected.total, abs=1e-3)
+    else:
+        assert s == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", [e for e in ENGINES if e != "c"])
+def test_every_engine_agrees_on_whole_recordings(engine, broad_trials):
+    from hnav.recordings import read_recording
+
+    for path in broad_trials.values():
+        trial = read_recording(path)
+        c, fmu = (run_recording(trial, engine=e) for e in ("c", engine))
+        assert difference(c.q_nb, fmu.q_nb) <= (0 if engine.endswith("cs") else 1e-5)
