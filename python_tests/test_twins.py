@@ -10,7 +10,7 @@ from hnav.scores import score
 
 PRECISE = dict(
     gyro_noise_rad_per_sqrt_s=1e-3, gyro_bias_walk_rad_s_per_sqrt_s=1e-4, accel_noise_per_sqrt_hz=5e-4,
-    mag_noise_per_sqrt_hz=5e-4, start_sigma_bias_rad_s=0.05,
+    mag_noise_per_sqrt_hz=5e-4, start_sigma_bias_rad_s=0.05, accel_gate_nis=13.9, mag_gate_nis=13.9,
 )  # fmt: skip
 SETTINGS = {
     "hekf": {},

@@ -95,12 +95,14 @@ hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) {
     hnav_hrekf_options o{};
     if (preset != HNAV_PRESET_DEFAULT && preset != HNAV_PRESET_PAPER) return o; // no cookie: create refuses it
     o.cookie = hnav::hrekf_cookie;
-    // Real sensors: the best single setting of this filter on the BROAD recordings. The measurement noise is far above
-    // any datasheet: it stands for the accelerations and field distortions that the filter does not model.
-    o.gyro_noise_rad_per_sqrt_s = 7.42e-3;
-    o.gyro_bias_walk_rad_s_per_sqrt_s = 1.27e-4;
-    o.accel_noise_per_sqrt_hz = 0.0663;
-    o.mag_noise_per_sqrt_hz = 0.128;
+    // Real sensors: one setting for all, found on the BROAD recordings. The measurement noise is far above any datasheet:
+    // it stands for the accelerations and field distortions that the filter does not model. Accelerations have heavy
+    // tails, so the gate of force lies far inside that noise, like the threshold of a Huber loss. It cannot shut for
+    // good: while it rejects, sigma grows, and beyond ready_tilt_rad the gate opens.
+    o.gyro_noise_rad_per_sqrt_s = 1e-2;
+    o.gyro_bias_walk_rad_s_per_sqrt_s = 1e-4;
+    o.accel_noise_per_sqrt_hz = 0.115;
+    o.mag_noise_per_sqrt_hz = 0.16;
     o.interval_limit_s = 0.1;
     o.gamma = 1;
     o.gamma_relative_rate_1_s = 1.5;
@@ -116,9 +118,9 @@ hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) {
     o.start_sigma_bias_rad_s = 0.01;
     o.reference_strength_tesla = 5e-5;
     o.reference_dip_rad = 60 * deg;
-    o.accel_gate_nis = 13.9; // 99.7 % of chi square with 3 degrees of freedom
+    o.accel_gate_nis = 0.13; // with noise from a datasheet take 13.9: 99.7 % of chi square with 3 degrees of freedom
     o.mag_gate_nis = 13.9;
-    o.heading_gate_nis = 8.8; // the same with 1
+    o.heading_gate_nis = 8.8; // 99.7 % with 1
     o.ready_tilt_rad = 2 * deg;
     o.ready_heading_rad = 5 * deg;
     o.q_body_sensor[0] = 1;

@@ -126,6 +126,7 @@ hnav_hrekf_options precise() {
     o.accel_noise_per_sqrt_hz = 5e-4;
     o.mag_noise_per_sqrt_hz = 5e-4;
     o.start_sigma_bias_rad_s = 0.05;
+    o.accel_gate_nis = o.mag_gate_nis = 13.9;
     return o;
 }
 
@@ -226,6 +227,7 @@ TEST(Hrekf, WithoutAMagnetometerTheHeadingSigmaGrows) {
     const auto rows = tilted_motion(20, {{0, 0, 0}}, 1);
     hnav_hrekf_options o = defaults();
     o.start_mode = HNAV_START_HEADING;
+    o.ready_tilt_rad = 3 * deg;
     Handle f(o);
     double early = 0;
     for (const Row& row : rows) {

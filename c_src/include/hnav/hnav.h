@@ -82,7 +82,7 @@ HNAV_API const char *hnav_version(void);
 
 typedef enum hnav_preset {
     HNAV_PRESET_DEFAULT = 0, /* real sensors, one setting for all */
-    HNAV_PRESET_PAPER = 1    /* the source paper's Q and R, Euler with two sub-steps, fitted gamma; see models of noise below */
+    HNAV_PRESET_PAPER = 1    /* the source paper's Q and R, two Euler steps per sample at 100 Hz, P0 and gamma fitted */
 } hnav_preset;
 
 typedef enum hnav_gyro_hold {
@@ -136,7 +136,7 @@ typedef struct hnav_hrekf_options {
     /* Measurement noise, as densities: one sample that stands for an interval T has variance density^2 / T. */
     double accel_noise_per_sqrt_hz; /* of the direction of specific force */
     double mag_noise_per_sqrt_hz;   /* of the field in units of the reference strength */
-    double interval_limit_s;        /* longest interval that one sample may stand for */
+    double interval_limit_s;        /* longest interval that one sample may stand for; the first stands for none */
 
     /* Robust law. */
     double gamma;                   /* FIXED */
@@ -163,7 +163,9 @@ typedef struct hnav_hrekf_options {
     double reference_dip_rad;          /* positive when the field points down (northern hemisphere) */
 
     /* Gates: a sample whose normalised innovation squared exceeds the limit is used with inflated noise. 0 = never.
-     * They work from the moment that tilt (force) or heading (field, heading) is ready. */
+     * They work while tilt (force), or tilt and heading (field, heading) are ready: a gate that rejects for long lets
+     * sigma grow until it opens. Set accel_gate_nis to 13.9 (99.7 % of chi square) when the noise above is that of the
+     * sensors; the default belongs to the default noise. */
     double accel_gate_nis;
     double mag_gate_nis;
     double heading_gate_nis;
