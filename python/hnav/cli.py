@@ -16,7 +16,7 @@ from rich.table import Table
 
 from hnav import __version__
 from hnav.engines import ENGINES, Result, run_recording
-from hnav.library import HnavError, option_table, version
+from hnav.library import HnavError, option_table, parse_setting, version
 from hnav.recordings import RecordingError, find_trials, read_recording
 from hnav.scores import Score, score
 
@@ -41,13 +41,7 @@ class UsageError(Exception):
 
 
 def parse_settings(pairs: list[str] | None) -> dict[str, str]:
-    settings = {}
-    for pair in pairs or []:
-        name, separator, value = pair.partition("=")
-        if not separator or not name or not value:
-            raise UsageError(f"--set {pair}: write NAME=VALUE")
-        settings[name] = value
-    return settings
+    return dict(parse_setting(pair) for pair in pairs or [])
 
 
 def bar() -> Progress:

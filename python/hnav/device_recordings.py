@@ -44,12 +44,11 @@ class WheelUnavailable(Exception):
 
 @dataclass(frozen=True)
 class DeviceRecording:
-    """A recording, what was found out about its frames, and the settings that follow from that."""
+    """A recording, where it lies in the wheel, and what was found out about its frames and units."""
 
     recording: Recording  # the reference attitude is the device's own: an estimate, no ground truth
-    device: str
+    source: str
     findings: tuple[str, ...]
-    settings: dict[str, str]  # name=value of filter options
 
 
 # --------------------------------------------------------------------------------------------- the wheel
@@ -117,7 +116,7 @@ def read_xsens(wheel: Path) -> DeviceRecording:
     Frames  the quaternion turns sensor vectors into north-west-up: turned by it, force has the median (0.01, 0.02,
             9.72), and the mean field azimuth is -2 deg from +x; the inverse leaves force scattered over 150 deg.
     Time    the rate of row k is that between the quaternions k-1 and k: median misfit 0.6 deg/s, against 10.8 deg/s
-            for k to k+1. Each rate is a mean over the past interval: gyro_hold=backward.
+            for k to k+1. Each rate is a mean over the past interval, what gyro_hold=backward is for.
     """
     rows = np.loadtxt(_lines(wheel, "tests/data/data_xsens.txt"), skiprows=5)
     q_enu = _to_enu(Rotation.from_quat(rows[:, [11, 12, 13, 10]]))
@@ -131,13 +130,12 @@ def read_xsens(wheel: Path) -> DeviceRecording:
     )
     return DeviceRecording(
         recording,
-        device="Xsens",
+        source="tests/data/data_xsens.txt",
         findings=(
-            "quaternion: sensor to north-west-up, scalar first; x is magnetic north",
-            "rate in rad/s, the mean over the past interval; force in m/s²; field in arbitrary units, its norm "
-            "changes by a factor of 2.7",
+            "device quaternion: sensor to north-west-up, north is magnetic, scalar first",
+            "rate rad/s, mean over the past interval; force m/s²",
+            "field in arbitrary units, disturbed: its norm changes by a factor of 2.7",
         ),
-        settings={"gyro_hold": "backward"},
     )
 
 
@@ -179,14 +177,13 @@ def read_x_imu(wheel: Path) -> DeviceRecording:
     )
     return DeviceRecording(
         recording,
-        device="x-IMU",
+        source="tests/data/data_xio",
         findings=(
-            "quaternion: north-west-up to sensor, scalar first, at every second row, turned by the tare of "
-            "150° in the device's registers (undone here); x is magnetic north",
-            "rate in deg/s, force in g, field in gauss; repeated fields are no samples; the field's norm "
-            "changes by a factor of 4.7",
+            "device quaternion: north-west-up to sensor, scalar first, at every second row,",
+            "turned by the tare of 150 deg in the device's registers (undone here)",
+            "rate deg/s, force g, field gauss; a field equal to the one before is no sample",
+            "field disturbed: its norm changes by a factor of 4.7",
         ),
-        settings={},
     )
 
 

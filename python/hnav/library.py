@@ -196,6 +196,14 @@ def option_table() -> dict[str, OptionInfo]:
 PRESETS = ("default", "paper")
 
 
+def parse_setting(text: str) -> tuple[str, str]:
+    """NAME=VALUE as the command line takes it. Raises HnavError."""
+    name, separator, value = text.partition("=")
+    if not (separator and name and value):
+        raise HnavError(2, f"--set {text}: write NAME=VALUE")
+    return name, value
+
+
 class Options:
     """Options of the paper's filter; attributes are the fields of hnav_hrekf_options, choices go by name.
 

@@ -10,15 +10,16 @@ says is said by label or line style as well.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
@@ -215,10 +216,10 @@ def draw_nis(
     axes.axhline(dimension, color=INK, lw=0.9, ls="--", label=f"expected mean {dimension}")
     for (name, values), colour in zip(nis.items(), (BLUE, ORANGE)):
         shown = np.isfinite(values) & (values > 0)
-        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=1.6, alpha=0.25, rasterized=True)
+        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=2.2, alpha=0.35, rasterized=True)
         axes.plot(*running_mean(t_s, values, window_s), color=colour, lw=1.6, label=f"{name}, mean of {window_s:g} s")
     axes.set_yscale("log")
-    axes.set_ylim(1e-3, 1e3)
+    axes.set_ylim(1e-3, 1e2)
     axes.set_ylabel("NIS / 1")
     legend_above(axes)
 
@@ -233,3 +234,29 @@ def save(picture: Figure, path: Path) -> None:
     """Writes the figure as PNG (or what the ending says), making the folder when it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture.savefig(path)
+
+
+# --------------------------------------------------------------------------------------------- the command
+
+app = typer.Typer(add_completion=False, help="Pictures of hnav's documentation, made anew from data.")
+
+
+@app.callback()
+def commands() -> None:
+    """Keeps `overview` a subcommand although it is the only one."""
+
+
+@app.command()
+def overview(
+    broad: Annotated[Path, typer.Option(help="folder with the trials of the BROAD data set", exists=True, file_okay=False)],
+    out: Annotated[Path, typer.Option(help="PNG file to write")],
+) -> None:
+    """The picture of the README: one BROAD trial against optical truth, and a few samples seen from near."""
+    from hnav.overview import draw_overview, save_small  # it draws with this module
+
+    save_small(draw_overview(broad), out)
+    typer.echo(f"{out} ({out.stat().st_size / 1000:.0f} kB)")
+
+
+if __name__ == "__main__":
+    app()

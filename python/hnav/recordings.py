@@ -73,6 +73,14 @@ def find_trials(folder: str | Path) -> dict[int, Path]:
     return dict(sorted(found.items()))
 
 
+def find_trial(folder: str | Path, number: int) -> Path:
+    """The file of one BROAD trial below the folder. Raises RecordingError."""
+    trials = find_trials(folder)
+    if number not in trials:
+        raise RecordingError(f"{folder}: no BROAD trial {number:02d}")
+    return trials[number]
+
+
 def read_broad(path: Path) -> Recording:
     """One trial. The field is in microtesla there, and rows are at equal intervals."""
     names = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement")
