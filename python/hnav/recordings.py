@@ -99,8 +99,8 @@ def read_broad(path: Path) -> Recording:
             rate_hz = float(contents["sampling_rate"])
     except KeyError as error:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
-    except (OSError, ValueError, NotImplementedError) as error:
-        raise RecordingError(f"{path}: cannot be read: {error}") from None
+    except Exception as error:  # the readers of both formats raise whatever a damaged file makes them stumble over
+        raise RecordingError(f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
     return Recording(
         name=path.stem,
         t_s=np.arange(len(data["imu_gyr"])) / rate_hz,
@@ -128,7 +128,10 @@ def read_csv(path: Path, mag_unit: str = "T") -> Recording:
     try:
         table = pandas.read_csv(path, dtype=float, skipinitialspace=True)
     except (ValueError, pandas.errors.ParserError, UnicodeDecodeError):
-        raise RecordingError(_first_fault(path, columns)) from None
+        raise RecordingError(_fault(path, columns) or f"{path}: cannot be read as CSV") from None
+    # A short line looks like one with empty cells at its end.
+    if len(table) and np.isnan(table.iloc[:, -1].to_numpy()).any() and (fault := _fault(path, columns)):
+        raise RecordingError(fault)
     if table.empty:
         raise RecordingError(f"{path}: no rows after the header")
     values = {name: table[name].to_numpy() for name in columns}
@@ -167,8 +170,8 @@ def _header(path: Path) -> list[str]:
     return list(needed)
 
 
-def _first_fault(path: Path, columns: list[str]) -> str:
-    """What a fast reader could not digest, found line by line."""
+def _fault(path: Path, columns: list[str]) -> str | None:
+    """The first fault of a file that the fast reader did not digest, found line by line."""
     with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         rows = csv.reader(file)
         header = [name.strip() for name in next(rows)]
@@ -181,4 +184,4 @@ def _first_fault(path: Path, columns: list[str]) -> str:
                         float(cell)
                     except ValueError:
                         return f"{path}, line {line}, column {name}: '{cell.strip()}' is not a number"
-    return f"{path}: cannot be read as CSV"
+    return None

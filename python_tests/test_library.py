@@ -1,0 +1,166 @@
+"""The C library through ctypes: structs, errors, laws."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hnav import Filter, HnavError, Options
+from hnav.library import option_table, version
+
+NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, accel_gate_nis=13.9, gyro_noise_rad_per_sqrt_s=1e-3)
+
+
+def push(f: Filter, m, k: int) -> None:
+    f.push_imu(m.t_s[k], m.rate_b_rad_s[k], m.force_b_m_s2[k])
+    f.push_mag(m.t_s[k], m.field_b_tesla[k])
+
+
+def test_versions_agree():
+    import hnav
+
+    assert version() == hnav.__version__
+
+
+def test_options_are_read_and_written_by_name():
+    o = Options("paper", gamma_mode="kl", start_q_nb=[0.5, 0.5, 0.5, 0.5], queue_capacity=10)
+    assert (o.gamma_mode, o.solver, o.queue_capacity) == ("kl", "euler", 10)
+    assert o.start_q_nb == [0.5] * 4
+    assert o.quaternion_noise_per_sqrt_s == 1e-3
+    o.gamma = "2.5"
+    assert o.gamma == 2.5
+
+
+@pytest.mark.parametrize("name, value, named", [
+    ("no_such_option", 1, "no_such_option"),
+    ("gamma_mode", "sideways", "off, fixed, relative, kl"),
+    ("start_q_nb", [1, 0], "4 numbers"),
+    ("gamma", "abc", "not a number"),
+    ("queue_capacity", "2.5", "whole number"),
+])  # fmt: skip
+def test_wrong_options_are_named(name, value, named):
+    with pytest.raises(HnavError, match=named):
+        Options(**{name: value})
+
+
+def test_impossible_options_are_refused_by_the_library_with_their_name():
+    for info in option_table().values():
+        if info.choices:
+            continue
+        value = info.max * 1.01 + 1 if info.max > 0 else 1.0
+        with pytest.raises(HnavError, match=info.name) as error:
+            Filter(Options(**{info.name: [value] * info.count if info.count > 1 else value}))
+        assert error.value.status == "option"
+
+
+def test_a_batch_run_is_push_and_advance_row_by_row(motion):
+    m = motion.recording
+    run = Filter(Options(**NOISE)).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    f = Filter(Options(**NOISE))
+    for k in range(len(m.t_s)):
+        push(f, m, k)
+        f.advance(m.t_s[k])
+        a = f.attitude()
+        assert list(a.q_nb) == list(run.q_nb[k]) and list(a.sigma_rad) == list(run.sigma_rad[k])
+        assert list(a.euler_rad) == list(run.euler_rad[k])
+        bias, sigma = f.gyro_bias()
+        assert (bias == run.gyro_bias_rad_s[k]).all() and (sigma == run.gyro_bias_sigma_rad_s[k]).all()
+    assert f.innovation("accel").nis == run.accel_nis[-1]
+    assert f.innovation("mag").dimension == 3
+    np.testing.assert_allclose(np.sqrt(np.diag(f.covariance()))[:3], run.sigma_rad[-1])
+    status = f.status()
+    assert status.started == 1 and list(status.used)[:3] == [len(m.t_s)] * 3 and status.solver_rhs_evals > 0
+
+
+def test_the_same_samples_give_the_same_bits_for_every_advance_pattern(motion):
+    m = motion.recording
+    posteriors = set()
+    for step in (0.01, 0.0037, 0.0173, 1.0, None):
+        rng = np.random.default_rng(1)
+        f = Filter(Options(queue_capacity=300, **NOISE))
+        t, k = 0.0, 0
+        while t < 3:
+            t = min(3.0, t + (step or rng.uniform(1e-4, 0.1)))
+            while k < len(m.t_s) and m.t_s[k] <= t:
+                push(f, m, k)
+                k += 1
+            f.advance(t)
+        posteriors.add(bytes(f.posterior()))
+    assert len(posteriors) == 1
+
+
+_CONTINUE = """
+import sys
+sys.path.insert(0, {tests!r})
+from conftest import tilted_motion
+from hnav import Filter, Options
+from test_library import NOISE, push
+m = tilted_motion(1).recording
+f = Filter(Options(**NOISE))
+f.load(open({file!r}, "rb").read())
+for k in range(50, 100):
+    push(f, m, k)
+    f.advance(m.t_s[k] + 0.002)
+print(bytes(f.posterior()).hex())
+"""
+
+
+def test_a_saved_filter_goes_on_bit_for_bit_in_a_new_process(tmp_path):
+    from pathlib import Path
+
+    from conftest import tilted_motion
+
+    m = tilted_motion(1).recording
+    f = Filter(Options(**NOISE))
+    for k in range(100):
+        push(f, m, k)
+        f.advance(m.t_s[k] + 0.002)
+        if k == 49:
+            state = f.save()
+    file = tmp_path / "state.bin"
+    file.write_bytes(state)
+    code = _CONTINUE.format(tests=str(Path(__file__).parent), file=str(file))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == bytes(f.posterior()).hex(), done.stderr
+    f.load(state)  # wrecked by fifty samples, and back
+    with pytest.raises(HnavError, match="damaged|options"):
+        Filter(Options()).load(state)
+
+
+def test_errors_carry_the_message_of_the_object(motion):
+    f = Filter()
+    for call, status, words in (
+        (lambda: f.push_gyro(0, [0, np.nan, 0]), "non-finite", "gyro"),
+        (lambda: f.push_mag(0, [0, 0, 0]), "zero vector", "mag"),
+        (lambda: f.push_heading(0, 0.1, -1), "out of range", "sigma_rad"),
+        (lambda: f.attitude(), "not started", "no attitude"),
+        (lambda: f.innovation("accel"), "no data", "accel"),
+        (lambda: f.load(b"short"), "size", "bytes"),
+        (lambda: f.push_accel(0, [1, 2]), "size", "force_b_m_s2"),
+    ):  # fmt: skip
+        with pytest.raises(HnavError, match=words) as error:
+            call()
+        assert error.value.status == status
+    f.advance(1)
+    with pytest.raises(HnavError, match="before the last advance"):
+        f.advance(0)
+
+
+def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
+    from scipy.integrate import solve_ivp
+
+    m = motion.recording
+    inside = Filter(Options(**NOISE)).run(m.t_s[:30], m.rate_b_rad_s[:30], m.force_b_m_s2[:30], m.field_b_tesla[:30])
+    f = Filter(Options(**NOISE))
+    x = f.get_x()
+    for k in range(30):
+        if k:
+            x = solve_ivp(f.derivative, (m.t_s[k - 1], m.t_s[k]), x, method="DOP853", rtol=1e-11, atol=1e-14).y[:, -1]
+        push(f, m, k)
+        assert f.next_event_s() == m.t_s[k]
+        x = f.jump(m.t_s[k], x)
+    np.testing.assert_allclose(f.posterior().q_nb, inside.q_nb[-1], atol=1e-8)
+    assert (f.nominal_x() > 0).all()
+    seed = np.random.default_rng(1).normal(size=35)
+    central = (f.derivative(0, x + 1e-5 * seed) - f.derivative(0, x - 1e-5 * seed)) / 2e-5
+    np.testing.assert_allclose(f.derivative_along(0, x, seed), central, atol=1e-8)
