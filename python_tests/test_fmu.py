@@ -194,6 +194,106 @@ def test_samples_that_are_none_are_counted_and_stop_nothing(version):
 
 
 @versions
+def test_a_counter_that_counts_before_initialisation_marks_a_sample(version):
+    with opened(version, sampling_mode=1) as fmu:
+        set_sample(fmu, 0, 0.0)  # a connected sensor has its first sample ready
+        fmu.initialise()
+        fmu.do_step(0, 0.01)
+        assert fmu.get("count.accel_used") == 1 and fmu.get("count.missed") == 0
+
+
+@versions
+def test_a_sample_stamped_later_than_it_came_waits_for_its_time_event(version):
+    with opened(version, exchange=True, sampling_mode=1) as fmu:
+        fmu.initialise()
+        set_sample(fmu, 0, 0.005)
+        assert fmu.update_discrete_states() == pytest.approx(0.005)
+        assert not fmu.get("align.started")
+        fmu.call(fmu.fmu.enterContinuousTimeMode)
+        fmu.call(fmu.fmu.setTime, 0.005)
+        fmu.call(fmu.fmu.enterEventMode)
+        assert fmu.update_discrete_states() is None
+        assert fmu.get("align.started") and fmu.get("post.t") == 0.005
+
+
+def test_event_mode_of_co_simulation_shows_the_sample_at_once():
+    with opened(3) as fmu:
+        f = fmu.fmu
+        f.fmi3FreeInstance(f.component)
+        f.instantiate(eventModeUsed=True, earlyReturnAllowed=True, logMessage=lambda *a: None)
+        fmu.initialise()
+        set_sample(fmu, 0, 0)
+        assert fmu.update_discrete_states() == pytest.approx(0.01)
+        assert fmu.get("align.started")
+        f.enterStepMode()
+        needed, terminate, early, last = f.doStep(0.0, 0.025)
+        assert needed and early and last == pytest.approx(0.01)  # the next samples are due there
+        f.enterEventMode()
+        set_sample(fmu, 1, 0)
+        fmu.update_discrete_states()
+        assert fmu.get("count.accel_used") == 2
+
+
+@versions
+def test_before_there_is_an_attitude_the_outputs_say_so(version):
+    with opened(version) as fmu:
+        f = fmu.fmu
+        if fmu.fmi3:
+            f.enterInitializationMode()
+        else:
+            f.setupExperiment()
+            f.enterInitializationMode()
+        assert [fmu.get(f"att.q[{i}]") for i in range(1, 5)] == [1, 0, 0, 0]
+        assert fmu.get("att.sigma[1]") == pytest.approx(math.pi)
+        f.exitInitializationMode()
+        fmu.set("mag.valid", False)
+        fmu.do_step(0, 0.01)
+        assert [fmu.get(f"att.q[{i}]") for i in range(1, 5)] == [1, 0, 0, 0]
+        assert fmu.get("cov.P[3,3]") == pytest.approx(math.pi**2)
+        assert fmu.get("cov.P[4,4]") == pytest.approx(fmu.get("bias.gyro_sigma[1]") ** 2)
+
+
+@versions
+def test_a_parameter_that_was_set_goes_before_the_preset_even_at_its_start_value(version):
+    with opened(version, preset=1, gamma_mode=0) as fmu:  # the paper's HEKF
+        fmu.initialise()
+        assert fmu.get("gamma_mode") == 0
+        assert fmu.get("quaternion_noise_per_sqrt_s") == pytest.approx(1e-3)
+    with opened(version, preset=1) as fmu:
+        fmu.initialise()
+        assert fmu.get("gamma_mode") == 2
+
+
+@flavours
+def test_realignment_keeps_the_bias_and_its_sigma(version, exchange):
+    with opened(version, exchange, accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3) as fmu:
+        fmu.initialise()
+        solver = fmu.solver(0.0) if exchange else None
+
+        def go(k: int) -> None:
+            set_sample(fmu, k, 0)
+            if not exchange:
+                return fmu.do_step(0.01 * k, 0.01)
+            fmu.update_discrete_states()
+            fmu.call(fmu.fmu.enterContinuousTimeMode)
+            solver.reset(0.01 * k)
+            solver.step(0.01 * k, 0.01 * (k + 1))
+            fmu.call(fmu.fmu.setTime, 0.01 * (k + 1))
+            fmu.call(fmu.fmu.enterEventMode)
+
+        for k in range(50):
+            go(k)
+        bias, sigma = fmu.get("bias.gyro[3]"), fmu.get("bias.gyro_sigma[3]")
+        assert abs(bias) > 1e-3 and sigma < 0.01
+        fmu.set("realign", True)
+        fmu.set("mag.valid", False)
+        go(50)
+        assert not fmu.get("align.started")
+        assert fmu.get("bias.gyro[3]") == pytest.approx(bias, rel=1e-2)
+        assert fmu.get("bias.gyro_sigma[3]") == pytest.approx(sigma, rel=1e-2)
+
+
+@versions
 def test_commands_act_on_the_rising_edge(version):
     with opened(version) as fmu:
         fmu.initialise()
@@ -408,6 +508,10 @@ def test_wrong_variables_are_named(version):
         unknown = (C.c_uint32 * 1)(99999)
         with pytest.raises(HnavError, match="99999"):
             fmu.get_reals(unknown, (C.c_double * 1)())
+        mixed = fmu.references(["gyro.rate[1]", "att.q[1]"])
+        with pytest.raises(HnavError, match="att.q"):
+            fmu.set_reals(mixed, (C.c_double * 2)(7.0, 1.0))
+        assert fmu.get("gyro.rate[1]") == 0.0  # a refused call changes nothing
         wrong_type = fmu.references(["gyro.sample"])
         with pytest.raises(HnavError, match="gyro.sample"):
             fmu.get_reals(wrong_type, (C.c_double * 1)())

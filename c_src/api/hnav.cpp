@@ -55,9 +55,11 @@ hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int ch
     }
     double largest = 0;
     for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
-    if (largest > largest_reading)
+    if (largest > largest_reading) {
+        f->refuse_non_finite();
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
                        t_s, largest, largest_reading);
+    }
     if (channel != hnav::gyro && !(largest > 1e-150)) { // so that its square is above zero
         f->refuse_zero();
         return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
@@ -102,6 +104,8 @@ hnav_status advance(hnav_filter* f, double t_s) {
 hnav_status not_started(const hnav_filter* f) {
     return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
 }
+
+bool near_singular(const hnav::Quaternion& q) { return std::fabs(hnav::roll_pitch_yaw(q)[1]) > near_singular_pitch; }
 
 // Standard deviations of the rotation about the user's navigation axes.
 void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
@@ -281,7 +285,7 @@ hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attit
     store(euler, attitude->euler_rad);
     attitude->heading_rad = hnav::wrap_angle(hnav::roll_pitch_yaw(e.q_bn)[2] + filter->frames.declination_rad);
     rotation_sigma(filter, At::shown, attitude->sigma_rad);
-    attitude->near_singular = std::fabs(euler[1]) > near_singular_pitch;
+    attitude->near_singular = near_singular(q);
     attitude->tilt_ready = e.tilt_ready;
     attitude->heading_ready = e.heading_ready;
     return HNAV_OK;
@@ -289,18 +293,14 @@ hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attit
 
 hnav_status hnav_filter_rate(const hnav_filter* filter, double rate_b_rad_s[3]) {
     REQUIRE(filter, rate_b_rad_s);
-    const hnav::Estimate e = filter->estimate(At::shown);
-    if (!e.started) return not_started(filter);
-    store(e.rate_b, rate_b_rad_s);
+    store(filter->estimate(At::shown).rate_b, rate_b_rad_s);
     return HNAV_OK;
 }
 
 hnav_status hnav_filter_gyro_bias(const hnav_filter* filter, double bias_b_rad_s[3], double sigma_rad_s[3]) {
     REQUIRE(filter, bias_b_rad_s);
     REQUIRE(filter, sigma_rad_s);
-    const hnav::Estimate e = filter->estimate(At::shown);
-    if (!e.started) return not_started(filter);
-    store(e.bias_b, bias_b_rad_s);
+    store(filter->estimate(At::shown).bias_b, bias_b_rad_s);
     bias_sigma(filter, At::shown, sigma_rad_s);
     return HNAV_OK;
 }
@@ -320,11 +320,16 @@ hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* pos
     REQUIRE(filter, posterior);
     const hnav::Estimate e = filter->estimate(At::newest);
     if (!e.started) return not_started(filter);
+    const hnav::Quaternion q = filter->frames.to_user(e.q_bn);
     posterior->t_s = filter->newest_s();
-    store(filter->frames.to_user(e.q_bn), posterior->q_nb);
+    store(q, posterior->q_nb);
     store(e.bias_b, posterior->gyro_bias_rad_s);
     rotation_sigma(filter, At::newest, posterior->sigma);
     bias_sigma(filter, At::newest, posterior->sigma + 3);
+    posterior->near_singular = near_singular(q);
+    posterior->tilt_ready = e.tilt_ready;
+    posterior->heading_ready = e.heading_ready;
+    posterior->reserved = 0;
     return HNAV_OK;
 }
 

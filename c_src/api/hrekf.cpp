@@ -125,7 +125,7 @@ hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) {
     o.ready_heading_rad = 5 * deg;
     o.q_body_sensor[0] = 1;
     o.solver_rtol = 1e-8;
-    o.solver_atol = 1e-10;
+    o.solver_atol = 1e-8;
     o.euler_step_s = 0.005;
     o.gyro_hold = HNAV_GYRO_HOLD_FORWARD;
     o.gamma_mode = HNAV_GAMMA_OFF;

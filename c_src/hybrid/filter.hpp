@@ -39,7 +39,7 @@ public:
     struct Settings {
         Propagator::Settings propagator;
         bool closed_form = false;      // use Model::flow_exactly; the propagator is not made
-        double atol = 1e-10;           // relative to Model::nominal
+        double atol = 1e-8;            // relative to Model::nominal
         double horizon_s = 0;          // a sample may be this much older than the newest used one
         int queue_capacity = 64;       // events, the base included
         std::uint64_t fingerprint = 0; // of the options: saved states fit filters of equal fingerprint

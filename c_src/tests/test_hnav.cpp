@@ -517,7 +517,7 @@ TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     refused(hnav_filter_innovation(f, HNAV_SENSOR_HEADING, &innovation), HNAV_ERROR_NO_DATA, "heading");
     f.advance(t);
     EXPECT_TRUE(same_bits(f.posterior(), before));
-    EXPECT_EQ(f.status().non_finite, 4u);
+    EXPECT_EQ(f.status().non_finite, 5u);
     EXPECT_EQ(f.status().zero, 3u);
     EXPECT_EQ(f.status().late, 1u);
     // and it goes on

@@ -51,7 +51,7 @@ Status Instance::set_up_check(const char* name, const char* token) {
     if (!model_) return fail("no memory for the model");
     model_->describe(table_);
     const int nx = model_->info().nx;
-    values_ = static_cast<double*>(std::calloc(table_.size(), sizeof(double)));
+    values_ = static_cast<double*>(std::calloc(2 * table_.size(), sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(2 * nx + 1, sizeof(double)));
     if (!table_.complete() || !values_ || !states_ || !scratch_) return fail("no memory for the variables");
@@ -81,7 +81,10 @@ void Instance::destroy() {
 }
 
 void Instance::restart() {
-    for (int i = 0; i < table_.size(); ++i) values_[i] = table_[i].start;
+    for (int i = 0; i < table_.size(); ++i) {
+        values_[i] = table_[i].start;
+        written()[i] = 0;
+    }
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
@@ -133,7 +136,7 @@ Status Instance::enter_initialization() {
 Status Instance::exit_initialization(bool fmi2) {
     if (!allowed(Call::exit_initialization)) return Status::error;
     Message why;
-    if (!model_->initialise(table_, values_, start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
+    if (!model_->initialise(values_, written(), start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
     has_model_ = true;
     stale_ = ~0u;
     if (options_.interface == model_exchange) {
@@ -208,7 +211,7 @@ template Status Instance::get(Type, const unsigned*, std::size_t, int*);
 template Status Instance::get(Type, const unsigned*, std::size_t, long*);
 template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
 
-Status Instance::set_value(int row, double value) {
+Status Instance::check_value(int row, double value) const {
     const Variable& v = table_[row];
     switch (v.causality) {
     case Causality::parameter:
@@ -221,7 +224,6 @@ Status Instance::set_value(int row, double value) {
         break;
     default: return fail("%s is no parameter or input and cannot be set", v.name);
     }
-    values_[row] = value;
     return Status::ok;
 }
 
@@ -231,7 +233,12 @@ Status Instance::set(Type type, const unsigned* references, std::size_t n, const
         if (references[i] >= static_cast<unsigned>(table_.size())) return fail("there is no variable with value reference %u", references[i]);
         const Variable& row = table_[references[i]];
         if (row.type != type) return fail("%s is %s, not %s", row.name, type_name(row.type), type_name(type));
-        if (set_value(static_cast<int>(references[i]), static_cast<double>(in[i])) != Status::ok) return Status::error;
+        if (check_value(static_cast<int>(references[i]), static_cast<double>(in[i])) != Status::ok) return Status::error;
+    }
+    // All or nothing: a refused call has changed no value.
+    for (std::size_t i = 0; i < n; ++i) {
+        values_[references[i]] = static_cast<double>(in[i]);
+        written()[references[i]] = 1;
     }
     return Status::ok;
 }
@@ -281,13 +288,12 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
 Status Instance::update_discrete_states(Events* events) {
     *events = {};
     if (!allowed(Call::update_discrete_states)) return Status::error;
-    const bool taken = model_->take_samples(values_, time_s_);
-    if (taken && options_.interface == model_exchange) {
-        Message why;
-        if (!model_->jump(time_s_, states_, &why)) return fail("%s", why.text);
-        events->states_changed = true;
-    }
-    if (taken) stale_ = ~0u;
+    model_->take_samples(values_, time_s_);
+    Message why;
+    const bool done = options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
+                                                           : model_->advance(time_s_, &why);
+    if (!done) return fail("%s", why.text);
+    stale_ = ~0u;
     const double next = model_->next_sample_s(values_);
     events->next_event_defined = std::isfinite(next);
     events->next_event_s = events->next_event_defined ? next : 0;
@@ -410,7 +416,7 @@ constexpr std::uint64_t snapshot_magic = 0x3154415453564e48ull; // "HNVSTAT1"
 }
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (table_.size() + model_->info().nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
+    return sizeof(Header) + (2 * table_.size() + model_->info().nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
 }
 
 Status Instance::take_snapshot(Snapshot** snapshot) {
@@ -425,8 +431,8 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     }
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
     Header header{snapshot_magic, 0, table_.token(), bytes, options_.interface, options_.event_mode_used, mode_, has_model_, time_s_, start_s_, stop_s_};
-    std::memcpy(place + sizeof header, values_, table_.size() * sizeof(double));
-    std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, model_->info().nx * sizeof(double));
+    std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
+    std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_->info().nx * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
     header.checksum = checksum(place + sizeof header, bytes - sizeof header);
     std::memcpy(place, &header, sizeof header);
@@ -442,12 +448,12 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     if (header.interface != options_.interface || header.event_mode_used != static_cast<std::uint64_t>(options_.event_mode_used))
         return fail("this state was taken from an instance of another interface");
     const double* values = reinterpret_cast<const double*>(place + sizeof header);
-    std::memcpy(values_, values, table_.size() * sizeof(double));
-    std::memcpy(states_, values + table_.size(), model_->info().nx * sizeof(double));
+    std::memcpy(values_, values, 2 * table_.size() * sizeof(double));
+    std::memcpy(states_, values + 2 * table_.size(), model_->info().nx * sizeof(double));
     Message why;
     if (header.has_model) {
-        const std::size_t used = sizeof header + (table_.size() + model_->info().nx) * sizeof(double);
-        if (!model_->initialise(table_, values_, header.start_s, options_.interface == model_exchange, &why) ||
+        const std::size_t used = sizeof header + (2 * table_.size() + model_->info().nx) * sizeof(double);
+        if (!model_->initialise(values_, written(), header.start_s, options_.interface == model_exchange, &why) ||
             !model_->load(place + used, header.bytes - used)) {
             restart();
             return fail("the state does not fit this instance: %s", why.text);
@@ -477,7 +483,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     if (size < sizeof header) return fail("a state has more than %zu bytes", size);
     std::memcpy(&header, bytes, sizeof header);
     if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
-        header.bytes < sizeof header + (table_.size() + model_->info().nx) * sizeof(double) ||
+        header.bytes < sizeof header + (2 * table_.size() + model_->info().nx) * sizeof(double) ||
         header.checksum != checksum(bytes + sizeof header, header.bytes - sizeof header))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));

@@ -108,7 +108,8 @@ private:
     ~Instance();
     void restart();
     Status set_up_check(const char* name, const char* token);
-    Status set_value(int row, double value);
+    Status check_value(int row, double value) const;
+    double* written() { return values_ + table_.size(); }
     void refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
     static double tolerance(double t_s) { return 1e-9 * std::fmax(1, std::fabs(t_s)); }
@@ -118,7 +119,7 @@ private:
     Options options_;
     Importer importer_;
     char name_[128] = "";
-    double* values_ = nullptr; // one for each row
+    double* values_ = nullptr; // one for each row, and behind them one flag for each: set by the importer
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // seed and direction of a directional derivative
     Mode mode_ = instantiated;

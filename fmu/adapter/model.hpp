@@ -34,12 +34,13 @@ public:
     // Appends the rows and remembers their places.
     virtual void describe(Table& table) = 0;
 
-    // Parameters are in values: makes the model at start_s. False: impossible, with the reason.
-    virtual bool initialise(const Table& table, double* values, double start_s, bool model_exchange, Message* why) = 0;
+    // Parameters are in values, and written tells by row which of them the importer has set (not 0): makes the model at
+    // start_s. False: impossible, with the reason.
+    virtual bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) = 0;
 
     // Takes the samples that values hold at t_s; calling it twice takes nothing twice. True when something was taken.
     virtual bool take_samples(double* values, double t_s) = 0;
-    // The next time at which samples are due without a change of the inputs; infinity if none.
+    // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.
     virtual double next_sample_s(const double* values) const = 0;
 
     // Co-Simulation: brings the model to t_s.
@@ -54,7 +55,7 @@ public:
     virtual void get_nominals(double* nominals) const = 0;
     virtual bool derivatives(double t_s, const double* x, double* dx) const = 0;
     virtual bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const = 0;
-    virtual bool jump(double t_s, double* x, Message* why) = 0;
+    virtual bool jump(double t_s, double* x, bool* changed, Message* why) = 0;
     virtual void show(double t_s, const double* x) = 0;
 
     // The complete state apart from values, as plain numbers. load: into a model made by initialise with equal values.

@@ -21,13 +21,13 @@ public:
 
     void describe(Table& table) override { describe_all(table, at_); }
 
-    bool initialise(const Table& table, double* values, double start_s, bool model_exchange, Message* why) override {
+    bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) override {
         hnav_hrekf_options options = hnav_hrekf_defaults(static_cast<hnav_preset>(static_cast<int>(values[at_.preset])));
-        // A parameter that was left at its start value gives way to the preset.
+        // What the importer has set goes before the preset; the rest shows what the preset means.
         int row = at_.options;
         for (int k = 0; const hnav_option_info* option = hnav_hrekf_option(k); ++k)
             for (int i = 0; i < option->count; ++i, ++row) {
-                if (values[row] != table[row].start) set_option(*option, &options, i, values[row]);
+                if (written[row] != 0) set_option(*option, &options, i, values[row]);
                 values[row] = option_value(*option, options, i);
             }
         if (model_exchange && options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD) {
@@ -36,10 +36,9 @@ public:
         }
         clear();
         if (hnav_hrekf_create(&filter_, &options, why->text, sizeof why->text) != HNAV_OK) return false;
-        start_sigma_bias_ = options.start_sigma_bias_rad_s;
         sampler_ = {};
         sampler_.start_s = start_s;
-        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) sampler_.seen[s] = values[at_.sensor[s].sample];
+        sampler_.model_exchange = model_exchange;
         sampler_.reset_level = values[at_.reset];
         sampler_.realign_level = values[at_.realign];
         return true;
@@ -51,10 +50,12 @@ public:
         bool taken = false;
         if (rising(values[at_.reset], &sampler_.reset_level)) {
             hnav_filter_reset(filter_);
+            sampler_.command = command_reset;
             taken = true;
         }
         if (rising(values[at_.realign], &sampler_.realign_level)) {
             hnav_filter_realign(filter_);
+            if (sampler_.command != command_reset) sampler_.command = command_realign;
             taken = true;
         }
         for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
@@ -70,6 +71,8 @@ public:
 
     double next_sample_s(const double* values) const override {
         double next = std::numeric_limits<double>::infinity();
+        // In Model Exchange a sample stamped later than it came waits for its time.
+        if (sampler_.model_exchange != 0) hnav_filter_next_event_s(filter_, &next);
         if (values[at_.sampling_mode] == counter) return next;
         for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
             const double period = values[at_.sensor[s].period];
@@ -99,11 +102,24 @@ public:
     bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
         return hnav_filter_derivative_along(filter_, t_s, x, seed, out) == HNAV_OK;
     }
-    bool jump(double t_s, double* x, Message* why) override {
-        if (sampler_.commanded) { // reset and realign replace the state before the samples act on it
-            hnav_filter_get_x(filter_, x);
-            sampler_.commanded = 0;
+    bool jump(double t_s, double* x, bool* changed, Message* why) override {
+        if (sampler_.command != 0) {
+            // A command replaces the state; of the importer's, a realignment keeps the bias and its covariance, which
+            // stand last in the packed triangle.
+            double replaced[states];
+            hnav_filter_get_x(filter_, replaced);
+            if (sampler_.command == command_realign) {
+                std::memcpy(replaced + 4, x + 4, 3 * sizeof(double));
+                std::memcpy(replaced + states - 6, x + states - 6, 6 * sizeof(double));
+            }
+            std::memcpy(x, replaced, sizeof replaced);
+            sampler_.command = 0;
+            *changed = true;
         }
+        double next_s;
+        hnav_filter_next_event_s(filter_, &next_s);
+        if (next_s > t_s) return true;
+        *changed = true;
         return done(hnav_filter_jump(filter_, t_s, x, x), why);
     }
     void show(double t_s, const double* x) override { hnav_filter_show(filter_, t_s, x); }
@@ -145,13 +161,14 @@ private:
         double due[HNAV_SENSOR_COUNT];  // periods from the start until the next sample
         double reset_level, realign_level;
         double missed;
-        double commanded;
+        double command; // that Model Exchange has still to apply to the importer's states
+        double model_exchange;
     };
+    enum Command { command_reset = 1, command_realign = 2 };
 
-    bool rising(double level, double* last) {
+    static bool rising(double level, double* last) {
         const bool edge = level != 0 && *last == 0;
         *last = level;
-        if (edge) sampler_.commanded = 1;
         return edge;
     }
 
@@ -204,14 +221,10 @@ private:
         put(values, at_.att_euler, a.euler_rad, 3);
         put(values, at_.att_sigma, a.sigma_rad, 3);
         values[at_.att_heading] = a.heading_rad;
-        values[at_.near_singular] = a.near_singular;
-        values[at_.tilt_ready] = a.tilt_ready;
-        values[at_.heading_ready] = a.heading_ready;
     }
 
     void refresh_bias(double* values) const {
-        double rate[3] = {}, bias[3] = {}, sigma[3];
-        for (double& s : sigma) s = start_sigma_bias_;
+        double rate[3], bias[3], sigma[3];
         hnav_filter_rate(filter_, rate);
         hnav_filter_gyro_bias(filter_, bias, sigma);
         put(values, at_.rate, rate, 3);
@@ -220,13 +233,15 @@ private:
     }
 
     void refresh_posterior(double* values) const {
-        hnav_posterior p{sampler_.start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}};
-        for (int i = 3; i < 6; ++i) p.sigma[i] = start_sigma_bias_;
-        hnav_filter_posterior(filter_, &p);
+        hnav_posterior p{sampler_.start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
+        if (hnav_filter_posterior(filter_, &p) != HNAV_OK) hnav_filter_gyro_bias(filter_, p.gyro_bias_rad_s, p.sigma + 3);
         values[at_.post_t] = p.t_s;
         put(values, at_.post_q, p.q_nb, 4);
         put(values, at_.post_bias, p.gyro_bias_rad_s, 3);
         put(values, at_.post_sigma, p.sigma, 6);
+        values[at_.near_singular] = p.near_singular;
+        values[at_.tilt_ready] = p.tilt_ready;
+        values[at_.heading_ready] = p.heading_ready;
     }
 
     void refresh_innovations(double* values) const {
@@ -243,7 +258,14 @@ private:
 
     void refresh_covariance(double* values) const {
         double P[36] = {};
-        hnav_filter_covariance(filter_, P);
+        if (hnav_filter_covariance(filter_, P) != HNAV_OK) { // no attitude: anything within half a turn
+            double bias[3], sigma[3];
+            hnav_filter_gyro_bias(filter_, bias, sigma);
+            for (int i = 0; i < 3; ++i) {
+                P[7 * i] = M_PI * M_PI;
+                P[7 * (i + 3)] = sigma[i] * sigma[i];
+            }
+        }
         double* out = values + at_.covariance;
         for (int i = 0; i < 6; ++i)
             for (int j = i; j < 6; ++j) *out++ = P[6 * i + j];
@@ -272,7 +294,6 @@ private:
 
     Places at_{};
     Sampler sampler_{};
-    double start_sigma_bias_ = 0; // shown before there is an attitude
     hnav_filter* filter_ = nullptr;
 };
 

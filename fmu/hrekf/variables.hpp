@@ -195,20 +195,22 @@ inline void describe_outputs(Table& table, Places& at) {
     at.post_t = table.add(output("post.t", "s", "ms", posterior_group, held, none, "Time of the newest sample used"));
     at.post_q = table.add_vector(output("post.q", "", "", posterior_group, held, none, "Attitude just after that sample, body to navigation, scalar first"), 4);
     at.post_bias = table.add_vector(output("post.bias", "rad/s", "deg/s", posterior_group, held, none, "Gyro bias just after that sample"), 3);
-    at.post_sigma = table.add_vector(output("post.sigma", "", "", posterior_group, held, none, "Standard deviations just after that sample: rotation about the navigation axes in rad, gyro bias in rad/s"), 6);
+    at.post_sigma = table.add_vector(output("post.sigma", "", "", posterior_group, held, none, "Standard deviations just after that sample: rotation about the navigation axes, gyro bias"), 6);
+
+    for (int i = 0; i < 6; ++i) table.row(at.post_sigma + i).unit = i < 3 ? "rad" : "rad/s";
 
     at.att_q = table.add_vector(output("att.q", "", "", attitude_group, flowing, on_q_b, "Attitude now, body to navigation, scalar first"), 4);
     at.att_euler = table.add_vector(output("att.euler", "rad", "deg", attitude_group, flowing, on_q_b, "Roll, pitch, yaw now (rotation order z y x)"), 3);
     at.att_heading = table.add(output("att.heading", "rad", "deg", attitude_group, flowing, on_q_b, "True heading of body x now, clockwise from north"));
     at.att_sigma = table.add_vector(output("att.sigma", "rad", "deg", attitude_group, flowing, on_all, "Standard deviation of the rotation error about the navigation axes; pi before the start"), 3);
-    at.near_singular = table.add(output("att.near_singular", Type::boolean, attitude_group, "Pitch is beyond 85 deg: roll and yaw are ill defined"));
+    at.near_singular = table.add(output("att.near_singular", Type::boolean, posterior_group, "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
     at.rate = table.add_vector(output("rate.body", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Angular rate of the body, bias removed"), 3);
     at.bias = table.add_vector(output("bias.gyro", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Gyro bias"), 3);
     at.bias_sigma = table.add_vector(output("bias.gyro_sigma", "rad/s", "deg/s", bias_group, flowing, on_all, "Standard deviation of the gyro bias"), 3);
 
     at.started = table.add(output("align.started", Type::boolean, status_group, "There is an attitude"));
-    at.tilt_ready = table.add(output("align.tilt_ready", Type::boolean, attitude_group, "Tilt: sigma below the limit, by information gained"));
-    at.heading_ready = table.add(output("align.heading_ready", Type::boolean, attitude_group, "Heading: sigma below the limit, by information gained"));
+    at.tilt_ready = table.add(output("align.tilt_ready", Type::boolean, posterior_group, "Tilt at the newest sample: sigma below the limit, by information gained"));
+    at.heading_ready = table.add(output("align.heading_ready", Type::boolean, posterior_group, "Heading at the newest sample: sigma below the limit, by information gained"));
 
     constexpr const char* sensors[] = {"gyro", "accel", "mag", "heading"};
     char name[64];
@@ -250,8 +252,13 @@ inline void describe_outputs(Table& table, Places& at) {
         for (int j = i; j <= 6; ++j) {
             char element[32];
             std::snprintf(element, sizeof element, "cov.P[%d,%d]", i, j);
-            table.add(output(element, "", "", covariance_group, flowing, on_all, "Covariance of (rotation about the navigation axes in rad, gyro bias in rad/s)"));
+            const char* unit = j <= 3 ? "rad2" : i <= 3 ? "rad2/s" : "rad2/s2";
+            table.add(output(element, unit, "", covariance_group, flowing, on_all, "Covariance of (rotation about the navigation axes, gyro bias)"));
         }
+
+    // What outputs show before initialization: no attitude, and any error.
+    table.row(at.att_q).start = table.row(at.post_q).start = 1;
+    for (int i = 0; i < 3; ++i) table.row(at.att_sigma + i).start = table.row(at.post_sigma + i).start = M_PI;
 }
 
 inline void describe_states(Table& table) {
@@ -286,6 +293,7 @@ inline void describe_states(Table& table) {
     };
     const int first = table.size();
     each(false, first);
+    table.row(first).start = 1;
     each(true, first);
 }
 

@@ -62,6 +62,7 @@ class Attitude(_Struct):
 class Posterior(_Struct):
     _fields_ = [
         ("t_s", C.c_double), ("q_nb", C.c_double * 4), ("gyro_bias_rad_s", C.c_double * 3), ("sigma", C.c_double * 6),
+        ("near_singular", C.c_int32), ("tilt_ready", C.c_int32), ("heading_ready", C.c_int32), ("reserved", C.c_int32),
     ]  # fmt: skip
 
 

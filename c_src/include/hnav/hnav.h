@@ -300,8 +300,9 @@ typedef struct hnav_attitude {
     int32_t heading_ready;
 } hnav_attitude;
 
-/* Errors of the three: NOT_STARTED. */
+/* NOT_STARTED before there is an attitude. */
 HNAV_API hnav_status hnav_filter_attitude(const hnav_filter *filter, hnav_attitude *attitude);
+/* Known before the start too: zero rate until the first sample, and the bias to start from. */
 HNAV_API hnav_status hnav_filter_rate(const hnav_filter *filter, double rate_b_rad_s[3]); /* bias removed */
 HNAV_API hnav_status hnav_filter_gyro_bias(const hnav_filter *filter, double bias_b_rad_s[3], double sigma_rad_s[3]);
 
@@ -315,6 +316,10 @@ typedef struct hnav_posterior {
     double q_nb[4];
     double gyro_bias_rad_s[3];
     double sigma[6]; /* three rotations about the navigation axes in rad, three biases in rad/s */
+    int32_t near_singular; /* as in hnav_attitude */
+    int32_t tilt_ready;
+    int32_t heading_ready;
+    int32_t reserved;      /* 0 */
 } hnav_posterior;
 HNAV_API hnav_status hnav_filter_posterior(const hnav_filter *filter, hnav_posterior *posterior);
 
@@ -339,7 +344,7 @@ typedef struct hnav_filter_status {
     uint64_t used[HNAV_SENSOR_COUNT];       /* samples used, by sensor */
     uint64_t gated[HNAV_SENSOR_COUNT];      /* of those, with inflated noise */
     uint64_t late;          /* refused: older than the committed estimate */
-    uint64_t non_finite;    /* refused: NaN or infinity */
+    uint64_t non_finite;    /* refused: NaN, infinity, or beyond 1e6 in any unit */
     uint64_t zero;          /* refused: zero vector */
     uint64_t corrections;
     uint64_t gamma_raised;  /* corrections whose gamma was infeasible and had to be raised */
