@@ -1,0 +1,167 @@
+// What the FMI layer costs: the same samples through the C API and through the FMU's own binary, loaded as an importer
+// loads it, in turn within one run.
+//
+//     fmi_bench FMU_BINARY [CSV]
+#include "adapter/instance.hpp"
+#include "hnav/hnav.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <dlfcn.h>
+#include <fmi3Functions.h>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int steps = 20000;
+constexpr int rounds = 11;
+constexpr double step_s = 0.01;
+
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+[[noreturn]] void stop(const char* what) {
+    std::fprintf(stderr, "fmi_bench: %s\n", what);
+    std::exit(1);
+}
+
+struct Samples {
+    double rate[3], force[3], field[3];
+};
+
+Samples sample(int k) {
+    const double a = 0.3 * std::sin(0.002 * k);
+    return {{0.06 * std::cos(0.002 * k), 0, 0},
+            {0, -9.81 * std::sin(a), -9.81 * std::cos(a)},
+            {2e-5, 4.5e-5 * std::sin(a), 4.5e-5 * std::cos(a)}};
+}
+
+double c_api_us() {
+    const hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+    hnav_filter* filter;
+    if (hnav_hrekf_create(&filter, &options, nullptr, 0) != HNAV_OK) stop("create failed");
+    hnav_attitude attitude;
+    const double begin = seconds();
+    for (int k = 0; k < steps; ++k) {
+        const Samples s = sample(k);
+        const double t_s = step_s * k;
+        if (hnav_filter_push_imu(filter, t_s, s.rate, s.force) != HNAV_OK || hnav_filter_push_mag(filter, t_s, s.field) != HNAV_OK ||
+            hnav_filter_advance(filter, t_s + step_s) != HNAV_OK || hnav_filter_attitude(filter, &attitude) != HNAV_OK)
+            stop(hnav_filter_message(filter));
+    }
+    const double us = (seconds() - begin) / steps * 1e6;
+    hnav_filter_destroy(filter);
+    return us;
+}
+
+class Fmu {
+public:
+    explicit Fmu(const char* path) {
+        library_ = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+        if (!library_) stop(dlerror());
+        load(instantiate_, "fmi3InstantiateCoSimulation");
+        load(enter_, "fmi3EnterInitializationMode");
+        load(exit_, "fmi3ExitInitializationMode");
+        load(set_, "fmi3SetFloat64");
+        load(set_integers_, "fmi3SetInt32");
+        load(set_enumeration_, "fmi3SetInt64");
+        load(get_, "fmi3GetFloat64");
+        load(step_, "fmi3DoStep");
+        load(free_, "fmi3FreeInstance");
+        model_ = hnav::fmu::make_model();
+        model_->describe(table_);
+    }
+
+    double us() {
+        char token[64];
+        hnav::fmu::Instance::format_token(table_.token(), token, sizeof token);
+        fmi3Instance instance = instantiate_("bench", token, "", false, false, false, false, nullptr, 0, nullptr, nullptr, nullptr);
+        if (!instance) stop("the FMU could not be instantiated");
+        const fmi3ValueReference mode = row("sampling_mode");
+        const fmi3Int64 counter = 1;
+        set_enumeration_(instance, &mode, 1, &counter, 1);
+        enter_(instance, false, 0, 0, false, 0);
+        exit_(instance);
+        std::vector<fmi3ValueReference> inputs, outputs, counters;
+        for (const char* name : {"gyro.rate", "accel.force", "mag.field"})
+            for (int i = 1; i <= 3; ++i) inputs.push_back(row(std::string(name) + "[" + std::to_string(i) + "]"));
+        for (const char* name : {"gyro", "accel", "mag"}) {
+            inputs.push_back(row(std::string(name) + ".t_meas"));
+            counters.push_back(row(std::string(name) + ".sample"));
+        }
+        for (int i = 1; i <= 4; ++i) outputs.push_back(row("att.q[" + std::to_string(i) + "]"));
+
+        double values[12], q[4];
+        const double begin = seconds();
+        for (int k = 0; k < steps; ++k) {
+            const Samples s = sample(k);
+            std::memcpy(values, &s, sizeof s);
+            values[9] = values[10] = values[11] = step_s * k;
+            const fmi3Int32 counts[3] = {k + 1, k + 1, k + 1};
+            fmi3Boolean needed, terminate, early;
+            fmi3Float64 last;
+            if (set_(instance, inputs.data(), 12, values, 12) != fmi3OK || set_integers_(instance, counters.data(), 3, counts, 3) != fmi3OK ||
+                step_(instance, step_s * k, step_s, true, &needed, &terminate, &early, &last) != fmi3OK ||
+                get_(instance, outputs.data(), 4, q, 4) != fmi3OK)
+                stop("a call failed");
+        }
+        const double us = (seconds() - begin) / steps * 1e6;
+        free_(instance);
+        return us;
+    }
+
+private:
+    template <class F>
+    void load(F*& function, const char* name) {
+        function = reinterpret_cast<F*>(dlsym(library_, name));
+        if (!function) stop(name);
+    }
+
+    fmi3ValueReference row(const std::string& name) const {
+        for (int i = 0; i < table_.size(); ++i)
+            if (name == table_[i].name) return static_cast<fmi3ValueReference>(i);
+        stop(name.c_str());
+    }
+
+    void* library_;
+    hnav::fmu::Model* model_;
+    hnav::fmu::Table table_;
+    fmi3InstantiateCoSimulationTYPE* instantiate_;
+    fmi3EnterInitializationModeTYPE* enter_;
+    fmi3ExitInitializationModeTYPE* exit_;
+    fmi3SetFloat64TYPE* set_;
+    fmi3SetInt32TYPE* set_integers_;
+    fmi3SetInt64TYPE* set_enumeration_;
+    fmi3GetFloat64TYPE* get_;
+    fmi3DoStepTYPE* step_;
+    fmi3FreeInstanceTYPE* free_;
+};
+
+double median(std::vector<double> v) {
+    std::nth_element(v.begin(), v.begin() + v.size() / 2, v.end());
+    return v[v.size() / 2];
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 2) stop("usage: fmi_bench FMU_BINARY [CSV]");
+    Fmu fmu(argv[1]);
+    std::vector<double> c, fmi, difference;
+    for (int r = 0; r < rounds; ++r) {
+        c.push_back(c_api_us());
+        fmi.push_back(fmu.us());
+        difference.push_back(fmi.back() - c.back());
+    }
+    std::printf("samples in, 10 ms step, attitude out; median of %d rounds of %d steps\n", rounds, steps);
+    std::printf("C API %.3f us, FMI 3 Co-Simulation in a C loop %.3f us, FMI above C %.3f us\n", median(c), median(fmi), median(difference));
+    if (argc > 2) {
+        FILE* csv = std::fopen(argv[2], "w");
+        if (!csv) stop("cannot write the CSV");
+        std::fprintf(csv, "c_api_us,fmi3_cs_us,difference_us\n%.3f,%.3f,%.3f\n", median(c), median(fmi), median(difference));
+        std::fclose(csv);
+    }
+    return 0;
+}
