@@ -90,6 +90,7 @@ def test_the_archive_holds_documentation_licences_and_an_example_input(version):
         names = set(archive.namelist())
         page = archive.read("documentation/index.html").decode()
     assert {"documentation/licenses/license.txt", "documentation/licenses/SUNDIALS.txt", "resources/example_input.csv"} <= names
+    assert ({"model.png"} if version == 2 else {"terminalsAndIcons/icon.png", "terminalsAndIcons/icon.svg"}) <= names
     assert "att.q[1]" in page and "sampling_mode" in page
 
 

@@ -247,9 +247,11 @@ public:
 
     // Variances of the rotation error about north, east and down.
     Vector3 rotation_variances(const State& s) const {
-        const Quaternion q = Quaternion(s.x).normalized();
+        return rotation_variances(Quaternion(s.x).normalized(), Blocks(s.x + 7).qq);
+    }
+
+    static Vector3 rotation_variances(const Quaternion& q, const Eigen::Matrix4d& Pqq) {
         const Matrix34 T = rotation_from_q(q);
-        const Eigen::Matrix4d Pqq = Blocks(s.x + 7).qq;
         return (T * Pqq).cwiseProduct(T).rowwise().sum();
     }
 
@@ -605,7 +607,7 @@ private:
         using Gain = Eigen::Matrix<double, 7, m>;
 
         Correction(const HrekfModel& model, State& s, double t_s, const Eigen::Matrix<double, m, 4>& H)
-            : model_(model), settings_(model.settings_), H_(H), t_s_(t_s), interval_s_(t_s - s.last_correction_s) {
+            : settings_(model.settings_), H_(H), t_s_(t_s), interval_s_(t_s - s.last_correction_s) {
             P_ = unpack<7>(s.x + 7);
             RobustReport report;
             Sigma_ = inflate<7>(P_, settings_.weight, interval_s_, settings_.robust, &report);
@@ -625,7 +627,7 @@ private:
         // S: the innovation covariance that belongs to R.
         void apply(State& s, const Square<m>& R, const Square<m>& S, const Rows& nu, bool sees_tilt, bool sees_heading,
                    bool gated) {
-            const Vector3 before = model_.rotation_variances(s);
+            const Vector3 before = rotation_variances(Quaternion(s.x).normalized(), P_.template topLeftCorner<4, 4>());
             const Gain K = Cholesky<m>(S).template solve<7>(SigmaHt_.transpose()).transpose();
 
             // Joseph form; I - K H differs from I in its first four columns only.
@@ -634,8 +636,7 @@ private:
             P.noalias() -= KH * Sigma_.template topRows<4>();
             const Eigen::Matrix<double, 7, 4> left = P.template leftCols<4>();
             P.noalias() -= left * KH.transpose();
-            const Gain KR = K * R;
-            P.noalias() += KR * K.transpose();
+            P.noalias() += times_noise(K, R) * K.transpose();
 
             if (settings_.adaptation.mode != Adaptation::off) adapt(s, R, nu, K, gated);
 
@@ -649,13 +650,22 @@ private:
 
             s.last_correction_s = t_s_;
             ++s.corrections;
-            const Vector3 after = model_.rotation_variances(s);
+            const Vector3 after = rotation_variances(Quaternion(s.x), P.template topLeftCorner<4, 4>());
             if (sees_tilt)
                 s.tilt_information += gain(std::fmax(before[0], before[1]), std::fmax(after[0], after[1]));
             if (sees_heading) s.heading_information += gain(before[2], after[2]);
         }
 
     private:
+        // K R, where R is block-diagonal: sensors do not share noise.
+        static Gain times_noise(const Gain& K, const Square<m>& R) {
+            constexpr int n = m % 3 == 0 ? 3 : m;
+            Gain KR;
+            for (int k = 0; k < m; k += n)
+                KR.template middleCols<n>(k).noalias() = K.template middleCols<n>(k) * R.template block<n, n>(k, k);
+            return KR;
+        }
+
         static double gain(double before, double after) {
             return after > 0 && before > after ? 1 / after - 1 / before : 0;
         }
@@ -696,7 +706,6 @@ private:
             }
         }
 
-        const HrekfModel& model_;
         const Settings& settings_;
         const Eigen::Matrix<double, m, 4>& H_;
         double t_s_, interval_s_;

@@ -252,7 +252,9 @@ void write_model_description(const Writer& w, const char* version) {
 
 // Inputs that share the part of the name before the dot are one plug: gyro, accel, mag, aid.
 void write_terminals(const Writer& w) {
-    w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n  <Terminals>\n");
+    w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+           "  <GraphicalRepresentation>\n    <CoordinateSystem x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\" suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+           "    <Icon x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\"/>\n  </GraphicalRepresentation>\n  <Terminals>\n");
     char open[64] = "";
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];

@@ -6,9 +6,10 @@
           P+ = (I - K H) Sigma (I - K H)' + K R K',  q <- q/|q| with its covariance
 
 Symbols are those of "Hybrid Robust Extended Kalman Filter for SINS initial alignment", TJEE 54(4), 2024,
-doi 10.22034/tjee.2023.57843.4683, whose equations (9) to (17) are corrected here. literal=True uses them as printed:
-(9) multiplies from the wrong side, (11) is the discrete matrix I + dt A put into the continuous covariance equation,
-(16) has wrong signs in four rows. A level body that only yaws does not show it; a tilted one does.
+doi 10.22034/tjee.2023.57843.4683, whose equations (9) to (17) are corrected here. literal="kinematics" takes (9) as
+printed, multiplied from the wrong side: a level body that only yaws does not show it, a tilted one does. literal="all"
+adds (11), the discrete matrix I + dt A put into the continuous covariance equation, and (16) with wrong signs in four rows.
+    python -m hnav.reference        prints what that costs
 
 Navigation frame: north-east-down of magnetic north inside; the options' frame, declination and mounting at the border.
 """
@@ -137,7 +138,9 @@ class Direction:
 class ReferenceFilter:
     """HEKF and HREKF by options; push one instant after the other with event()."""
 
-    def __init__(self, options: Options, literal: bool = False):
+    def __init__(self, options: Options, literal: str = ""):
+        if literal not in ("", "kinematics", "all"):
+            raise ValueError(f"literal = {literal}: choose kinematics or all")
         self.options, self.literal = options, literal
         q_body_sensor = np.array(options.q_body_sensor) / np.linalg.norm(options.q_body_sensor)
         self.mounting = C_bn(q_body_sensor).T
@@ -202,8 +205,10 @@ class ReferenceFilter:
         for _ in range(2):
             u = np.zeros(3) if self.rate is None else self.rate - self.b
             A = printed_A(u, self.q)
-            F = np.eye(7) + dt * A
-            F[3, 0] = dt / 2 * u[0]
+            F = A
+            if self.literal == "all":
+                F = np.eye(7) + dt * A
+                F[3, 0] = dt / 2 * u[0]
             self.P = self.P + dt * (F @ self.P + self.P @ F.T + Q)
             self.q = self.q + dt * A[:4, :4] @ self.q
 
@@ -271,7 +276,7 @@ class ReferenceFilter:
     def correct_by(self, t_s, directions):
         o = self.options
         expected, H_q = zip(*(measurement(self.q, d.reference_n) for d in directions))
-        if self.literal:
+        if self.literal == "all":
             h, H = printed_measurement(self.q, np.cos(self.reference[1]), np.sin(self.reference[1]))
             place = {"accel": slice(0, 3), "mag": slice(3, 6)}
             expected, H_q = zip(*((h[place[d.sensor]], H[place[d.sensor]]) for d in directions))
@@ -355,7 +360,7 @@ def quaternion_of(R_bn):
     return q if q[0] >= 0 else -q
 
 
-def run_reference(t_s, rate, force, field, options: Options, literal: bool = False):
+def run_reference(t_s, rate, force, field, options: Options, literal: str = ""):
     """(q_nb n x 4, gyro bias n x 3, rotation sigma about the internal axes n x 3); NaN before the start."""
     f = ReferenceFilter(options, literal)
     n = len(t_s)
@@ -366,3 +371,47 @@ def run_reference(t_s, rate, force, field, options: Options, literal: bool = Fal
             q[k], b[k] = f.q_nb, f.b
             sigma[k] = np.sqrt(np.maximum(0, np.diag(f.rotation_covariance())))
     return q, b, sigma
+
+
+# --------------------------------------------------------------------------------------------- what the errata cost
+
+
+def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3):
+    """(t_s, rate, force, field, bias): a body pitched and rolled by tilt_deg that yaws to and fro by 60 deg; 50 Hz."""
+    from scipy.spatial.transform import Rotation
+
+    t = np.arange(0, duration_s, 0.02)
+    bias = np.radians([1.0, -1.5, 0.5])
+    angles = np.stack([60 * np.sin(0.3 * t), np.full_like(t, tilt_deg), np.full_like(t, tilt_deg)], axis=1)
+    attitude = Rotation.from_euler("ZYX", angles, degrees=True)
+    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / 0.02
+    noise = 1e-3 * np.random.default_rng(seed).normal(size=(len(t), 3))
+    rate = np.vstack([turned, turned[-1]]) + bias + noise
+    force = attitude.apply([0, 0, -9.81], inverse=True)
+    field = attitude.apply([2e-5, 0, 4.5e-5], inverse=True)
+    return t, rate, force, field, bias
+
+
+def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
+    """Largest component of the gyro bias error after 40 s; infinity when the equations blow up on the way."""
+    t, rate, force, field, bias = tilted_turns(tilt_deg)
+    options = Options("paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1)
+    if not literal:
+        from hnav.library import Filter
+
+        estimate = Filter(options).run(t, rate, force, field).gyro_bias_rad_s[-1]
+        return float(np.degrees(np.abs(estimate - bias)).max())
+    f = ReferenceFilter(options, literal)
+    with np.errstate(all="ignore"):
+        for k in range(len(t)):
+            f.event(t[k], rate[k], force[k], field[k])
+            if not np.isfinite(f.P).all() or not np.isfinite(f.b).all():
+                return np.inf
+    return float(np.degrees(np.abs(f.b - bias)).max())
+
+
+if __name__ == "__main__":
+    print("gyro bias error in deg/s after 40 s of yawing to and fro, with the equations as printed and corrected")
+    print("tilt / deg     (9) printed     all printed     corrected")
+    for tilt in (0.0, 20.0):
+        print(f"{tilt:10.0f}", *(f"{bias_error_deg_s(tilt, literal):15.2f}" for literal in ("kinematics", "all", "")))
