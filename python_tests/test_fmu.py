@@ -44,6 +44,20 @@ def set_sample(fmu: Fmu, k: int, t_s: float) -> None:
         fmu.set(f"{prefix}.sample", k + 1)
 
 
+def step_once(fmu: Fmu, solver, k: int) -> None:
+    """From 10 k ms to 10 (k + 1) ms with the inputs as they are; solver: fmpy's, for Model Exchange."""
+    t, end = 0.01 * k, 0.01 * (k + 1)
+    if solver is None:
+        fmu.do_step(t, 0.01)
+        return
+    fmu.update_discrete_states()
+    fmu.call(fmu.fmu.enterContinuousTimeMode)
+    solver.reset(t)
+    solver.step(t, end)
+    fmu.call(fmu.fmu.setTime, end)
+    fmu.call(fmu.fmu.enterEventMode)
+
+
 def posterior(fmu: Fmu) -> list[float]:
     return [fmu.get(f"post.q[{i}]") for i in range(1, 5)] + [fmu.get(f"post.bias[{i}]") for i in range(1, 4)]
 
@@ -271,24 +285,14 @@ def test_realignment_keeps_the_bias_and_its_sigma(version, exchange):
         fmu.initialise()
         solver = fmu.solver(0.0) if exchange else None
 
-        def go(k: int) -> None:
-            set_sample(fmu, k, 0)
-            if not exchange:
-                return fmu.do_step(0.01 * k, 0.01)
-            fmu.update_discrete_states()
-            fmu.call(fmu.fmu.enterContinuousTimeMode)
-            solver.reset(0.01 * k)
-            solver.step(0.01 * k, 0.01 * (k + 1))
-            fmu.call(fmu.fmu.setTime, 0.01 * (k + 1))
-            fmu.call(fmu.fmu.enterEventMode)
-
         for k in range(50):
-            go(k)
+            set_sample(fmu, k, 0)
+            step_once(fmu, solver, k)
         bias, sigma = fmu.get("bias.gyro[3]"), fmu.get("bias.gyro_sigma[3]")
         assert abs(bias) > 1e-3 and sigma < 0.01
         fmu.set("realign", True)
         fmu.set("mag.valid", False)
-        go(50)
+        step_once(fmu, solver, 50)
         assert not fmu.get("align.started")
         assert fmu.get("bias.gyro[3]") == pytest.approx(bias, rel=1e-2)
         assert fmu.get("bias.gyro_sigma[3]") == pytest.approx(sigma, rel=1e-2)
@@ -396,15 +400,7 @@ def test_a_saved_state_replays_bit_for_bit(version, exchange):
         out = []
         for k in range(first, last):
             set_sample(fmu, k, 0)
-            if exchange:
-                fmu.update_discrete_states()
-                fmu.call(fmu.fmu.enterContinuousTimeMode)
-                solver.reset(0.01 * k)
-                solver.step(0.01 * k, 0.01 * (k + 1))
-                fmu.call(fmu.fmu.setTime, 0.01 * (k + 1))
-                fmu.call(fmu.fmu.enterEventMode)
-            else:
-                fmu.do_step(0.01 * k, 0.01)
+            step_once(fmu, solver, k)
             out.append(posterior(fmu) + [fmu.get("att.q[1]"), fmu.get("cov.P[1,2]"), fmu.get("count.accel_used")])
         return out
 
