@@ -36,7 +36,6 @@ struct hnav_filter {
     virtual bool has_room(int count) const = 0;
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
-    virtual void refuse_late() = 0;
     virtual hnav::Outcome advance(double t_s) = 0;
     virtual const char* solver_failure() const = 0;
 
@@ -104,7 +103,6 @@ public:
     bool has_room(int count) const override { return filter_.has_room(count); }
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }
-    void refuse_late() override { ++filter_.refused.late; }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
     const char* solver_failure() const override { return filter_.propagator().failure(); }
 
