@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
-from hnav import demo, device_recordings, plots
+from hnav import demo, device_recordings, overview, plots
+from hnav.recordings import read_recording
 
 RNG_SEED = 20240508
 
@@ -203,6 +204,38 @@ def test_a_users_file_is_run_without_a_reference(tmp_path):
     assert (tmp_path / "demo.png").stat().st_size > 10_000
 
 
+def test_a_broad_trial_is_compared_with_the_optics(broad_trials, tmp_path):
+    done = run_demo(str(next(iter(broad_trials.values()))), "--out", str(tmp_path), "--engine", "c", "--set", "gyro_hold=backward")
+    assert done.exit_code == 0, done.output
+    assert "difference to the optics" in done.output
+    assert "gyro_hold=backward" in done.output
+    assert float(re.search(r"total +│ +([\d.]+)", done.output)[1]) < 10.0
+
+
+def test_a_recording_without_a_field_does_not_start_and_says_so(tmp_path):
+    file = write_csv(tmp_path / "no_field.csv")
+    rows = [",".join(line.split(",")[:7]) for line in file.read_text().splitlines()]
+    file.write_text("\n".join(rows) + "\n")
+    done = run_demo(str(file), "--out", str(tmp_path), "--engine", "c")
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert "did not start" in done.stderr and "start_mode=heading" in done.stderr
+    assert run_demo(str(file), "--out", str(tmp_path), "--engine", "c", "--set", "start_mode=heading").exit_code == 0
+
+
+def test_one_row_is_no_recording(tmp_path):
+    done = run_demo(str(write_csv(tmp_path / "one.csv", seconds=0.02)), "--out", str(tmp_path), "--engine", "c")
+    assert done.exit_code == 2
+    assert "one.csv" in done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    done = run_demo(str(write_csv(tmp_path / "still.csv")), "--out", str(tmp_path / "taken"), "--engine", "c")
+    assert done.exit_code == 2
+    assert "taken" in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_a_bad_file_gets_one_line_and_exit_code_2(tmp_path):
     bad = write_csv(tmp_path / "bad.csv")
     lines = bad.read_text().splitlines()
@@ -245,3 +278,33 @@ def test_a_wheel_with_another_hash_is_refused(monkeypatch, tmp_path):
     done = run_demo("--out", str(tmp_path))
     assert done.exit_code == 2
     assert "other.whl" in done.stderr and "sha256" in done.stderr
+
+
+# ------------------------------------------------------------------------------------------ the picture of the README
+
+
+def test_the_picture_of_the_readme_is_made_by_a_command(broad_trials, tmp_path):
+    if overview.TRIAL not in broad_trials:
+        pytest.skip(f"BROAD_DIR has no trial {overview.TRIAL:02d}")
+    folder = broad_trials[overview.TRIAL].parent
+    picture = tmp_path / "overview.png"
+    done = CliRunner().invoke(plots.app, ["overview", "--broad", str(folder), "--out", str(picture)])
+    assert done.exit_code == 0, done.output
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size < 200_000
+
+
+def test_a_folder_without_trials_gets_one_line(tmp_path):
+    done = CliRunner().invoke(plots.app, ["overview", "--broad", str(tmp_path), "--out", str(tmp_path / "overview.png")])
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1 and "BROAD" in done.stderr
+
+
+def test_sigma_grows_between_samples_and_falls_at_them(broad_trials):
+    recording = read_recording(next(iter(broad_trials.values())))
+    zoom = overview.look_between(recording, 10.0, 0.05, {"navigation_frame": "enu"})
+    sum_of_squares = (zoom.sigma_rad**2).sum(axis=1)
+    at_jump = np.zeros(len(zoom.t_s) - 1, bool)
+    at_jump[zoom.after_jump[1:] - 1] = True
+    assert (np.diff(sum_of_squares)[at_jump] < 0).all()
+    assert (np.diff(sum_of_squares)[~at_jump] > 0).all()

@@ -9,10 +9,9 @@ what the filter says about itself, and writes one picture.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import numpy as np
 import typer
@@ -24,6 +23,7 @@ from hnav.device_recordings import PACKAGE, VERSION, WheelUnavailable, find_whee
 from hnav.engines import Result, run_recording
 from hnav.library import HnavError, parse_setting
 from hnav.recordings import Recording, RecordingError, read_recording
+from hnav.rotations import quaternion_product
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, the device has its past.
 SETTLING_S = 1.0
@@ -37,7 +37,6 @@ class Run:
     recording: Recording
     result: Result
     reference: str
-    us_per_sample: float
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Comparison:
 
 def compare(t_s: np.ndarray, q_nb: np.ndarray, reference_q_nb: np.ndarray) -> Comparison:
     """q_nb, reference_q_nb: n x 4, scalar first, body to the same navigation frame."""
-    w, x, y, z = _product_with_conjugate(q_nb, reference_q_nb)
+    w, x, y, z = quaternion_product(q_nb, reference_q_nb * [1, -1, -1, -1]).T
     used = (t_s - t_s[0] >= SETTLING_S) & np.isfinite(w)
     heading = np.where(used, 2 * np.arctan2(z, w), np.nan)
     offset = np.angle(np.mean(np.exp(1j * heading[used])))
@@ -69,36 +68,32 @@ def compare(t_s: np.ndarray, q_nb: np.ndarray, reference_q_nb: np.ndarray) -> Co
     )
 
 
-def _product_with_conjugate(q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, ...]:
-    """q conj(p), component by component: the rotation in navigation axes that leads from p to q."""
-    q0, q1, q2, q3 = q.T
-    p0, p1, p2, p3 = p.T
-    return (
-        q0 * p0 + q1 * p1 + q2 * p2 + q3 * p3,
-        -q0 * p1 + q1 * p0 - q2 * p3 + q3 * p2,
-        -q0 * p2 + q1 * p3 + q2 * p0 - q3 * p1,
-        -q0 * p3 - q1 * p2 + q2 * p1 + q3 * p0,
-    )
-
-
 # --------------------------------------------------------------------------------------------- running
 
 
 def run_engine(recording: Recording, reference: str, engine: str, settings: dict[str, str]) -> Run:
-    """The filter over the recording, in east-north-up as the references are, with wall time per row."""
+    """The filter over the recording, in east-north-up as the references are.
+
+    Raises HnavError for impossible settings, and when the recording does not let the filter start.
+    """
     if "navigation_frame" in settings:
         raise HnavError(2, "navigation_frame: the demo works in east-north-up; `hnav filter` has the others")
-    begin = time.perf_counter()
-    result = run_recording(recording, engine=engine, settings={**settings, "navigation_frame": "enu"})
-    return Run(recording, result, reference, 1e6 * (time.perf_counter() - begin) / len(recording.t_s))
+    with Console(stderr=True).status(f"{recording.name} by {engine}"):
+        result = run_recording(recording, engine=engine, settings={**settings, "navigation_frame": "enu"})
+    if not np.isfinite(result.q_nb[-1]).all():
+        raise HnavError(
+            11, f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)"
+        )
+    return Run(recording, result, reference)
 
 
 # --------------------------------------------------------------------------------------------- printing
 
 
-def summary(runs: list[Run], engine: str) -> Table:
+def summary(runs: list[Run], settings: dict[str, str]) -> Table:
     """The figures of all runs, one column each."""
-    table = Table(title=f"Hrekf, engine {engine}, default preset", title_justify="left")
+    chosen = ["default preset", *(f"{name}={value}" for name, value in settings.items())]
+    table = Table(title=f"Hrekf, engine {runs[0].result.engine}, {', '.join(chosen)}", title_justify="left")
     table.add_column("", no_wrap=True)
     for run in runs:
         table.add_column(run.recording.name, justify="right", no_wrap=True)
@@ -111,12 +106,12 @@ def summary(runs: list[Run], engine: str) -> Table:
 def figures(run: Run) -> dict[str, str]:
     """What stands in a column of the table: text by row name."""
     recording, result = run.recording, run.result
+    counts = result.counts
     duration_s = recording.t_s[-1] - recording.t_s[0]
     rows = {
-        "length": f"{duration_s:.1f} s, {(len(recording.t_s) - 1) / duration_s:.0f} Hz",
-        "samples rate / force / field": " / ".join(
-            str(_count(values)) for values in (recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
-        ),
+        "length, median sample rate": f"{duration_s:.1f} s, {1 / np.median(np.diff(recording.t_s)):.0f} Hz",
+        "used rate / force / field": " / ".join(str(counts[f"{sensor}_used"]) for sensor in ("gyro", "accel", "mag")),
+        "gated force / field": f"{counts['accel_gated']} / {counts['mag_gated']}",
     }
     if run.reference:
         against = compare(recording.t_s, result.q_nb, recording.reference_q_nb)
@@ -137,12 +132,8 @@ def figures(run: Run) -> dict[str, str]:
         "  gyro bias x ± σ": f"{bias[0]:+.2f} ± {bias_sigma[0]:.2f} deg/s",
         "  gyro bias y ± σ": f"{bias[1]:+.2f} ± {bias_sigma[1]:.2f} deg/s",
         "  gyro bias z ± σ": f"{bias[2]:+.2f} ± {bias_sigma[2]:.2f} deg/s",
-        "time per row, Python included": f"{run.us_per_sample:.0f} µs",
+        "time per row": f"{result.us_per_sample:.1f} µs",
     }
-
-
-def _count(samples: np.ndarray | None) -> int:
-    return 0 if samples is None else int(np.isfinite(samples).all(axis=1).sum())
 
 
 def _median_rms(difference_deg: np.ndarray) -> str:
@@ -152,7 +143,7 @@ def _median_rms(difference_deg: np.ndarray) -> str:
 
 def _mean(nis: np.ndarray) -> str:
     used = nis[np.isfinite(nis)]
-    return f"{used.mean():.2f}" if len(used) else "no samples"
+    return f"{used.mean():.2g}" if len(used) else "no samples"
 
 
 def _tilt_sigma_deg(result: Result) -> np.ndarray:
@@ -183,7 +174,7 @@ def draw_run(panels: dict[str, plots.Axes], run: Run) -> None:
     t_s = recording.t_s - recording.t_s[0]
     reference_q_nb = recording.reference_q_nb if run.reference else None
     drawn = plots.draw_attitude(panels["attitude"], t_s, result.q_nb, reference_q_nb, run.reference)
-    panels["attitude"].set_title(f"{recording.name}\n{drawn}")
+    panels["attitude"].set_title(f"{recording.name}\n{drawn}, body to east-north-up")
     if run.reference:
         against = compare(recording.t_s, result.q_nb, reference_q_nb)
         plots.draw_error_band(panels["heading"], t_s, against.heading_deg, np.degrees(result.sigma_rad[:, 2]), "heading")
@@ -205,7 +196,7 @@ def draw_run(panels: dict[str, plots.Axes], run: Run) -> None:
 # --------------------------------------------------------------------------------------------- the command
 
 
-app = typer.Typer(add_completion=False)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 console = Console(highlight=False)
 
 
@@ -224,7 +215,15 @@ def device_runs(engine: str, settings: dict[str, str]) -> list[Run]:
 def own_run(file: Path, mag_unit: str, engine: str, settings: dict[str, str]) -> Run:
     """The user's file, against the optical reference if it holds one."""
     recording = read_recording(file, mag_unit=mag_unit)
-    return run_engine(recording, "" if recording.reference_q_nb is None else "optical reference", engine, settings)
+    if len(recording.t_s) < 2:
+        raise RecordingError(f"{file}: one row is no recording")
+    return run_engine(recording, "" if recording.reference_q_nb is None else "optics", engine, settings)
+
+
+def fail(text: str) -> NoReturn:
+    """One line on stderr, exit code 2."""
+    typer.echo(f"demo: {text}", err=True)
+    raise typer.Exit(2)
 
 
 @app.command()
@@ -240,14 +239,16 @@ def demo(
         chosen = dict(parse_setting(text) for text in settings or [])
         runs = [own_run(recording, mag_unit, engine, chosen)] if recording else device_runs(engine, chosen)
     except (WheelUnavailable, HnavError, RecordingError) as error:
-        typer.echo(f"demo: {error}", err=True)
-        raise typer.Exit(2) from None
+        fail(str(error))
     console.print()
-    console.print(summary(runs, engine))
+    console.print(summary(runs, chosen))
     for note in notes(runs):
         console.print(note)
     file = out / "demo.png"
-    plots.save(picture(runs), file)
+    try:
+        plots.save(picture(runs), file)
+    except OSError as error:
+        fail(f"{file}: cannot be written: {error.strerror}")
     console.print(f"picture: {file}")
 
 

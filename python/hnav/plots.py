@@ -23,6 +23,10 @@ from matplotlib.ticker import FuncFormatter
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
+from hnav.library import HnavError
+from hnav.recordings import RecordingError
+from hnav.rotations import euler_rad
+
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
 AXIS_COLOURS = (VERMILION, GREEN, BLUE)
@@ -45,7 +49,12 @@ STYLE = {
     "legend.fontsize": 8.5,
     "lines.linewidth": 1.3,
     "figure.facecolor": "white",
+    # The renderer refuses a path of millions of points in one piece.
+    "agg.path.chunksize": 20000,
 }
+
+# The axis of NIS ends here, and its running means take this many windows at most over the whole recording.
+NIS_FLOOR, NIS_WINDOWS = 1e-7, 100
 
 # Beyond this pitch roll and yaw jump about without meaning; the quaternion is drawn instead.
 EULER_PITCH_LIMIT_DEG = 80.0
@@ -59,12 +68,10 @@ def euler_deg(q_nb: np.ndarray) -> np.ndarray:
 
     Rotation order z y x, each angle unwrapped in time so that a turn is one line; NaN rows stay NaN.
     """
-    angles = np.full((len(q_nb), 3), np.nan)
-    known = np.isfinite(q_nb).all(axis=1)
-    if known.any():
-        yaw_pitch_roll = Rotation.from_quat(q_nb[known][:, [1, 2, 3, 0]]).as_euler("ZYX")
-        angles[known] = np.degrees(np.unwrap(yaw_pitch_roll[:, ::-1], axis=0))
-    return angles
+    angles = euler_rad(q_nb)
+    known = np.isfinite(angles).all(axis=1)
+    angles[known] = np.unwrap(angles[known], axis=0)
+    return np.degrees(angles)
 
 
 def continuous_quaternion(q: np.ndarray) -> np.ndarray:
@@ -188,6 +195,7 @@ def draw_sigma(axes: Axes, t_s: np.ndarray, sigma_deg: np.ndarray, names: Sequen
         axes.plot(t_s, sigma_deg[:, column], color=colour, label=name)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_ylabel("σ / deg")
     legend_above(axes)
 
@@ -202,10 +210,8 @@ def draw_bias(axes: Axes, t_s: np.ndarray, bias_deg_s: np.ndarray, sigma_deg_s: 
     legend_above(axes)
 
 
-def draw_nis(
-    axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension: int = 3, probability: float = 0.95, window_s: float = 1.0
-) -> None:
-    """Normalised innovations squared by sensor: every sample as a dot, means over window_s as a line.
+def draw_nis(axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension: int = 3, probability: float = 0.95) -> None:
+    """Normalised innovations squared by sensor: every sample as a dot, running means as a line.
 
     The grey band holds a share `probability` of the single samples of a filter whose noise is as parametrised
     (two-sided chi-square, Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2); the dashed line is their mean,
@@ -214,12 +220,19 @@ def draw_nis(
     low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], dimension)
     axes.axhspan(low, high, color="#DDDDDD", alpha=0.55, lw=0, label=f"{probability:.0%} of χ²({dimension})")
     axes.axhline(dimension, color=INK, lw=0.9, ls="--", label=f"expected mean {dimension}")
+    window_s = max(1.0, (t_s[-1] - t_s[0]) / NIS_WINDOWS)
+    floor = low
     for (name, values), colour in zip(nis.items(), (BLUE, ORANGE)):
         shown = np.isfinite(values) & (values > 0)
-        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=2.2, alpha=0.35, rasterized=True)
-        axes.plot(*running_mean(t_s, values, window_s), color=colour, lw=1.6, label=f"{name}, mean of {window_s:g} s")
+        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=2.2, alpha=0.3, zorder=2)
+        middle_s, mean = running_mean(t_s, values, window_s)
+        # A white edge keeps the line readable on its own dots.
+        axes.plot(middle_s, mean, color="white", lw=3.2, zorder=3)
+        axes.plot(middle_s, mean, color=colour, lw=1.6, zorder=4, label=f"{name}, mean of {window_s:.3g} s")
+        if (mean > 0).any():
+            floor = min(floor, mean[mean > 0].min())
     axes.set_yscale("log")
-    axes.set_ylim(1e-3, 1e2)
+    axes.set_ylim(max(10.0 ** np.floor(np.log10(floor)), NIS_FLOOR), 1e2)
     axes.set_ylabel("NIS / 1")
     legend_above(axes)
 
@@ -238,7 +251,7 @@ def save(picture: Figure, path: Path) -> None:
 
 # --------------------------------------------------------------------------------------------- the command
 
-app = typer.Typer(add_completion=False, help="Pictures of hnav's documentation, made anew from data.")
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help="Pictures of hnav's documentation, made anew from data.")
 
 
 @app.callback()
@@ -254,7 +267,11 @@ def overview(
     """The picture of the README: one BROAD trial against optical truth, and a few samples seen from near."""
     from hnav.overview import draw_overview, save_small  # it draws with this module
 
-    save_small(draw_overview(broad), out)
+    try:
+        save_small(draw_overview(broad), out)
+    except (HnavError, RecordingError, OSError) as error:
+        typer.echo(f"overview: {error}", err=True)
+        raise typer.Exit(2) from None
     typer.echo(f"{out} ({out.stat().st_size / 1000:.0f} kB)")
 
 
