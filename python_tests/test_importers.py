@@ -5,6 +5,7 @@ heading of 30 deg: inputs at constant values, periodic sampling.
 """
 
 import math
+import shutil
 
 import fmpy
 import pytest
@@ -41,6 +42,8 @@ def test_ecos_runs_it(version):
         ecospy = pytest.importorskip("ecospy", reason="ecospy is not installed", exc_type=ImportError)
     except OSError as error:  # its library needs libtbb12
         pytest.skip(f"ecospy cannot be loaded: {error}")
+    if not shutil.which("unzip"):
+        pytest.skip("ecospy needs the command unzip")
     structure = ecospy.EcosSimulationStructure()
     structure.add_model("filter", str(fmu_path("Hrekf", version)))
     structure.add_parameter_set("level", {f"filter::{name}": value for name, value in VALUES.items()})
