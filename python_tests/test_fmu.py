@@ -249,6 +249,25 @@ def test_event_mode_of_co_simulation_shows_the_sample_at_once():
         assert fmu.get("count.accel_used") == 2
 
 
+def test_the_intermediate_update_may_read_and_nothing_else():
+    with opened(3) as fmu:
+        f, seen = fmu.fmu, []
+
+        def update(environment, t_s, set_requested, get_allowed, finished, can_return_early, requested, early_time):
+            value = (C.c_double * 1)()
+            read = f.dll.fmi3GetFloat64(f.component, fmu.references(["att.q[1]"]), C.c_size_t(1), value, C.c_size_t(1))
+            written = f.dll.fmi3SetFloat64(f.component, fmu.references(["gyro.rate[1]"]), C.c_size_t(1), value, C.c_size_t(1))
+            seen.append((t_s, bool(get_allowed), read, written))
+
+        f.fmi3FreeInstance(f.component)
+        f.instantiate(intermediateUpdate=update, logMessage=lambda *a: None)
+        fmu.initialise()
+        fmu.do_step(0, 0.01)
+        fmu.do_step(0.01, 0.01)
+        assert [t for t, *_ in seen] == pytest.approx([0.01, 0.02])
+        assert all(allowed and read == 0 and written == 3 for _, allowed, read, written in seen)
+
+
 @versions
 def test_before_there_is_an_attitude_the_outputs_say_so(version):
     with opened(version) as fmu:
@@ -516,6 +535,9 @@ def test_wrong_variables_are_named(version):
         good = fmu.references(["att.q[1]"])
         with pytest.raises(HnavError, match="null"):
             fmu.call(f.fmi3GetFloat64, f.component, good, 1, None, 1) if fmu.fmi3 else fmu.call(f.fmi2GetReal, f.component, good, 1, None)
+        if fmu.fmi3:  # FMI 2 has no size to get wrong
+            with pytest.raises(HnavError, match="scalars"):
+                fmu.call(f.fmi3GetFloat64, f.component, good, 1, (C.c_double * 2)(), 2)
 
 
 @versions

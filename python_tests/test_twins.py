@@ -5,6 +5,7 @@ import pytest
 from conftest import tilted_motion
 from hnav import Filter, Options
 from hnav.engines import ENGINES, run_recording
+from hnav.recordings import read_recording
 from hnav.reference import bias_error_deg_s, run_reference
 from hnav.scores import score
 
@@ -90,8 +91,8 @@ def test_model_exchange_agrees_to_a_millionth(engine, motion):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_trial):
-    """A minute of a BROAD trial; half of it by Model Exchange, whose steps are the importer's."""
-    crop = broad_trial.cropped(30 if engine.endswith("me") else 60)
+    """A minute of a BROAD trial."""
+    crop = broad_trial.cropped(60)
     settings = {"navigation_frame": "enu"}
     s, expected = (score(run_recording(crop, engine=e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
     assert s.total < 10
@@ -104,9 +105,12 @@ def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_tri
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", [e for e in ENGINES if e != "c"])
 def test_every_engine_agrees_on_whole_recordings(engine, broad_trials):
-    from hnav.recordings import read_recording
-
+    """Co-Simulation bit for bit. In Model Exchange a rounding may open a gate one sample earlier: equal scores."""
+    settings = {"navigation_frame": "enu"}
     for path in broad_trials.values():
         trial = read_recording(path)
-        c, fmu = (run_recording(trial, engine=e) for e in ("c", engine))
-        assert difference(c.q_nb, fmu.q_nb) <= (0 if engine.endswith("cs") else 1e-5)
+        c, fmu = (run_recording(trial, engine=e, settings=settings) for e in ("c", engine))
+        if engine.endswith("cs"):
+            assert np.array_equal(c.q_nb, fmu.q_nb, equal_nan=True), trial.name
+        expected, found = (score(r.q_nb, trial.reference_q_nb, trial.movement) for r in (c, fmu))
+        assert found.total == pytest.approx(expected.total, abs=0.01), trial.name
