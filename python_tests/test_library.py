@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from hnav import Filter, HnavError, Options
-from hnav.library import option_table, version
+from hnav.library import FILTERS, option_table, version
 
 NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, accel_gate_nis=13.9, gyro_noise_rad_per_sqrt_s=1e-3)
 
@@ -23,7 +23,7 @@ def test_versions_agree():
 
 
 def test_options_are_read_and_written_by_name():
-    o = Options("paper", gamma_mode="kl", start_q_nb=[0.5, 0.5, 0.5, 0.5], queue_capacity=10)
+    o = Options("hrekf", "paper", gamma_mode="kl", start_q_nb=[0.5, 0.5, 0.5, 0.5], queue_capacity=10)
     assert (o.gamma_mode, o.solver, o.queue_capacity) == ("kl", "euler", 10)
     assert o.start_q_nb == [0.5] * 4
     assert o.quaternion_noise_per_sqrt_s == 1e-3
@@ -40,23 +40,24 @@ def test_options_are_read_and_written_by_name():
 ])  # fmt: skip
 def test_wrong_options_are_named(name, value, named):
     with pytest.raises(HnavError, match=named):
-        Options(**{name: value})
+        Options("hrekf", **{name: value})
 
 
-def test_impossible_options_are_refused_by_the_library_with_their_name():
-    for info in option_table().values():
+@pytest.mark.parametrize("filter", FILTERS)
+def test_impossible_options_are_refused_by_the_library_with_their_name(filter):
+    for info in option_table(filter).values():
         if info.choices:
             continue
         value = info.max * 1.01 + 1 if info.max > 0 else 1.0
         with pytest.raises(HnavError, match=info.name) as error:
-            Filter(Options(**{info.name: [value] * info.count if info.count > 1 else value}))
+            Filter(Options(filter, **{info.name: [value] * info.count if info.count > 1 else value}))
         assert error.value.status == "option"
 
 
 def test_a_batch_run_is_push_and_advance_row_by_row(motion):
     m = motion.recording
-    run = Filter(Options(**NOISE)).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
-    f = Filter(Options(**NOISE))
+    run = Filter(Options("hrekf", **NOISE)).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    f = Filter(Options("hrekf", **NOISE))
     for k in range(len(m.t_s)):
         push(f, m, k)
         f.advance(m.t_s[k])
@@ -77,7 +78,7 @@ def test_the_same_samples_give_the_same_bits_for_every_advance_pattern(motion):
     posteriors = set()
     for step in (0.01, 0.0037, 0.0173, 1.0, None):
         rng = np.random.default_rng(1)
-        f = Filter(Options(queue_capacity=300, **NOISE))
+        f = Filter(Options("hrekf", queue_capacity=300, **NOISE))
         t, k = 0.0, 0
         while t < 3:
             t = min(3.0, t + (step or rng.uniform(1e-4, 0.1)))
@@ -96,7 +97,7 @@ from conftest import tilted_motion
 from hnav import Filter, Options
 from test_library import NOISE, push
 m = tilted_motion(1).recording
-f = Filter(Options(**NOISE))
+f = Filter(Options("hrekf", **NOISE))
 f.load(open({file!r}, "rb").read())
 for k in range(50, 100):
     push(f, m, k)
@@ -111,7 +112,7 @@ def test_a_saved_filter_goes_on_bit_for_bit_in_a_new_process(tmp_path):
     from conftest import tilted_motion
 
     m = tilted_motion(1).recording
-    f = Filter(Options(**NOISE))
+    f = Filter(Options("hrekf", **NOISE))
     for k in range(100):
         push(f, m, k)
         f.advance(m.t_s[k] + 0.002)
@@ -124,11 +125,11 @@ def test_a_saved_filter_goes_on_bit_for_bit_in_a_new_process(tmp_path):
     assert done.stdout.strip() == bytes(f.posterior()).hex(), done.stderr
     f.load(state)  # wrecked by fifty samples, and back
     with pytest.raises(HnavError, match="damaged|options"):
-        Filter(Options()).load(state)
+        Filter(Options("hrekf")).load(state)
 
 
 def test_errors_carry_the_message_of_the_object(motion):
-    f = Filter()
+    f = Filter(Options("hrekf"))
     for call, status, words in (
         (lambda: f.push_gyro(0, [0, np.nan, 0]), "non-finite", "gyro"),
         (lambda: f.push_mag(0, [0, 0, 0]), "zero vector", "mag"),
@@ -150,8 +151,8 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
     from scipy.integrate import solve_ivp
 
     m = motion.recording
-    inside = Filter(Options(**NOISE)).run(m.t_s[:30], m.rate_b_rad_s[:30], m.force_b_m_s2[:30], m.field_b_tesla[:30])
-    f = Filter(Options(**NOISE))
+    inside = Filter(Options("hrekf", **NOISE)).run(m.t_s[:30], m.rate_b_rad_s[:30], m.force_b_m_s2[:30], m.field_b_tesla[:30])
+    f = Filter(Options("hrekf", **NOISE))
     x = f.get_x()
     for k in range(30):
         if k:

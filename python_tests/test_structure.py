@@ -13,9 +13,9 @@ ALLOWED = {
     "c_src/attitude": {"attitude", "hybrid", "linalg"},
     "c_src/api": {"api", "attitude", "hybrid", "linalg", "hnav"},
     "c_src/include": set(),
-    "fmu": {"adapter", "hrekf", "hnav"},
+    "fmu": {"adapter", "attitude", "hnav"},
 }
-LIBRARY_FOLDERS = {"api", "attitude", "hybrid", "linalg", "hnav", "adapter", "hrekf"}
+LIBRARY_FOLDERS = {"api", "attitude", "hybrid", "linalg", "hnav", "adapter"}
 
 
 def includes(path: Path) -> list[str]:

@@ -41,7 +41,7 @@ def difference(q: np.ndarray, p: np.ndarray) -> float:
 @pytest.mark.parametrize("name", SETTINGS)
 def test_the_library_is_the_numpy_reference(name):
     m = tilted_motion(0.6).recording
-    options = Options(**PRECISE | SETTINGS[name], solver_rtol=1e-12, solver_atol=1e-14)
+    options = Options("hrekf", **PRECISE | SETTINGS[name], solver_rtol=1e-12, solver_atol=1e-14)
     run = Filter(options).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     q, bias, sigma = run_reference(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla, options)
     assert difference(q, run.q_nb) < 1e-11
@@ -52,7 +52,7 @@ def test_the_library_is_the_numpy_reference(name):
 
 def test_the_library_is_the_reference_on_a_real_recording(broad_trial):
     m = broad_trial.cropped(2)
-    options = Options(solver_rtol=1e-12, solver_atol=1e-14)
+    options = Options("hrekf", solver_rtol=1e-12, solver_atol=1e-14)
     run = Filter(options).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     q, bias, _ = run_reference(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla, options)
     assert difference(q, run.q_nb) < 1e-10
@@ -70,8 +70,8 @@ def test_the_printed_equations_lose_the_bias_off_level_and_the_corrected_ones_fi
 @pytest.mark.parametrize("engine", [e for e in ENGINES if e.endswith("cs")])
 def test_co_simulation_is_the_library_bit_for_bit(engine, motion):
     settings = {k: str(v) for k, v in PRECISE.items()} | {"gamma_mode": "kl", "adaptation": "corrected"}
-    c = run_recording(motion.recording, engine="c", settings=settings)
-    fmu = run_recording(motion.recording, engine=engine, settings=settings)
+    c = run_recording(motion.recording, "hrekf", "c", settings=settings)
+    fmu = run_recording(motion.recording, "hrekf", engine, settings=settings)
     for name in ("q_nb", "sigma_rad", "gyro_bias_rad_s", "gyro_bias_sigma_rad_s"):
         assert np.array_equal(getattr(c, name), getattr(fmu, name), equal_nan=True), name
     assert fmu.counts["rhs_evals"] > 0  # SUNDIALS did the work
@@ -82,8 +82,8 @@ def test_co_simulation_is_the_library_bit_for_bit(engine, motion):
 def test_model_exchange_agrees_to_a_millionth(engine, motion):
     """By fmpy's CVODE at a relative tolerance of 1e-8, rates up to 10 rad/s."""
     m = motion.recording.cropped(1)
-    c = run_recording(m, engine="c")
-    fmu = run_recording(m, engine=engine)
+    c = run_recording(m, "hrekf", "c")
+    fmu = run_recording(m, "hrekf", engine)
     assert difference(c.q_nb, fmu.q_nb) < 1e-6
     assert np.nanmax(np.abs(c.gyro_bias_rad_s - fmu.gyro_bias_rad_s)) < 1e-6
     assert np.nanmax(np.abs(c.sigma_rad - fmu.sigma_rad)) < 1e-6
@@ -94,7 +94,7 @@ def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_tri
     """A minute of a BROAD trial."""
     crop = broad_trial.cropped(60)
     settings = {"navigation_frame": "enu"}
-    s, expected = (score(run_recording(crop, engine=e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
+    s, expected = (score(run_recording(crop, "hrekf", e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
     assert s.total < 10
     if engine.endswith("me"):
         assert s.total == pytest.approx(expected.total, abs=1e-3)
@@ -109,7 +109,7 @@ def test_every_engine_agrees_on_whole_recordings(engine, broad_trials):
     settings = {"navigation_frame": "enu"}
     for path in broad_trials.values():
         trial = read_recording(path)
-        c, fmu = (run_recording(trial, engine=e, settings=settings) for e in ("c", engine))
+        c, fmu = (run_recording(trial, "hrekf", e, settings=settings) for e in ("c", engine))
         if engine.endswith("cs"):
             assert np.array_equal(c.q_nb, fmu.q_nb, equal_nan=True), trial.name
         expected, found = (score(r.q_nb, trial.reference_q_nb, trial.movement) for r in (c, fmu))

@@ -17,7 +17,7 @@ struct hnav_filter {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
 
     hnav::Frames frames;
-    bool backward_hold = false;
+    bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
     mutable char message[256] = "";
 
     __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
@@ -47,6 +47,8 @@ struct hnav_filter {
     virtual hnav::Vector3 bias_variances(At) const = 0;
     virtual hnav::ErrorCovariance error_covariance() const = 0;
     virtual const hnav::Innovation& innovation(int channel) const = 0;
+    virtual hnav::FieldEstimate field_estimate() const = 0;
+    virtual void gyro_calibration(double* S, double* sigma) const = 0;
     virtual void status(hnav_filter_status* status) const = 0;
 
     virtual std::size_t state_size() const = 0;
@@ -81,7 +83,7 @@ public:
         if (!memory) return nullptr;
         auto* self = new (memory) AttitudeFilter;
         self->frames = frames;
-        self->backward_hold = backward_hold;
+        self->causal_only = backward_hold && !Model::reholds;
         if (!self->filter_.create(model, settings)) {
             self->destroy();
             return nullptr;
@@ -114,6 +116,9 @@ public:
     Vector3 bias_variances(At at) const override { return model().bias_variances(state(at)); }
     ErrorCovariance error_covariance() const override { return model().error_covariance(filter_.shown()); }
     const Innovation& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
+
+    FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
+    void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter_.newest(), S, sigma); }
 
     void status(hnav_filter_status* out) const override {
         const State& s = filter_.newest();

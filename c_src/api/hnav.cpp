@@ -150,6 +150,10 @@ void write_row(const hnav_filter* f, double t_s, const hnav_run_output& out, siz
     }
     if (out.accel_nis) out.accel_nis[i] = nis_at(f, hnav::accel, t_s);
     if (out.mag_nis) out.mag_nis[i] = nis_at(f, hnav::mag, t_s);
+    if (out.ready) {
+        out.ready[2 * i] = e.tilt_ready;
+        out.ready[2 * i + 1] = e.heading_ready;
+    }
 }
 
 } // namespace
@@ -349,6 +353,29 @@ hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor
     return HNAV_OK;
 }
 
+hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
+    REQUIRE(filter, field);
+    const hnav::FieldEstimate f = filter->field_estimate();
+    field->strength_tesla = f.known ? f.strength_tesla : hnav::nan;
+    field->dip_rad = f.known ? f.dip_rad : hnav::nan;
+    field->latency_s = f.latency_s;
+    field->latency_sigma_s = f.latency_sigma_s;
+    field->evidence_s = f.evidence_s;
+    field->heading_trust_s = f.heading_trust_s;
+    field->adopted = f.adopted;
+    field->gate = static_cast<int32_t>(f.gate);
+    field->at_rest = f.at_rest;
+    field->reserved = 0;
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]) {
+    REQUIRE(filter, matrix);
+    REQUIRE(filter, sigma);
+    filter->gyro_calibration(matrix, sigma);
+    return HNAV_OK;
+}
+
 hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filter_status* status) {
     REQUIRE(filter, status);
     filter->status(status);
@@ -430,7 +457,7 @@ hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_mi
     REQUIRE(filter, x_plus);
     if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     if (!finite(x_minus, filter->nx())) return filter->fail(HNAV_ERROR_NON_FINITE, "x_minus is not finite");
-    if (filter->backward_hold)
+    if (filter->causal_only)
         return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
     if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
         return filter->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples up to t = %.9g s; they were dropped", t_s);

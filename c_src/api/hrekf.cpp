@@ -1,6 +1,5 @@
 // Options of the paper's filter, and the filter made from them.
-#include "api/attitude_filter.hpp"
-#include "api/option_table.hpp"
+#include "api/creation.hpp"
 #include "attitude/hrekf_model.hpp"
 
 #include <cmath>
@@ -14,24 +13,16 @@ constexpr double deg = M_PI / 180;
 // The model's enumerations are the API's, one to one.
 static_assert(int(hnav::GammaMode::kl) == HNAV_GAMMA_KL && int(hnav::GammaMode::relative) == HNAV_GAMMA_RELATIVE);
 static_assert(int(hnav::Adaptation::corrected) == HNAV_ADAPTATION_CORRECTED);
-static_assert(int(HrekfModel::Start::heading) == HNAV_START_HEADING);
+static_assert(int(hnav::StartMode::heading) == HNAV_START_HEADING);
 static_assert(int(hnav::heading) == HNAV_SENSOR_HEADING && int(hnav::channel_count) == HNAV_SENSOR_COUNT);
-
-double square(double x) { return x * x; }
-
-hnav::Frames frames_of(const hnav_hrekf_options& o) {
-    hnav::Frames frames;
-    frames.set(o.navigation_frame == HNAV_FRAME_ENU, o.declination_rad, o.q_body_sensor);
-    return frames;
-}
 
 HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames& frames) {
     HrekfModel::Settings s{};
-    s.gyro_psd = square(o.gyro_noise_rad_per_sqrt_s);
-    s.quaternion_psd = square(o.quaternion_noise_per_sqrt_s);
-    s.bias_walk_psd = square(o.gyro_bias_walk_rad_s_per_sqrt_s);
-    s.accel_density2 = square(o.accel_noise_per_sqrt_hz);
-    s.mag_density2 = square(o.mag_noise_per_sqrt_hz);
+    s.gyro_psd = hnav::square(o.gyro_noise_rad_per_sqrt_s);
+    s.quaternion_psd = hnav::square(o.quaternion_noise_per_sqrt_s);
+    s.bias_walk_psd = hnav::square(o.gyro_bias_walk_rad_s_per_sqrt_s);
+    s.accel_density2 = hnav::square(o.accel_noise_per_sqrt_hz);
+    s.mag_density2 = hnav::square(o.mag_noise_per_sqrt_hz);
     s.interval_limit_s = o.interval_limit_s;
     s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
     s.robust.mode = static_cast<hnav::GammaMode>(o.gamma_mode);
@@ -42,15 +33,11 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     s.weight.tail<3>().setConstant(o.gamma_weight_bias);
     s.adaptation.mode = static_cast<hnav::Adaptation>(o.adaptation);
     s.adaptation.gain = o.adaptation_gain;
-    s.adaptation.least = square(o.adaptation_floor_rad_s_per_sqrt_s);
-    s.adaptation.most = square(o.adaptation_cap_rad_s_per_sqrt_s);
-    s.start = static_cast<HrekfModel::Start>(o.start_mode);
-    s.start_q = frames.to_internal(hnav::Quaternion(o.start_q_nb).normalized());
-    s.start_heading_rad = o.start_heading_rad - o.declination_rad;
+    s.adaptation.least = hnav::square(o.adaptation_floor_rad_s_per_sqrt_s);
+    s.adaptation.most = hnav::square(o.adaptation_cap_rad_s_per_sqrt_s);
+    s.start = hnav::start_of(o, frames);
     s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
-    s.start_samples = static_cast<std::uint64_t>(o.start_samples);
     s.sigma_tilt = o.start_sigma_tilt_rad;
-    s.sigma_heading = o.start_sigma_heading_rad;
     s.sigma_bias = o.start_sigma_bias_rad_s;
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
     s.reference = {o.reference_strength_tesla, o.reference_dip_rad};
@@ -62,26 +49,8 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     return s;
 }
 
-hnav::Filter<HrekfModel>::Settings engine_of(const hnav_hrekf_options& o) {
-    hnav::Filter<HrekfModel>::Settings e;
-    e.closed_form = o.solver == HNAV_SOLVER_CLOSED_FORM;
-    e.propagator.integrator = o.solver == HNAV_SOLVER_ADAMS   ? hnav::Integrator::adams
-                              : o.solver == HNAV_SOLVER_EULER ? hnav::Integrator::euler
-                                                              : hnav::Integrator::erkstep;
-    e.propagator.rtol = o.solver_rtol;
-    e.propagator.euler_step_s = o.euler_step_s;
-    e.atol = o.solver_atol;
-    e.horizon_s = o.horizon_s;
-    e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
-    e.fingerprint = hnav::fingerprint(hnav::hrekf_option_table(), &o);
-    return e;
-}
-
 // Conditions that no single field can break. Null when all hold.
 const char* contradiction(const hnav_hrekf_options& o) {
-    const auto norm = [](const double* q) { return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]); };
-    if (norm(o.start_q_nb) < 0.1) return "start_q_nb is no attitude: its length is below 0.1";
-    if (norm(o.q_body_sensor) < 0.1) return "q_body_sensor is no attitude: its length is below 0.1";
     if (o.adaptation_floor_rad_s_per_sqrt_s > o.adaptation_cap_rad_s_per_sqrt_s)
         return "adaptation_floor_rad_s_per_sqrt_s exceeds adaptation_cap_rad_s_per_sqrt_s";
     return nullptr;
@@ -162,31 +131,12 @@ const hnav_option_info* hnav_hrekf_option(int32_t index) {
 }
 
 hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message, size_t message_size) {
-    const auto fail = [&](hnav_status status, const char* format, auto... arguments) {
-        if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
-        return status;
-    };
-    if (message && message_size > 0) message[0] = '\0';
-    if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-    *filter = nullptr;
-    if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (options->cookie != hnav::hrekf_cookie)
-        return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_hrekf_defaults of hnav %s", hnav_version());
-
-    int component;
-    double value;
-    if (const hnav_option_info* row = hnav::find_impossible(hnav::hrekf_option_table(), options, &component, &value)) {
-        char index[16] = "";
-        if (row->count > 1) std::snprintf(index, sizeof index, "[%d]", component);
-        return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g]", row->name, index, value,
-                    row->min_is_open ? '(' : '[', row->min, row->max);
-    }
-    if (const char* reason = contradiction(*options)) return fail(HNAV_ERROR_OPTION, "%s", reason);
-
-    const hnav::Frames frames = frames_of(*options);
-    const HrekfModel::Settings settings = settings_of(*options, frames);
-    *filter = hnav::AttitudeFilter<HrekfModel>::make(HrekfModel(settings), frames, settings.backward_hold, engine_of(*options));
-    return *filter ? HNAV_OK : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", options->queue_capacity);
+    const hnav::Creation creation{message, message_size, hnav::hrekf_option_table(), hnav::hrekf_cookie, "hnav_hrekf_defaults"};
+    hnav_status status = creation.check(filter, options);
+    if (status != HNAV_OK) return status;
+    if (const char* reason = contradiction(*options)) return creation.fail(HNAV_ERROR_OPTION, "%s", reason);
+    const hnav::Frames frames = hnav::frames_of(*options);
+    return creation.make(filter, HrekfModel(settings_of(*options, frames)), frames, *options);
 }
 
 } // extern "C"

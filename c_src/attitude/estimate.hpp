@@ -32,6 +32,20 @@ struct Estimate {
     bool heading_ready = false;
 };
 
+enum class FieldGate { accepted, refused, given_in };
+
+// What a filter holds of the magnetic field and its sensor.
+struct FieldEstimate {
+    bool known = false;
+    double strength_tesla = 0, dip_rad = 0; // of the reference in use
+    double latency_s = 0, latency_sigma_s = 0; // of the magnetometer behind its time stamps
+    double evidence_s = 0;      // time for which the reference was seen, less at rest
+    double heading_trust_s = 0; // the same for the heading, through changes of reference
+    int adopted = 0;            // references taken after the first
+    FieldGate gate = FieldGate::accepted; // of the last field
+    bool at_rest = false;
+};
+
 // Rotation error about the navigation axes, then gyro bias error; q_true = exp(error / 2) q.
 using ErrorCovariance = Eigen::Matrix<double, 6, 6>;
 

@@ -13,10 +13,10 @@
 #pragma once
 
 #include "attitude/estimate.hpp"
-#include "attitude/first_attitude.hpp"
 #include "attitude/noise_adaptation.hpp"
+#include "attitude/readiness.hpp"
 #include "attitude/robust_law.hpp"
-#include "hybrid/event.hpp"
+#include "attitude/start.hpp"
 #include "linalg/cholesky.hpp"
 #include "linalg/repair.hpp"
 
@@ -27,8 +27,6 @@ public:
     static constexpr int nx = 35;
     using Covariance = Square<7>;
     using Vector7 = Eigen::Matrix<double, 7, 1>;
-
-    enum class Start { triad, attitude, heading };
 
     struct Settings {
         double gyro_psd;       // (rad/s)^2/Hz
@@ -41,12 +39,9 @@ public:
         RobustSettings robust;
         Vector7 weight = Vector7::Ones(); // L of the H-infinity term, diagonal
         AdaptationSettings adaptation;
-        Start start;
-        Quaternion start_q{1, 0, 0, 0};
-        double start_heading_rad; // magnetic
+        StartSettings start;
         Vector3 start_bias = Vector3::Zero();
-        std::uint64_t start_samples;
-        double sigma_tilt, sigma_heading, sigma_bias;
+        double sigma_tilt, sigma_bias;
         bool reference_given;
         ReferenceField reference;
         double gate_nis[channel_count]; // 0: never
@@ -59,18 +54,16 @@ public:
         double rate[3];     // held
         double bias_psd[6]; // upper triangle of Q_b
         double reference_strength, reference_north, reference_down; // of the unit field
-        double start_sum[2][3]; // force, field
-        double start_heading, start_heading_sigma;
+        StartSamples start;
         double last_s[channel_count]; // time of the newest sample of each channel
         double last_correction_s;
         double previous_bias_covariance[6]; // after the last correction
         double tilt_information, heading_information; // gained since the start, 1/rad^2
         double gamma, gamma_margin;
         Innovation innovation[channel_count];
-        std::uint64_t start_count[2];
         std::uint64_t used[channel_count], gated[channel_count];
         std::uint64_t corrections, gamma_raised, repaired, adaptations;
-        std::uint64_t started, has_rate, has_reference, has_start_heading;
+        std::uint64_t started, has_rate, has_reference;
     };
 
     HrekfModel() = default;
@@ -83,7 +76,7 @@ public:
         put_q(s, identity);
         Eigen::Map<Vector3>(s.x + 4) = settings_.start_bias;
         Covariance P = Covariance::Zero();
-        P.topLeftCorner<4, 4>() = attitude_covariance(identity, settings_.sigma_tilt, settings_.sigma_heading);
+        P.topLeftCorner<4, 4>() = attitude_covariance(identity, settings_.sigma_tilt, settings_.start.sigma_heading);
         P.bottomRightCorner<3, 3>().diagonal().setConstant(settings_.sigma_bias * settings_.sigma_bias);
         pack<7>(P, s.x + 7);
         pack<3>(Matrix3(settings_.bias_walk_psd * Matrix3::Identity()), s.bias_psd);
@@ -99,14 +92,14 @@ public:
         forget_attitude(s);
     }
 
-    void nominal(double* x) const { nominal_sizes(settings_.sigma_tilt, settings_.sigma_heading, settings_.sigma_bias, x); }
+    void nominal(double* x) const { nominal_sizes(settings_.sigma_tilt, settings_.start.sigma_heading, settings_.sigma_bias, x); }
 
     // Sizes of the states from the sigmas that a state claims now; never below a ten-thousandth of the initial ones.
     void nominal(const State& s, double* x) const {
         Covariance P = unpack<7>(s.x + 7);
         const double tilt = 2 * std::sqrt(std::fmax(0, P.topLeftCorner<4, 4>().trace()));
         const double bias = std::sqrt(std::fmax(0, P.bottomRightCorner<3, 3>().trace()));
-        nominal_sizes(std::fmax(tilt, 1e-4 * settings_.sigma_tilt), std::fmax(tilt, 1e-4 * settings_.sigma_heading),
+        nominal_sizes(std::fmax(tilt, 1e-4 * settings_.sigma_tilt), std::fmax(tilt, 1e-4 * settings_.start.sigma_heading),
                       std::fmax(bias, 1e-4 * settings_.sigma_bias), x);
     }
 
@@ -202,6 +195,10 @@ public:
 
     // -------------------------------------------------------------------------------------------- jump
 
+    // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
+    static constexpr bool reholds = false;
+    void rehold(State&, const Event&, double) const {}
+
     void before_flow(State& s, const Event& event) const {
         if (settings_.backward_hold && event.has(gyro)) hold(s, event);
     }
@@ -228,8 +225,8 @@ public:
         e.rate_b = turn_rate(s, s.x);
         e.bias_b = Vector3(s.x + 4);
         const Vector3 variance = rotation_variances(s);
-        e.tilt_ready = e.started && ready(std::fmax(variance[0], variance[1]), s.tilt_information, settings_.ready_tilt_rad);
-        e.heading_ready = e.started && ready(variance[2], s.heading_information, settings_.ready_heading_rad);
+        e.tilt_ready = e.started && angle_ready(std::fmax(variance[0], variance[1]), s.tilt_information, settings_.ready_tilt_rad);
+        e.heading_ready = e.started && angle_ready(variance[2], s.heading_information, settings_.ready_heading_rad);
         return e;
     }
 
@@ -264,6 +261,20 @@ public:
 
     // Root of the mean power of the bias walk in use, adapted or not.
     double bias_walk(const State& s) const { return std::sqrt(unpack<3>(s.bias_psd).trace() / 3); }
+
+    FieldEstimate field_estimate(const State& s) const {
+        FieldEstimate f;
+        f.known = s.has_reference != 0;
+        f.strength_tesla = s.reference_strength;
+        f.dip_rad = std::atan2(s.reference_down, s.reference_north);
+        f.gate = s.innovation[mag].noise_scale > 1 ? FieldGate::given_in : FieldGate::accepted;
+        return f;
+    }
+
+    // Not estimated.
+    void gyro_calibration(const State&, double* S, double* sigma) const {
+        for (int i = 0; i < 9; ++i) S[i] = sigma[i] = 0;
+    }
 
 private:
     // The covariance by its blocks, to and from the packed upper triangle.
@@ -374,10 +385,6 @@ private:
         return T.transpose() * variance.asDiagonal() * T / 16;
     }
 
-    static bool ready(double variance, double information, double limit_rad) {
-        return variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);
-    }
-
     static void nominal_sizes(double tilt, double heading_sigma, double bias, double* x) {
         Vector7 sigma;
         sigma.head<4>().setConstant(0.5 * std::fmax(tilt, heading_sigma));
@@ -392,12 +399,9 @@ private:
     // -------------------------------------------------------------------------------------------- start
 
     void forget_attitude(State& s) const {
-        s.started = s.has_start_heading = 0;
+        s.started = 0;
         for (int c = 0; c < channel_count; ++c) s.last_s[c] = nan;
-        for (int k = 0; k < 2; ++k) {
-            s.start_count[k] = 0;
-            for (double& v : s.start_sum[k]) v = 0;
-        }
+        s.start.clear();
         s.tilt_information = s.heading_information = 0;
         s.last_correction_s = nan;
         s.has_reference = settings_.reference_given;
@@ -412,51 +416,15 @@ private:
     }
 
     void collect_for_start(State& s, const Event& event) const {
-        for (int k = 0; k < 2; ++k) { // force, field
-            const int c = accel + k;
-            if (!event.has(c) || s.start_count[k] >= settings_.start_samples) continue;
-            for (int i = 0; i < 3; ++i) s.start_sum[k][i] += event.value[c][i];
-            ++s.start_count[k];
-        }
-        if (event.has(heading)) {
-            s.start_heading = event.value[heading][0];
-            s.start_heading_sigma = event.value[heading][1];
-            s.has_start_heading = 1;
-        }
-        const bool force_known = s.start_count[0] >= settings_.start_samples;
-        const bool field_known = s.start_count[1] >= settings_.start_samples;
-        const Vector3 force(s.start_sum[0]), field(s.start_sum[1]);
-
-        Quaternion q = settings_.start_q;
-        double heading_sigma = settings_.sigma_heading;
-        switch (settings_.start) {
-        case Start::attitude: break;
-        case Start::heading:
-            if (!force_known || !(force.norm() > 0)) return;
-            q = level_with_heading(force, settings_.start_heading_rad);
-            break;
-        case Start::triad:
-            if (!force_known || !(force.norm() > 0)) return;
-            if (s.has_start_heading) {
-                q = level_with_heading(force, s.start_heading);
-                heading_sigma = s.start_heading_sigma;
-            } else if (!field_known)
-                return;
-            else if (!triad(force, field, &q)) { // no heading in these samples: wait for better ones
-                for (int k = 0; k < 2; ++k) {
-                    s.start_count[k] = 0;
-                    for (double& v : s.start_sum[k]) v = 0;
-                }
-                return;
-            }
-            break;
-        }
+        Quaternion q;
+        double heading_sigma;
+        if (!s.start.add(event, settings_.start, &q, &heading_sigma)) return;
         put_q(s, q);
         Covariance P = Covariance::Zero();
         P.topLeftCorner<4, 4>() = attitude_covariance(q, settings_.sigma_tilt, heading_sigma);
         P.bottomRightCorner<3, 3>() = Blocks(s.x + 7).bb;
         pack<7>(P, s.x + 7);
-        if (!s.has_reference && field_known && field.norm() > 0) learn(s, q, field / static_cast<double>(settings_.start_samples));
+        if (!s.has_reference && s.start.has_field(settings_.start)) learn(s, q, s.start.field());
         s.last_correction_s = event.t_s;
         s.started = 1;
     }
@@ -652,8 +620,8 @@ private:
             ++s.corrections;
             const Vector3 after = rotation_variances(Quaternion(s.x), P.template topLeftCorner<4, 4>());
             if (sees_tilt)
-                s.tilt_information += gain(std::fmax(before[0], before[1]), std::fmax(after[0], after[1]));
-            if (sees_heading) s.heading_information += gain(before[2], after[2]);
+                s.tilt_information += information_gained(std::fmax(before[0], before[1]), std::fmax(after[0], after[1]));
+            if (sees_heading) s.heading_information += information_gained(before[2], after[2]);
         }
 
     private:
@@ -664,10 +632,6 @@ private:
             for (int k = 0; k < m; k += n)
                 KR.template middleCols<n>(k).noalias() = K.template middleCols<n>(k) * R.template block<n, n>(k, k);
             return KR;
-        }
-
-        static double gain(double before, double after) {
-            return after > 0 && before > after ? 1 / after - 1 / before : 0;
         }
 
         // q <- q/|q|, whose derivative is J = (I - q q')/|q|: P <- J P J' on the quaternion.

@@ -70,21 +70,14 @@ inline double theta_for_kl(const Eigenvalues& eigenvalues, double c, double limi
     return theta;
 }
 
-// Sigma from P; L is diagonal. interval_s: since the last correction; a second one at the same instant (a heading aid
-// beside force and field) is not inflated again.
-template <int n>
-inline Square<n> inflate(const Square<n>& P, const Eigen::Matrix<double, n, 1>& L, double interval_s,
-                         const RobustSettings& settings, RobustReport* report) {
+// theta = gamma^-2 for the eigenvalues of L P L', in ascending order; 0 where there is nothing to inflate.
+template <class Eigenvalues>
+inline double inflation_theta(const Eigenvalues& eigenvalues, double interval_s, const RobustSettings& settings,
+                              RobustReport* report) {
     constexpr double largest_share = 0.95; // of gamma^2 that lmax(L P L') may take
-    *report = {};
-    if (settings.mode == GammaMode::off || !(interval_s > 0)) return P;
-
-    const Square<n> LPL = L.asDiagonal() * P * L.asDiagonal();
-    const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Square<n>>(LPL, Eigen::EigenvaluesOnly).eigenvalues().eval();
-    const double lmax = eigenvalues[n - 1];
-    if (!(lmax > 0)) return P;
-
-    const double limit = largest_share / lmax; // of theta = gamma^-2
+    const double lmax = eigenvalues[eigenvalues.size() - 1];
+    if (!(lmax > 0)) return 0;
+    const double limit = largest_share / lmax;
     double theta = 0;
     switch (settings.mode) {
     case GammaMode::fixed: theta = 1 / (settings.gamma * settings.gamma); break;
@@ -96,13 +89,35 @@ inline Square<n> inflate(const Square<n>& P, const Eigen::Matrix<double, n, 1>& 
         theta = limit;
         report->raised = true;
     }
-    if (!(theta > 0)) return P;
+    if (!(theta > 0)) return 0;
     report->gamma = 1 / std::sqrt(theta);
     report->margin = 1 - theta * lmax;
+    return theta;
+}
 
-    Square<n> W = -LPL;
+// Sigma from P, with L = [0 D 0] over the k states from `first` on, D diagonal. interval_s: since the last correction; a
+// second one at the same instant (a heading aid beside force and field) is not inflated again.
+template <int n, int k>
+inline Square<n> inflate_block(const Square<n>& P, int first, const Eigen::Matrix<double, k, 1>& D, double interval_s,
+                               const RobustSettings& settings, RobustReport* report) {
+    *report = {};
+    if (settings.mode == GammaMode::off || !(interval_s > 0)) return P;
+
+    const Eigen::Matrix<double, k, n> LP = D.asDiagonal() * P.template middleRows<k>(first);
+    const Square<k> LPL = LP.template middleCols<k>(first) * D.asDiagonal();
+    const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Square<k>>(LPL, Eigen::EigenvaluesOnly).eigenvalues().eval();
+    const double theta = inflation_theta(eigenvalues, interval_s, settings, report);
+    if (!(theta > 0)) return P;
+
+    Square<k> W = -LPL;
     W.diagonal().array() += 1 / theta;
-    return P + Cholesky<n>(W).template quadratic_form<n>(L.asDiagonal() * P);
+    return P + Cholesky<k>(W).template quadratic_form<n>(LP);
+}
+
+template <int n>
+inline Square<n> inflate(const Square<n>& P, const Eigen::Matrix<double, n, 1>& L, double interval_s,
+                         const RobustSettings& settings, RobustReport* report) {
+    return inflate_block<n, n>(P, 0, L, interval_s, settings, report);
 }
 
 } // namespace hnav

@@ -48,6 +48,42 @@ inline Quaternion rotation_quaternion(const Vector3& phi) {
     return {std::cos(0.5 * angle), s * phi[0], s * phi[1], s * phi[2]};
 }
 
+// A turn at the constant body rate u over T seconds: its quaternion exp(u T / 2), and the integral of its rotation matrix,
+//     integral over [0, T] of exp([u]x t) dt = T I + b [u]x + g [u]x^2,  b = (1 - cos x)/w^2, g = (x - sin x)/w^3, x = w T.
+// T may be negative: the turn that undoes.
+struct HeldTurn {
+    Quaternion q;
+    Matrix3 integral;
+
+    HeldTurn(const Vector3& u, double T) {
+        const double w2 = u.squaredNorm(), x2 = w2 * T * T;
+        double c, s, b, g; // cos(x/2), T sin(x/2)/x
+        if (x2 < 0.01) { // series, exact to rounding: the quotients would lose digits
+            const double y = 0.25 * x2;
+            c = 1 - y * (1.0 / 2 - y * (1.0 / 24 - y * (1.0 / 720 - y / 40320)));
+            s = 0.5 * T * (1 - y * (1.0 / 6 - y * (1.0 / 120 - y * (1.0 / 5040 - y / 362880))));
+            b = T * T * (1.0 / 2 - x2 * (1.0 / 24 - x2 * (1.0 / 720 - x2 * (1.0 / 40320 - x2 / 3628800))));
+            g = T * T * T * (1.0 / 6 - x2 * (1.0 / 120 - x2 * (1.0 / 5040 - x2 * (1.0 / 362880 - x2 / 39916800))));
+        } else {
+            const double w = std::sqrt(w2), half = 0.5 * w * T, sin_half = std::sin(half);
+            c = std::cos(half);
+            s = sin_half / w;
+            b = 2 * sin_half * sin_half / w2;
+            g = (w * T - 2 * sin_half * c) / (w2 * w);
+        }
+        q = {c, s * u[0], s * u[1], s * u[2]};
+        // [u]x^2 = u u' - w^2 I
+        integral = g * u * u.transpose();
+        integral.diagonal().array() += T - g * w2;
+        integral(0, 1) -= b * u[2];
+        integral(0, 2) += b * u[1];
+        integral(1, 0) += b * u[2];
+        integral(1, 2) -= b * u[0];
+        integral(2, 0) -= b * u[1];
+        integral(2, 1) += b * u[0];
+    }
+};
+
 // Xi(q) u = 1/2 q (x) (0, u);  Xi' Xi = I/4 for unit q.
 inline Matrix43 Xi(const Quaternion& q) {
     Matrix43 m;

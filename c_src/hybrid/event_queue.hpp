@@ -68,10 +68,14 @@ public:
         return at(size_ - 1);
     }
 
+    // The freed slot is the next to be opened, while it is still in the cache.
     void remove_first() {
+        const int freed = order_[first_];
         first_ = index(1);
         --size_;
         --solved_;
+        order_[index(capacity_ - 1)] = order_[index(size_)];
+        order_[index(size_)] = freed;
     }
 
     void remove(int place) {

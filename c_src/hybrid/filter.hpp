@@ -143,7 +143,10 @@ public:
         std::memcpy(state.x, x_minus, sizeof state.x);
         int used = 0;
         while (used < waiting() && queue_.at(1 + used).event.t_s <= t_s) {
-            model_.jump(state, queue_.at(1 + used).event);
+            const Event& event = queue_.at(1 + used).event;
+            // The integrator did not know this event: inputs that act on the interval before it are put in now.
+            model_.rehold(state, event, event.t_s - (used > 0 ? queue_.at(used).event.t_s : base.event.t_s));
+            model_.jump(state, event);
             ++used;
         }
         if (!finite(state)) {

@@ -39,6 +39,7 @@ struct Pendulum {
     }
     void flow_exactly(State&, double) const {} // a pendulum has no closed form; the tests use the integrators
     void before_flow(State&, const Event&) const {}
+    void rehold(State&, const Event&, double) const {}
 
     void jump(State& s, const Event& event) const {
         if (event.has(angle)) {

@@ -23,10 +23,10 @@ HrekfModel::Settings settings() {
     s.accel_density2 = 1e-6;
     s.mag_density2 = 4e-6;
     s.interval_limit_s = 0.1;
-    s.start = HrekfModel::Start::attitude;
-    s.start_samples = 1;
+    s.start.mode = StartMode::attitude;
+    s.start.samples = 1;
     s.sigma_tilt = 0.1;
-    s.sigma_heading = 0.3;
+    s.start.sigma_heading = 0.3;
     s.sigma_bias = 0.05;
     s.reference_given = true;
     s.reference = {1, 1.0};
@@ -331,7 +331,7 @@ TEST(HrekfJump, TheHeadingRowEqualsAPerturbation) {
 
 TEST(HrekfStart, WaitsForForceAndField) {
     HrekfModel::Settings set = settings();
-    set.start = HrekfModel::Start::triad;
+    set.start.mode = StartMode::triad;
     set.reference_given = false;
     const HrekfModel model(set);
     State s;
@@ -362,8 +362,8 @@ TEST(HrekfStart, WaitsForForceAndField) {
 
 TEST(HrekfReady, HeadingIsNotReadyWithoutAMagnetometerHoweverSmallTheClaim) {
     HrekfModel::Settings set = settings();
-    set.start = HrekfModel::Start::heading;
-    set.sigma_heading = 0.01; // below the threshold from the beginning
+    set.start.mode = StartMode::heading;
+    set.start.sigma_heading = 0.01; // below the threshold from the beginning
     set.sigma_tilt = 0.01;
     const HrekfModel model(set);
     State s;

@@ -24,7 +24,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_
 console = Console()
 progress_console = Console(stderr=True)
 
-FilterName = Annotated[str, typer.Option("--filter", help="hrekf")]
+FilterName = Annotated[str, typer.Option("--filter", help="aligner (real sensors) or hrekf (the paper's)")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
 Settings = Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")]
 Preset = Annotated[str, typer.Option(help="default or paper")]
@@ -53,7 +53,7 @@ def bar() -> Progress:
 def filter_command(
     recording: Annotated[Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")],
     out: Annotated[Path, typer.Option(help="CSV to write, one row for each IMU sample")],
-    filter: FilterName = "hrekf",
+    filter: FilterName = "aligner",
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
@@ -88,7 +88,7 @@ def write_csv(path: Path, result: Result) -> None:
 @app.command("score")
 def score_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
-    filter: FilterName = "hrekf",
+    filter: FilterName = "aligner",
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
@@ -175,13 +175,13 @@ def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int
 
 
 @app.command("options")
-def options_command():
-    """Prints the options of the filter with unit, default, range and meaning."""
+def options_command(filter: FilterName = "aligner"):
+    """Prints the options of a filter with unit, default, range and meaning."""
     from hnav.library import Options
 
-    defaults = Options()
+    defaults = Options(filter)
     table = Table("option", "default", "unit", "range or choices", "meaning")
-    for info in option_table().values():
+    for info in option_table(filter).values():
         value = getattr(defaults, info.name)
         shown = value if info.choices else ",".join(f"{v:g}" for v in np.ravel(value))
         allowed = ", ".join(info.choices) or f"{info.min:g} to {info.max:g}"

@@ -79,7 +79,7 @@ def run_engine(recording: Recording, reference: str, engine: str, settings: dict
     if "navigation_frame" in settings:
         raise HnavError(2, "navigation_frame: the demo works in east-north-up; `hnav filter` has the others")
     with Console(stderr=True).status(f"{recording.name} by {engine}"):
-        result = run_recording(recording, engine=engine, settings={**settings, "navigation_frame": "enu"})
+        result = run_recording(recording, "hrekf", engine, settings={**settings, "navigation_frame": "enu"})
     if not np.isfinite(result.q_nb[-1]).all():
         raise HnavError(
             11, f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)"

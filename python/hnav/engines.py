@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hnav.library import Filter, HnavError, Options, Run
+from hnav.library import FILTERS, Filter, HnavError, Options, Run
 from hnav.recordings import Recording
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
-FILTERS = ("hrekf",)
 Progress = Callable[[int, int], None]  # rows done, rows in all
 
 
@@ -31,7 +30,7 @@ class Result(Run):
 
 def run_recording(
     recording: Recording,
-    filter: str = "hrekf",
+    filter: str,
     engine: str = "c",
     settings: Mapping[str, str] | None = None,
     preset: str = "default",
@@ -43,7 +42,7 @@ def run_recording(
     Raises HnavError for impossible settings and engines.
     """
     if filter not in FILTERS:
-        raise HnavError(2, f"filter {filter}: choose one of {', '.join(FILTERS)}")
+        raise HnavError(2, f"--filter {filter}: choose one of {', '.join(FILTERS)}")
     if engine not in ENGINES:
         raise HnavError(2, f"engine {engine}: choose one of {', '.join(ENGINES)}")
     if step_s is not None and not step_s > 0:
@@ -54,8 +53,8 @@ def run_recording(
     if engine != "c":
         from hnav.fmus import run_fmu
 
-        return run_fmu(recording, engine, settings, preset=preset, step_s=step_s, progress=progress)
-    return _run_library(recording, Options(preset, **settings), progress)
+        return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
+    return _run_library(recording, Options(filter, preset, **settings), progress)
 
 
 def _run_library(recording: Recording, options: Options, progress: Progress | None) -> Result:

@@ -22,7 +22,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.sundials import CVodeSolver
 
 from hnav.engines import Progress, Result
-from hnav.library import PRESETS, HnavError, option_table
+from hnav.library import FILTERS, PRESETS, HnavError, option_table
 from hnav.recordings import Recording
 from hnav.rotations import euler_rad
 
@@ -130,6 +130,11 @@ class Fmu:
         n, f = len(references), self.fmu
         self.call(f.fmi3GetFloat64, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetReal, f.component, references, n, values)
 
+    def get_booleans(self, references, values) -> None:
+        """values: c_bool in FMI 3, c_int32 in FMI 2."""
+        n, f = len(references), self.fmu
+        self.call(f.fmi3GetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetBoolean, f.component, references, n, values)
+
     def set_integers(self, references, values) -> None:
         n, f = len(references), self.fmu
         self.call(f.fmi3SetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2SetInteger, f.component, references, n, values)
@@ -167,16 +172,21 @@ class Fmu:
         )  # fmt: skip
 
 
-def parameter_values(settings: Mapping[str, str], preset: str) -> dict[str, float | int]:
+# The FMU of each filter.
+MODELS = {"hrekf": "Hrekf", "aligner": "Aligner"}
+
+
+def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int]:
     """Settings as the FMU's parameters: arrays become name[1] ... name[n]. Raises HnavError."""
-    if preset not in PRESETS:
-        raise HnavError(2, f"preset = {preset}: choose one of {', '.join(PRESETS)}")
+    table = option_table(filter)
+    if preset not in FILTERS[filter]:
+        raise HnavError(2, f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
     values: dict[str, float | int] = {"preset": PRESETS.index(preset), "sampling_mode": 1}
     for name, text in settings.items():
-        if name not in option_table():
-            raise HnavError(2, f"there is no option {name}; `hnav options` lists them")
+        if name not in table:
+            raise HnavError(2, f"{filter} has no option {name}; `hnav options --filter {filter}` lists them")
         try:
-            value = option_table()[name].parse(str(text))
+            value = table[name].parse(str(text))
         except ValueError as error:
             raise HnavError(2, str(error)) from None
         if isinstance(value, list):
@@ -188,6 +198,7 @@ def parameter_values(settings: Mapping[str, str], preset: str) -> dict[str, floa
 
 def run_fmu(
     recording: Recording,
+    filter: str,
     engine: str,
     settings: Mapping[str, str],
     preset: str = "default",
@@ -201,8 +212,8 @@ def run_fmu(
     of the others are NaN.
     """
     version, kind = engine.split("-")
-    with Fmu(fmu_path("Hrekf", int(version[3:])), model_exchange=kind == "me") as fmu:
-        for name, value in parameter_values(settings, preset).items():
+    with Fmu(fmu_path(MODELS[filter], int(version[3:])), model_exchange=kind == "me") as fmu:
+        for name, value in parameter_values(filter, settings, preset).items():
             fmu.set(name, value)
         t_s = recording.t_s
         fmu.initialise(float(t_s[0]))
@@ -261,6 +272,7 @@ def _run(fmu: Fmu, recording: Recording, engine: str, points, rows, loop, progre
     names = [f"post.q[{i}]" for i in range(1, 5)] + [f"post.bias[{i}]" for i in range(1, 4)]
     names += [f"post.sigma[{i}]" for i in range(1, 7)] + ["nis.accel", "nis.mag"]
     output_references, outputs = fmu.references(names), (C.c_double * len(names))()
+    ready_references, ready_now = fmu.references(["align.tilt_ready", "align.heading_ready"]), ((C.c_bool if fmu.fmi3 else C.c_int32) * 2)()
 
     sensors = ["gyro", "accel"] + (["mag"] if recording.field_b_tesla is not None else [])
     samples = [recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla][: len(sensors)]
@@ -274,6 +286,7 @@ def _run(fmu: Fmu, recording: Recording, engine: str, points, rows, loop, progre
 
     n = len(recording.t_s)
     estimates = np.full((n, len(names)), np.nan)
+    ready = np.zeros((n, 2), bool)
     output_view = np.frombuffer(outputs)
     begin = time.perf_counter()
     delivered = -1
@@ -286,7 +299,9 @@ def _run(fmu: Fmu, recording: Recording, engine: str, points, rows, loop, progre
         loop.process(k)
         if row > delivered:
             fmu.get_reals(output_references, outputs)
+            fmu.get_booleans(ready_references, ready_now)
             estimates[row] = output_view
+            ready[row] = ready_now
             delivered = row
         loop.go_on(k)
         if progress and k % 500 == 0:
@@ -306,6 +321,6 @@ def _run(fmu: Fmu, recording: Recording, engine: str, points, rows, loop, progre
     q_nb = estimates[:, :4]
     return Result(
         t_s=recording.t_s, q_nb=q_nb, euler_rad=euler_rad(q_nb), sigma_rad=estimates[:, 7:10],
-        gyro_bias_rad_s=estimates[:, 4:7], gyro_bias_sigma_rad_s=estimates[:, 10:13], accel_nis=nis[:, 0], mag_nis=nis[:, 1],
+        gyro_bias_rad_s=estimates[:, 4:7], gyro_bias_sigma_rad_s=estimates[:, 10:13], accel_nis=nis[:, 0], mag_nis=nis[:, 1], ready=ready,
         engine=engine, us_per_sample=1e6 * seconds / len(rows), counts=counts,
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """The C library by ctypes; c_src/include/hnav/hnav.h is the reference for everything here.
 
-    options = Options("default", navigation_frame="enu")
+    options = Options("aligner", navigation_frame="enu")
     attitude = Filter(options).run(t_s, rate, force, field)     # n x 3 arrays in SI units
     attitude.q_nb                                               # n x 4, scalar first, body to navigation
 
@@ -23,6 +23,9 @@ STATUS = (
     "late sample", "queue full", "time backwards", "not started", "no data", "size", "state corrupt", "solver",
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
+# The filters of the library, and the presets of each.
+FILTERS = {"hrekf": ("default", "paper"), "aligner": ("default",)}
+PRESETS = ("default", "paper")  # in the order of the C enum
 
 
 class HnavError(Exception):
@@ -83,6 +86,16 @@ class Status(_Struct):
     ]  # fmt: skip
 
 
+class Field(_Struct):
+    """What the filter holds of the magnetic field and its sensor."""
+
+    _fields_ = [
+        ("strength_tesla", C.c_double), ("dip_rad", C.c_double), ("latency_s", C.c_double), ("latency_sigma_s", C.c_double),
+        ("evidence_s", C.c_double), ("heading_trust_s", C.c_double), ("adopted", C.c_int32), ("gate", C.c_int32),
+        ("at_rest", C.c_int32), ("reserved", C.c_int32),
+    ]  # fmt: skip
+
+
 class _RunInput(C.Structure):
     _fields_ = [(n, C.c_void_p) for n in ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla")]
 
@@ -90,8 +103,10 @@ class _RunInput(C.Structure):
 class _RunOutput(C.Structure):
     _fields_ = [
         (n, C.c_void_p)
-        for n in ("q_nb", "euler_rad", "sigma_rad", "gyro_bias_rad_s", "gyro_bias_sigma_rad_s", "accel_nis", "mag_nis")
-    ]
+        for n in (
+            "q_nb", "euler_rad", "sigma_rad", "gyro_bias_rad_s", "gyro_bias_sigma_rad_s", "accel_nis", "mag_nis", "ready",
+        )
+    ]  # fmt: skip
 
 
 def _plain(value):
@@ -118,7 +133,8 @@ def library() -> C.CDLL:
     lib = C.CDLL(str(library_path()))
     for name in ("hnav_version", "hnav_status_text", "hnav_filter_message"):
         getattr(lib, name).restype = C.c_char_p
-    lib.hnav_hrekf_option.restype = C.POINTER(_OptionInfo)
+    for name in FILTERS:
+        getattr(lib, f"hnav_{name}_option").restype = C.POINTER(_OptionInfo)
     pointers = [C.c_void_p] * 6
     for name, arguments in {
         "hnav_filter_message": pointers[:1],
@@ -181,10 +197,12 @@ class OptionInfo:
 
 
 @cache
-def option_table() -> dict[str, OptionInfo]:
-    """The options of the paper's filter by name, in the library's order."""
+def option_table(filter: str) -> dict[str, OptionInfo]:
+    """The options of a filter by name, in the library's order."""
+    if filter not in FILTERS:
+        raise HnavError(2, f"--filter {filter}: choose one of {', '.join(FILTERS)}")
     table = {}
-    while row := library().hnav_hrekf_option(len(table)):
+    while row := getattr(library(), f"hnav_{filter}_option")(len(table)):
         r = row[0]
         choices = tuple(r.choices[i].decode() for i in range(r.choice_count))
         name = r.name.decode()
@@ -192,9 +210,6 @@ def option_table() -> dict[str, OptionInfo]:
             name, r.unit.decode(), r.description.decode(), choices, r.count, r.min, r.max, r.kind != 0, r.offset
         )
     return table
-
-
-PRESETS = ("default", "paper")
 
 
 def parse_setting(text: str) -> tuple[str, str]:
@@ -206,35 +221,43 @@ def parse_setting(text: str) -> tuple[str, str]:
 
 
 class Options:
-    """Options of the paper's filter; attributes are the fields of hnav_hrekf_options, choices go by name.
+    """Options of a filter; attributes are the fields of hnav_hrekf_options or hnav_aligner_options, choices go by name.
 
-    Options("default", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
+    Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
     """
 
-    def __init__(self, preset: str = "default", **values):
-        if preset not in PRESETS:
-            raise HnavError(2, f"preset = {preset}: choose one of {', '.join(PRESETS)}")
-        last = max(option_table().values(), key=lambda o: o.offset)
+    def __init__(self, filter: str, preset: str = "default", **values):
+        table = option_table(filter)
+        if preset not in FILTERS[filter]:
+            raise HnavError(2, f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
+        last = max(table.values(), key=lambda o: o.offset)
         words = (last.offset + 4 * last.count + 7) // 8
         struct = type("_Options", (C.Structure,), {"_fields_": [("words", C.c_uint64 * words)]})
-        make = C.CFUNCTYPE(struct, C.c_int)(("hnav_hrekf_defaults", library()))
+        make = C.CFUNCTYPE(struct, C.c_int)((f"hnav_{filter}_defaults", library()))
+        object.__setattr__(self, "filter", filter)
         object.__setattr__(self, "struct", make(PRESETS.index(preset)))
         for name, value in values.items():
             setattr(self, name, value)
+
+    def _info(self, name: str) -> OptionInfo:
+        try:
+            return option_table(self.filter)[name]
+        except KeyError:
+            raise HnavError(2, f"{self.filter} has no option {name}; `hnav options --filter {self.filter}` lists them") from None
 
     def _field(self, info: OptionInfo):
         kind = C.c_int32 if info.is_integer else C.c_double
         return (kind * info.count).from_buffer(self.struct, info.offset)
 
     def __getattr__(self, name: str):
-        info = _option(name)
+        info = self._info(name)
         values = list(self._field(info))
         if info.choices:
             return info.choices[values[0]]
         return values if info.count > 1 else values[0]
 
     def __setattr__(self, name: str, value):
-        info = _option(name)
+        info = self._info(name)
         if isinstance(value, str):
             try:
                 value = info.parse(value)
@@ -246,13 +269,6 @@ class Options:
         field = self._field(info)
         for i, v in enumerate(values):
             field[i] = int(v) if info.is_integer else float(v)
-
-
-def _option(name: str) -> OptionInfo:
-    try:
-        return option_table()[name]
-    except KeyError:
-        raise HnavError(2, f"there is no option {name}; `hnav options` lists them") from None
 
 
 # --------------------------------------------------------------------------------------------- filters
@@ -270,6 +286,7 @@ class Run:
     gyro_bias_sigma_rad_s: np.ndarray  # n x 3
     accel_nis: np.ndarray  # n
     mag_nis: np.ndarray  # n
+    ready: np.ndarray  # n x 2, bool: tilt, heading
 
 
 def _doubles(values, shape: tuple[int, ...], name: str) -> np.ndarray:
@@ -282,12 +299,12 @@ def _doubles(values, shape: tuple[int, ...], name: str) -> np.ndarray:
 class Filter:
     """An attitude filter; every method is the C function of that name and raises HnavError with its message."""
 
-    def __init__(self, options: Options | None = None):
+    def __init__(self, options: Options):
         self._lib = library()
         self._handle = C.c_void_p()
-        options = options or Options()
         message = C.create_string_buffer(320)
-        status = self._lib.hnav_hrekf_create(C.byref(self._handle), C.byref(options.struct), message, len(message))
+        create = getattr(self._lib, f"hnav_{options.filter}_create")
+        status = create(C.byref(self._handle), C.byref(options.struct), message, len(message))
         if status:
             raise HnavError(status, message.value.decode())
 
@@ -329,10 +346,9 @@ class Filter:
         inputs = [t]
         for name, values in (("rate_b_rad_s", rate_b_rad_s), ("force_b_m_s2", force_b_m_s2), ("field_b_tesla", field_b_tesla)):
             inputs.append(None if values is None else _doubles(values, (n, 3), name))
-        run = Run(t, np.empty((n, 4)), *(np.empty((n, 3)) for _ in range(4)), np.empty(n), np.empty(n))
-        outputs = (run.q_nb, run.euler_rad, run.sigma_rad, run.gyro_bias_rad_s, run.gyro_bias_sigma_rad_s, run.accel_nis, run.mag_nis)
+        run = Run(t, np.empty((n, 4)), *(np.empty((n, 3)) for _ in range(4)), np.empty(n), np.empty(n), np.empty((n, 2), bool))
         arrays_in = _RunInput(*(None if a is None else a.ctypes.data for a in inputs))
-        arrays_out = _RunOutput(*(a.ctypes.data for a in outputs))
+        arrays_out = _RunOutput(*(getattr(run, name).ctypes.data for name, _ in _RunOutput._fields_))
         self._call("run", n, C.byref(arrays_in), C.byref(arrays_out), None)
         return run
 
@@ -349,6 +365,15 @@ class Filter:
 
     def status(self) -> Status:
         return self._get("get_status", Status)
+
+    def field(self) -> Field:
+        return self._get("field", Field)
+
+    def gyro_calibration(self) -> tuple[np.ndarray, np.ndarray]:
+        """Scale and misalignment S, rate = (I - S) reading - bias, and the sigma of each element: 3 x 3."""
+        matrix, sigma = (C.c_double * 9)(), (C.c_double * 9)()
+        self._call("gyro_calibration", matrix, sigma)
+        return np.array(matrix).reshape(3, 3), np.array(sigma).reshape(3, 3)
 
     def innovation(self, sensor: str) -> Innovation:
         value = Innovation()

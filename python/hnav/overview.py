@@ -42,7 +42,7 @@ def look_between(recording: Recording, begin_s: float, length_s: float, settings
 
     A look changes nothing: the same samples give the same estimates, looked at or not.
     """
-    tracker = Filter(Options(**settings))
+    tracker = Filter(Options("hrekf", **settings))
     looks, after_jump, sample_t_s = [], [], []
     t_s = recording.t_s
     for k in range(np.searchsorted(t_s, begin_s + length_s)):
@@ -77,7 +77,7 @@ def draw_overview(broad: Path) -> plots.Figure:
     """The picture, 1600 x 900 pixels, from the BROAD trials in a folder."""
     recording = read_recording(find_trial(broad, TRIAL))
     settings = {"navigation_frame": "enu"}
-    result = run_recording(recording, engine="c", settings=settings)
+    result = run_recording(recording, "hrekf", "c", settings=settings)
     zoom = look_between(recording, ZOOM_BEGIN_S, ZOOM_S, settings)
 
     with plots.styled():

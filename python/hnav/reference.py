@@ -395,7 +395,7 @@ def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3):
 def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
     """Largest component of the gyro bias error after 40 s; infinity when the equations blow up on the way."""
     t, rate, force, field, bias = tilted_turns(tilt_deg)
-    options = Options("paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1)
+    options = Options("hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1)
     if not literal:
         from hnav.library import Filter
 

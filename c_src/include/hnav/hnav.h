@@ -123,7 +123,7 @@ typedef enum hnav_solver {
     HNAV_SOLVER_EULER = 3        /* the paper's: forward Euler in sub-steps of euler_step_s */
 } hnav_solver;
 
-/* Options of the paper's filter. Make them with hnav_hrekf_defaults, then change what you need.
+/* Options of the paper's filter (HEKF, HREKF). Make them with hnav_hrekf_defaults, then change what you need.
  * hnav_hrekf_option() tells unit, range and meaning of every field at run time. */
 typedef struct hnav_hrekf_options {
     uint64_t cookie; /* set by hnav_hrekf_defaults */
@@ -199,6 +199,102 @@ typedef struct hnav_hrekf_options {
 
 HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
 
+/* Options of the aligner, the filter for real sensors; hnav_aligner_option() tells unit, range and meaning. Fields named
+ * as in hnav_hrekf_options mean the same. Densities: a quantity that stands for an interval T has variance density^2 / T.
+ * Fields are in units of the strength of the reference. */
+typedef struct hnav_aligner_options {
+    uint64_t cookie; /* set by hnav_aligner_defaults */
+
+    /* Gyroscope. */
+    double gyro_noise_rad_per_sqrt_s;
+    double gyro_rate_noise_sqrt_s;          /* noise that grows with the rate: density = this x |rate| */
+    double gyro_bias_walk_rad_s_per_sqrt_s;
+
+    /* Accelerometer: velocity stays bounded. */
+    double velocity_noise_m_s_per_sqrt_hz;
+    double unseen_acceleration_m_s2;        /* while force samples are missing */
+
+    /* Magnetometer. */
+    double mag_azimuth_noise_per_sqrt_hz;   /* across the reference */
+    double mag_intensity_noise_per_sqrt_hz; /* horizontal and vertical intensity */
+    double mag_rest_factor;                 /* of both variances at rest, where distortions do not average out */
+    double reference_walk_per_sqrt_s;
+
+    double correction_interval_s;           /* samples are gathered and corrected so often, at the sample nearest */
+    double interval_limit_s;
+
+    /* Rest. */
+    double rest_rate_rad_s;                 /* deviation of the rate from its running mean */
+    double rest_force_m_s2;
+    double rest_mean_rate_rad_s;            /* on each axis */
+    double rest_duration_s;
+    double rest_filter_s;                   /* time constant of the running means */
+    double rest_bias_noise_rad_s_per_sqrt_hz;
+
+    /* Magnetic reference. */
+    double mag_gate;                        /* distance of the intensities */
+    double mag_gate_longest_s;
+    double mag_gate_share;                  /* a field is refused no longer than this times the time the reference served */
+    double turning_rad_s;                   /* evidence counts fully above this root mean square rate */
+    double still_weight;                    /* and by this weight below */
+    double candidate_radius;
+    double candidate_mean_s;
+    double candidate_first_s;               /* evidence that replaces a reference without any */
+    double candidate_share;                 /* else this share of the reference's evidence */
+    double trust_s;                         /* evidence after which a new field no longer turns the heading */
+    double turn_least_rad;                  /* least error of heading that a new field corrects at once */
+    double turn_sigmas;
+    double turn_sigma_rad;                  /* added to a heading that was turned */
+
+    /* Robust law, while heading is not ready. */
+    double gamma;
+    double gamma_relative_rate_1_s;
+    double gamma_kl_rate_1_s;
+
+    /* Start. */
+    double start_q_nb[4];
+    double start_heading_rad;
+    double start_gyro_bias_rad_s[3];
+    double start_field_wait_s;              /* start level with an unknown heading if no field has come by then */
+    double start_sigma_tilt_rad;
+    double start_sigma_heading_rad;
+    double start_sigma_bias_rad_s;
+    double start_sigma_velocity_m_s;
+    double start_sigma_reference;
+    double start_sigma_latency_s;           /* of the magnetometer behind its time stamps */
+    double start_sigma_gyro_scale;
+    double start_sigma_gyro_misalignment_rad;
+
+    double reference_strength_tesla;
+    double reference_dip_rad;
+
+    double heading_gate_nis;
+    double ready_tilt_rad;
+    double ready_heading_rad;
+    double ready_evidence_s;                /* and the field has agreed with the reference for so long */
+
+    double declination_rad;
+    double q_body_sensor[4];
+    double output_latency_s;                /* attitude is shown as it will be this much later at the present rate */
+
+    double solver_rtol;
+    double solver_atol;
+    double euler_step_s;
+    double horizon_s;
+
+    int32_t gyro_hold;
+    int32_t gamma_mode;
+    int32_t start_mode;
+    int32_t start_samples;
+    int32_t reference_mode;
+    int32_t navigation_frame;
+    int32_t solver;
+    int32_t queue_capacity;
+} hnav_aligner_options;
+
+/* HNAV_PRESET_DEFAULT is the one preset. */
+HNAV_API hnav_aligner_options hnav_aligner_defaults(hnav_preset preset);
+
 typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
 
 /* One row of the option table: create checks by it, the FMU takes its parameters from it, Python its names. */
@@ -217,6 +313,7 @@ typedef struct hnav_option_info {
 
 /* Rows 0, 1, ...; null beyond the last. */
 HNAV_API const hnav_option_info *hnav_hrekf_option(int32_t index);
+HNAV_API const hnav_option_info *hnav_aligner_option(int32_t index);
 
 /* ------------------------------------------------------------------------------------------------ life */
 
@@ -226,6 +323,9 @@ typedef struct hnav_filter hnav_filter;
 /* Makes the paper's filter. On failure *filter is null and the reason stands in message (may be null). */
 HNAV_API hnav_status hnav_hrekf_create(hnav_filter **filter, const hnav_hrekf_options *options,
                                        char *message, size_t message_size);
+/* Makes the aligner. */
+HNAV_API hnav_status hnav_aligner_create(hnav_filter **filter, const hnav_aligner_options *options,
+                                         char *message, size_t message_size);
 
 /* Null is allowed. */
 HNAV_API void hnav_filter_destroy(hnav_filter *filter);
@@ -272,6 +372,7 @@ typedef struct hnav_run_output {
     double *gyro_bias_sigma_rad_s; /* n x 3 */
     double *accel_nis;          /* n; NaN where no sample was used */
     double *mag_nis;            /* n */
+    uint8_t *ready;             /* n x 2: tilt, heading */
 } hnav_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */
@@ -326,15 +427,40 @@ HNAV_API hnav_status hnav_filter_posterior(const hnav_filter *filter, hnav_poste
 /* What the last used sample of a sensor said. Direction and field are dimensionless, heading is in rad. */
 typedef struct hnav_innovation {
     double t_s;
-    double value[3];
+    double value[3];      /* aligner, force: minus the velocity in m/s, north and east; field: in navigation axes */
     double S[9];          /* its covariance, with the noise that was parametrised (not inflated) */
     double nis;           /* value' S^-1 value */
     double noise_scale;   /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
-    int32_t dimension;    /* 3, or 1 for heading */
-    int32_t accepted;     /* 0 when the gate inflated the noise */
+    int32_t dimension;    /* 3; 1 for heading; 2 for the force of the aligner. The aligner's S has 2 or 3 rows of 3 */
+    int32_t accepted;     /* 0 when the gate inflated the noise or refused the sample (noise_scale infinite) */
 } hnav_innovation;
 /* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
 HNAV_API hnav_status hnav_filter_innovation(const hnav_filter *filter, hnav_sensor sensor, hnav_innovation *innovation);
+
+/* What the filter holds of the magnetic field, just after the newest used sample. */
+typedef enum hnav_field_gate {
+    HNAV_FIELD_ACCEPTED = 0,
+    HNAV_FIELD_REFUSED = 1, /* not used: it lies away from the reference */
+    HNAV_FIELD_GIVEN_IN = 2 /* used with inflated noise although it lies away */
+} hnav_field_gate;
+
+typedef struct hnav_field {
+    double strength_tesla;   /* of the reference; NaN while there is none */
+    double dip_rad;
+    double latency_s;        /* estimated delay of the magnetometer behind its time stamps (aligner) */
+    double latency_sigma_s;
+    double evidence_s;       /* time for which the reference was seen, counted less at rest (aligner) */
+    double heading_trust_s;  /* the same for the heading, through changes of reference (aligner) */
+    int32_t adopted;         /* references taken after the first (aligner) */
+    int32_t gate;            /* hnav_field_gate of the last field */
+    int32_t at_rest;         /* the body lies still (aligner) */
+    int32_t reserved;        /* 0 */
+} hnav_field;
+HNAV_API hnav_status hnav_filter_field(const hnav_filter *filter, hnav_field *field);
+
+/* Scale and misalignment S of the gyroscope, rate = (I - S) reading - bias, row-major, and the sigma of each; zero in
+ * filters that do not estimate it. */
+HNAV_API hnav_status hnav_filter_gyro_calibration(const hnav_filter *filter, double matrix[9], double sigma[9]);
 
 typedef struct hnav_filter_status {
     double gamma_used;      /* of the last correction; infinity when off */
@@ -369,8 +495,10 @@ HNAV_API hnav_status hnav_filter_load(hnav_filter *filter, const void *buffer, s
 
 /* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events,
  * x+ = jump(x-) at an event. States of the HREKF: q 4 (north-east-down of magnetic north to body, before the
- * interface rotations), gyro bias 3, covariance 28 (upper triangle of the 7 x 7 matrix, row by row).
- * Not to be mixed with advance, run or the backward gyro hold. */
+ * interface rotations), gyro bias 3, covariance 28 (upper triangle of the 7 x 7 matrix, row by row). States of the
+ * aligner: q 4, the integral of its rotation matrix since the last correction 9 (column by column), the time since
+ * then; from these follows the covariance. Not to be mixed with advance or run, nor, in the HREKF, with the backward
+ * gyro hold; the aligner puts the rate of a sample into the interval before it when it jumps. */
 HNAV_API hnav_status hnav_filter_nx(const hnav_filter *filter, int32_t *nx);
 /* The state just after the last jump. */
 HNAV_API hnav_status hnav_filter_get_x(const hnav_filter *filter, double *x);

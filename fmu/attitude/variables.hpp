@@ -1,5 +1,15 @@
-// The variables of the Hrekf FMU. Parameters are the options of the C API, by the same names; here stand inputs, outputs
-// and states.
+// The variables of an FMU of an attitude filter. Parameters are the options of the C API, by the same names; here stand
+// inputs and outputs. What differs between filters comes from Kind:
+//     using Options                                         the options struct of the C API
+//     static Options defaults(hnav_preset); static const hnav_option_info* option(int);
+//     static hnav_status create(hnav_filter**, const Options*, char*, size_t)
+//     static constexpr ModelInfo info
+//     static constexpr const char* presets[]                names of the presets, in the order of the C enum
+//     static constexpr int accel_dimension, accel_unit      of the innovation of force
+//     static constexpr bool has_field                       outputs of the magnetic reference and the gyro calibration
+//     static constexpr bool reholds                         Model Exchange can take the backward gyro hold
+//     static void describe_states(StateRows&)
+//     static void keep_on_realign(const double* x, double* replaced)    states that a realignment leaves as they are
 #pragma once
 
 #include "adapter/model.hpp"
@@ -12,12 +22,10 @@ namespace hnav::fmu {
 
 enum SamplingMode { periodic = 0, counter = 1 };
 constexpr const char* sampling_modes[] = {"periodic", "counter"};
-constexpr const char* presets[] = {"default", "paper"};
 
 // Parts of the filter that outputs are read from, so that a step costs only what is asked for.
-enum Group : unsigned { attitude_group = 1, bias_group = 2, posterior_group = 4, innovation_group = 8, covariance_group = 16, status_group = 32 };
+enum Group : unsigned { attitude_group = 1, bias_group = 2, posterior_group = 4, innovation_group = 8, covariance_group = 16, status_group = 32, field_group = 64 };
 
-constexpr int states = 35;
 constexpr int covariance_terms = 21; // upper triangle of 6 x 6
 
 // Where the variables stand in the table.
@@ -38,6 +46,7 @@ struct Places {
     } innovation[HNAV_SENSOR_COUNT]; // of the gyro: used only
     int gamma, margin, bias_walk, raised, repaired, late, non_finite, zero, missed, corrections, rhs_evals;
     int covariance;
+    int field, latency, latency_sigma, evidence, heading_trust, adopted, field_gate, at_rest, gyro_calibration; // has_field
 };
 
 namespace rows {
@@ -94,8 +103,8 @@ inline Variable choice(const char* name, const char* const* choices, int count, 
 } // namespace rows
 
 // The value of one component of an option.
-inline double option_value(const hnav_option_info& option, const hnav_hrekf_options& options, int component) {
-    const char* field = reinterpret_cast<const char*>(&options) + option.offset;
+inline double option_value(const hnav_option_info& option, const void* options, int component) {
+    const char* field = static_cast<const char*>(options) + option.offset;
     if (option.kind == HNAV_OPTION_REAL) {
         double value;
         std::memcpy(&value, field + component * sizeof value, sizeof value);
@@ -106,8 +115,8 @@ inline double option_value(const hnav_option_info& option, const hnav_hrekf_opti
     return value;
 }
 
-inline void set_option(const hnav_option_info& option, hnav_hrekf_options* options, int component, double value) {
-    char* field = reinterpret_cast<char*>(options) + option.offset;
+inline void set_option(const hnav_option_info& option, void* options, int component, double value) {
+    char* field = static_cast<char*>(options) + option.offset;
     if (option.kind == HNAV_OPTION_REAL) {
         std::memcpy(field + component * sizeof value, &value, sizeof value);
         return;
@@ -116,10 +125,11 @@ inline void set_option(const hnav_option_info& option, hnav_hrekf_options* optio
     std::memcpy(field, &integer, sizeof integer);
 }
 
-inline void describe_options(Table& table, Places& at) {
-    const hnav_hrekf_options defaults = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+template <class Kind>
+void describe_options(Table& table, Places& at) {
+    const typename Kind::Options defaults = Kind::defaults(HNAV_PRESET_DEFAULT);
     at.options = table.size();
-    for (int k = 0; const hnav_option_info* option = hnav_hrekf_option(k); ++k)
+    for (int k = 0; const hnav_option_info* option = Kind::option(k); ++k)
         for (int i = 0; i < option->count; ++i) {
             Variable v = variable(option->name, Type::real, Causality::parameter, Variability::fixed, option->description);
             if (option->count > 1) std::snprintf(v.name, sizeof v.name, "%.50s[%d]", option->name, i + 1);
@@ -133,7 +143,7 @@ inline void describe_options(Table& table, Places& at) {
             v.choice_count = option->choice_count;
             v.min = option->min;
             v.max = option->max;
-            v.start = option_value(*option, defaults, i);
+            v.start = option_value(*option, &defaults, i);
             table.add(v);
         }
 }
@@ -175,9 +185,11 @@ inline void describe_inputs(Table& table, Places& at) {
     at.realign = table.add(input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
 }
 
-inline void describe_sampling(Table& table, Places& at) {
+template <class Kind>
+void describe_sampling(Table& table, Places& at) {
     using namespace rows;
-    at.preset = table.add(choice("preset", presets, 2, 0, "Set of defaults; parameters that differ from their start values override it"));
+    constexpr int preset_count = sizeof Kind::presets / sizeof *Kind::presets;
+    at.preset = table.add(choice("preset", Kind::presets, preset_count, 0, "Set of defaults; parameters that differ from their start values override it"));
     at.sampling_mode = table.add(choice("sampling_mode", sampling_modes, 2, periodic, "periodic: inputs are sampled every period; counter: when a sample counter changes"));
     constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
     for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
@@ -187,7 +199,8 @@ inline void describe_sampling(Table& table, Places& at) {
     }
 }
 
-inline void describe_outputs(Table& table, Places& at) {
+template <class Kind>
+void describe_outputs(Table& table, Places& at) {
     using namespace rows;
     constexpr auto held = Variability::discrete, flowing = Variability::continuous;
     constexpr auto none = DependsOn::nothing, on_q_b = DependsOn::first_states, on_all = DependsOn::all_states;
@@ -224,10 +237,11 @@ inline void describe_outputs(Table& table, Places& at) {
         std::snprintf(counted, sizeof counted, "count.%s_used", sensors[s]);
         place.used = table.add(output(counted, Type::integer, status_group, "Samples used"));
         if (s == HNAV_SENSOR_GYRO) continue;
-        place.dimension = s == HNAV_SENSOR_HEADING ? 1 : 3;
-        const Variable value = output(named("innov", sensors[s]), place.dimension == 1 ? "rad" : "", place.dimension == 1 ? "deg" : "", innovation_group,
-                                      held, none, "Innovation of the last sample: measured minus expected (directions without unit)");
-        place.value = place.dimension == 1 ? table.add(value) : table.add_vector(value, 3);
+        place.dimension = s == HNAV_SENSOR_HEADING ? 1 : s == HNAV_SENSOR_ACCEL ? Kind::accel_dimension : 3;
+        const char* unit = s == HNAV_SENSOR_HEADING ? "rad" : s == HNAV_SENSOR_ACCEL ? Kind::accel_unit : "";
+        const Variable value = output(named("innov", sensors[s]), unit, s == HNAV_SENSOR_HEADING ? "deg" : "", innovation_group,
+                                      held, none, "Innovation of the last correction: measured minus expected (directions and fields without unit)");
+        place.value = place.dimension == 1 ? table.add(value) : table.add_vector(value, place.dimension);
         place.nis = table.add(output(named("nis", sensors[s]), "", "", innovation_group, held, none, "Normalised innovation squared of the last sample; its expectation is the dimension"));
         std::snprintf(counted, sizeof counted, "gate.%s_ok", sensors[s]);
         place.gate_ok = table.add(output(counted, Type::boolean, innovation_group, "The last sample was within its gate"));
@@ -261,51 +275,68 @@ inline void describe_outputs(Table& table, Places& at) {
     for (int i = 0; i < 3; ++i) table.row(at.att_sigma + i).start = table.row(at.post_sigma + i).start = M_PI;
 }
 
-inline void describe_states(Table& table) {
-    const auto each = [&table](bool derivative, int first_state) {
-        int k = 0;
-        const auto add = [&](const char* name, const char* unit, const char* text, DependsOn depends_on) {
-            Variable v = variable(name, Type::real, Causality::local, Variability::continuous, text);
-            if (derivative) std::snprintf(v.name, sizeof v.name, "der(%.50s)", name);
-            v.unit = derivative ? "" : unit;
-            v.group = state_group;
-            v.depends_on = derivative ? depends_on : DependsOn::nothing;
-            v.is_state = !derivative;
-            v.derivative_of = derivative ? first_state + k : -1;
-            table.add(v);
-            ++k;
-        };
-        char name[32];
-        for (int i = 1; i <= 4; ++i) {
-            std::snprintf(name, sizeof name, "state.q[%d]", i);
-            add(name, "", "Attitude, body to north-east-down of magnetic north", DependsOn::first_states);
+// The continuous states, once as values and once as derivatives.
+class StateRows {
+public:
+    StateRows(Table& table, bool derivatives, int first_state) : table_(table), derivatives_(derivatives), first_state_(first_state) {}
+
+    // depends_on: of the derivative.
+    void add(const char* name, const char* unit, double start, DependsOn depends_on, const char* text) {
+        Variable v = variable(name, Type::real, Causality::local, Variability::continuous, text);
+        if (derivatives_) std::snprintf(v.name, sizeof v.name, "der(%.50s)", name);
+        v.unit = derivatives_ ? "" : unit;
+        v.group = state_group;
+        v.depends_on = derivatives_ ? depends_on : DependsOn::nothing;
+        v.is_state = !derivatives_;
+        v.start = derivatives_ ? 0 : start;
+        v.derivative_of = derivatives_ ? first_state_ + count_ : -1;
+        table_.add(v);
+        ++count_;
+    }
+
+private:
+    Table& table_;
+    bool derivatives_;
+    int first_state_;
+    int count_ = 0;
+};
+
+inline void describe_field(Table& table, Places& at) {
+    using namespace rows;
+    constexpr auto held = Variability::discrete;
+    constexpr auto none = DependsOn::nothing;
+    at.field = table.add(output("field.strength", "T", "uT", field_group, held, none, "Strength of the reference field; 0 while there is none"));
+    table.add(output("field.dip", "rad", "deg", field_group, held, none, "Dip of the reference field below the horizon"));
+    at.latency = table.add(output("field.latency", "s", "ms", field_group, held, none, "Estimated delay of the magnetometer behind its time stamps"));
+    at.latency_sigma = table.add(output("field.latency_sigma", "s", "ms", field_group, held, none, "Standard deviation of that delay"));
+    at.evidence = table.add(output("field.evidence", "s", "", field_group, held, none, "Time for which the reference was seen, counted less at rest"));
+    at.heading_trust = table.add(output("field.heading_trust", "s", "", field_group, held, none, "The same for the heading, through changes of reference"));
+    at.adopted = table.add(output("field.adopted", Type::integer, field_group, "References taken after the first"));
+    at.field_gate = table.add(output("field.gate", Type::integer, field_group, "Last field: 0 accepted, 1 refused, 2 used with inflated noise"));
+    at.at_rest = table.add(output("rest.detected", Type::boolean, field_group, "The body lies still"));
+    at.gyro_calibration = table.size();
+    for (int i = 1; i <= 3; ++i)
+        for (int j = 1; j <= 3; ++j) {
+            char element[32];
+            std::snprintf(element, sizeof element, "gyro_calibration.S[%d,%d]", i, j);
+            table.add(output(element, "", "", field_group, held, none, "Scale and misalignment of the gyroscope: rate = (I - S) reading - bias"));
         }
-        for (int i = 1; i <= 3; ++i) {
-            std::snprintf(name, sizeof name, "state.b[%d]", i);
-            add(name, "rad/s", "Gyro bias", DependsOn::nothing);
-        }
-        for (int i = 1; i <= 7; ++i)
-            for (int j = i; j <= 7; ++j) {
-                std::snprintf(name, sizeof name, "state.P[%d,%d]", i, j);
-                // The bias block grows by its noise alone.
-                add(name, "", "Covariance of q and b", i > 4 ? DependsOn::nothing : DependsOn::all_states);
-            }
-    };
-    const int first = table.size();
-    each(false, first);
-    table.row(first).start = 1;
-    each(true, first);
 }
 
-inline void describe_all(Table& table, Places& at) {
+template <class Kind>
+void describe_all(Table& table, Places& at) {
     Variable time = variable("time", Type::real, Causality::independent, Variability::continuous, "Simulation time");
     time.unit = "s";
     table.add(time);
     describe_inputs(table, at);
-    describe_sampling(table, at);
-    describe_options(table, at);
-    describe_outputs(table, at);
-    describe_states(table);
+    describe_sampling<Kind>(table, at);
+    describe_options<Kind>(table, at);
+    describe_outputs<Kind>(table, at);
+    if (Kind::has_field) describe_field(table, at);
+    const int first = table.size();
+    StateRows states(table, false, first), derivatives(table, true, first);
+    Kind::describe_states(states);
+    Kind::describe_states(derivatives);
 }
 
 } // namespace hnav::fmu

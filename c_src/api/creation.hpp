@@ -1,0 +1,88 @@
+// What the create calls of all attitude filters share: checks of the options, and the parts of them that mean the same
+// in each.
+#pragma once
+
+#include "api/attitude_filter.hpp"
+#include "api/option_table.hpp"
+#include "attitude/start.hpp"
+
+namespace hnav {
+
+inline double square(double x) { return x * x; }
+
+template <class Options>
+Frames frames_of(const Options& o) {
+    Frames frames;
+    frames.set(o.navigation_frame == HNAV_FRAME_ENU, o.declination_rad, o.q_body_sensor);
+    return frames;
+}
+
+template <class Options>
+StartSettings start_of(const Options& o, const Frames& frames) {
+    StartSettings s;
+    s.mode = static_cast<StartMode>(o.start_mode);
+    s.q = frames.to_internal(Quaternion(o.start_q_nb).normalized());
+    s.heading_rad = o.start_heading_rad - o.declination_rad;
+    s.samples = static_cast<std::uint64_t>(o.start_samples);
+    s.sigma_heading = o.start_sigma_heading_rad;
+    return s;
+}
+
+struct Creation {
+    char* message;
+    std::size_t message_size;
+    OptionTable table;
+    std::uint64_t cookie;
+    const char* defaults; // the call that makes the options
+
+    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        va_list arguments;
+        va_start(arguments, format);
+        if (message && message_size > 0) std::vsnprintf(message, message_size, format, arguments);
+        va_end(arguments);
+        return status;
+    }
+
+    // Null pointers, the stamp, the range of every field, quaternions of no length.
+    template <class Options>
+    hnav_status check(hnav_filter** filter, const Options* options) const {
+        if (message && message_size > 0) message[0] = '\0';
+        if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
+        *filter = nullptr;
+        if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+        if (options->cookie != cookie)
+            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s of hnav %s", defaults, hnav_version());
+        int component;
+        double value;
+        if (const hnav_option_info* row = find_impossible(table, options, &component, &value)) {
+            char index[16] = "";
+            if (row->count > 1) std::snprintf(index, sizeof index, "[%d]", component);
+            return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g]", row->name, index, value,
+                        row->min_is_open ? '(' : '[', row->min, row->max);
+        }
+        if (Quaternion(options->start_q_nb).norm() < 0.1)
+            return fail(HNAV_ERROR_OPTION, "start_q_nb is no attitude: its length is below 0.1");
+        if (Quaternion(options->q_body_sensor).norm() < 0.1)
+            return fail(HNAV_ERROR_OPTION, "q_body_sensor is no attitude: its length is below 0.1");
+        return HNAV_OK;
+    }
+
+    template <class Model, class Options>
+    hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
+        typename Filter<Model>::Settings e;
+        e.closed_form = o.solver == HNAV_SOLVER_CLOSED_FORM;
+        e.propagator.integrator = o.solver == HNAV_SOLVER_ADAMS   ? Integrator::adams
+                                  : o.solver == HNAV_SOLVER_EULER ? Integrator::euler
+                                                                  : Integrator::erkstep;
+        e.propagator.rtol = o.solver_rtol;
+        e.propagator.euler_step_s = o.euler_step_s;
+        e.atol = o.solver_atol;
+        e.horizon_s = o.horizon_s;
+        e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
+        e.fingerprint = fingerprint(table, &o);
+        *filter = AttitudeFilter<Model>::make(model, frames, o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD, e);
+        return *filter ? HNAV_OK : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);
+    }
+};
+
+} // namespace hnav

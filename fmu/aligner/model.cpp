@@ -1,0 +1,46 @@
+// The Aligner FMU: the filter for real sensors.
+#include "attitude/filter_model.hpp"
+
+namespace hnav::fmu {
+namespace {
+
+struct Aligner {
+    using Options = hnav_aligner_options;
+    static Options defaults(hnav_preset preset) { return hnav_aligner_defaults(preset); }
+    static const hnav_option_info* option(int index) { return hnav_aligner_option(index); }
+    static hnav_status create(hnav_filter** filter, const Options* options, char* message, std::size_t size) {
+        return hnav_aligner_create(filter, options, message, size);
+    }
+
+    static constexpr ModelInfo info = {
+        "Aligner", "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
+        0.01, 10, 14, 4, true};
+    static constexpr const char* presets[] = {"default"};
+    static constexpr int accel_dimension = 2;
+    static constexpr const char* accel_unit = "m/s";
+    static constexpr bool has_field = true;
+    static constexpr bool reholds = true;
+
+    static void describe_states(StateRows& states) {
+        char name[32];
+        for (int i = 1; i <= 4; ++i) {
+            std::snprintf(name, sizeof name, "state.q[%d]", i);
+            states.add(name, "", i == 1, DependsOn::first_states, "Attitude, body to north-east-down of magnetic north");
+        }
+        for (int j = 1; j <= 3; ++j)
+            for (int i = 1; i <= 3; ++i) {
+                std::snprintf(name, sizeof name, "state.G[%d,%d]", i, j);
+                states.add(name, "s", 0, DependsOn::first_states, "Integral of the rotation matrix since the last correction: how bias becomes rotation");
+            }
+        states.add("state.clock", "s", 0, DependsOn::nothing, "Time since the last correction");
+    }
+
+    // What was learnt of the sensors is no continuous state.
+    static void keep_on_realign(const double*, double*) {}
+};
+
+} // namespace
+
+Model* make_model() { return FilterModel<Aligner>::make(); }
+
+} // namespace hnav::fmu
