@@ -5,6 +5,7 @@ import pytest
 from conftest import tilted_motion
 from hnav import Filter, Options
 from hnav.engines import ENGINES, run_recording
+from hnav.library import FILTERS
 from hnav.recordings import read_recording
 from hnav.reference import bias_error_deg_s, run_reference
 from hnav.scores import score
@@ -67,34 +68,44 @@ def test_the_printed_equations_lose_the_bias_off_level_and_the_corrected_ones_fi
     assert bias_error_deg_s(20, "") < 0.1
 
 
+OFF_DEFAULT = {
+    "hrekf": {k: str(v) for k, v in PRECISE.items()} | {"gamma_mode": "kl", "adaptation": "corrected"},
+    "aligner": {"gamma_mode": "relative", "start_sigma_heading_rad": "0.5", "gyro_hold": "forward"},
+}
+
+
+@pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("engine", [e for e in ENGINES if e.endswith("cs")])
-def test_co_simulation_is_the_library_bit_for_bit(engine, motion):
-    settings = {k: str(v) for k, v in PRECISE.items()} | {"gamma_mode": "kl", "adaptation": "corrected"}
-    c = run_recording(motion.recording, "hrekf", "c", settings=settings)
-    fmu = run_recording(motion.recording, "hrekf", engine, settings=settings)
+def test_co_simulation_is_the_library_bit_for_bit(engine, filter, motion):
+    settings = OFF_DEFAULT[filter]
+    c = run_recording(motion.recording, filter, "c", settings=settings)
+    fmu = run_recording(motion.recording, filter, engine, settings=settings)
     for name in ("q_nb", "sigma_rad", "gyro_bias_rad_s", "gyro_bias_sigma_rad_s"):
         assert np.array_equal(getattr(c, name), getattr(fmu, name), equal_nan=True), name
+    assert np.array_equal(c.ready, fmu.ready)
     assert fmu.counts["rhs_evals"] > 0  # SUNDIALS did the work
     assert fmu.counts["accel_used"] == c.counts["accel_used"] == len(motion.recording.t_s)
 
 
+@pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("engine", [e for e in ENGINES if e.endswith("me")])
-def test_model_exchange_agrees_to_a_millionth(engine, motion):
+def test_model_exchange_agrees_to_a_millionth(engine, filter, motion):
     """By fmpy's CVODE at a relative tolerance of 1e-8, rates up to 10 rad/s."""
     m = motion.recording.cropped(1)
-    c = run_recording(m, "hrekf", "c")
-    fmu = run_recording(m, "hrekf", engine)
+    c = run_recording(m, filter, "c")
+    fmu = run_recording(m, filter, engine)
     assert difference(c.q_nb, fmu.q_nb) < 1e-6
     assert np.nanmax(np.abs(c.gyro_bias_rad_s - fmu.gyro_bias_rad_s)) < 1e-6
     assert np.nanmax(np.abs(c.sigma_rad - fmu.sigma_rad)) < 1e-6
 
 
+@pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_trial):
+def test_every_engine_gives_the_same_score_on_a_real_recording(engine, filter, broad_trial):
     """A minute of a BROAD trial."""
     crop = broad_trial.cropped(60)
     settings = {"navigation_frame": "enu"}
-    s, expected = (score(run_recording(crop, "hrekf", e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
+    s, expected = (score(run_recording(crop, filter, e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
     assert s.total < 10
     if engine.endswith("me"):
         assert s.total == pytest.approx(expected.total, abs=1e-3)
@@ -103,13 +114,14 @@ def test_every_engine_gives_the_same_score_on_a_real_recording(engine, broad_tri
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("engine", [e for e in ENGINES if e != "c"])
-def test_every_engine_agrees_on_whole_recordings(engine, broad_trials):
+def test_every_engine_agrees_on_whole_recordings(engine, filter, broad_trials):
     """Co-Simulation bit for bit. In Model Exchange a rounding may open a gate one sample earlier: equal scores."""
     settings = {"navigation_frame": "enu"}
     for path in broad_trials.values():
         trial = read_recording(path)
-        c, fmu = (run_recording(trial, "hrekf", e, settings=settings) for e in ("c", engine))
+        c, fmu = (run_recording(trial, filter, e, settings=settings) for e in ("c", engine))
         if engine.endswith("cs"):
             assert np.array_equal(c.q_nb, fmu.q_nb, equal_nan=True), trial.name
         expected, found = (score(r.q_nb, trial.reference_q_nb, trial.movement) for r in (c, fmu))
