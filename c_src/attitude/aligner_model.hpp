@@ -441,12 +441,16 @@ private:
         Turned(const Covariance& P, const State& s) {
             const Eigen::Map<const Matrix3> G(s.x + 4);
             const Eigen::Map<const Matrix39> L(s.lever);
-            columns = P.middleCols<3>(Error::rotation);
-            columns.noalias() -= P.middleCols<3>(bias) * G.transpose();
-            columns.noalias() -= P.middleCols<9>(calibration) * L.transpose();
+            // Column by column, here and below: Eigen would send products of this size through code for large matrices.
+            for (int i = 0; i < 3; ++i) {
+                Vector column = P.col(Error::rotation + i);
+                for (int j = 0; j < 3; ++j) column -= G(i, j) * P.col(bias + j);
+                for (int j = 0; j < 9; ++j) column -= L(i, j) * P.col(calibration + j);
+                columns.col(i) = column;
+            }
             rotation = columns.middleRows<3>(Error::rotation);
-            rotation.noalias() -= G * columns.middleRows<3>(bias);
-            rotation.noalias() -= L * columns.middleRows<9>(calibration);
+            rotation -= G.lazyProduct(columns.middleRows<3>(bias));
+            rotation -= L.lazyProduct(columns.middleRows<9>(calibration));
         }
     };
 
@@ -462,8 +466,8 @@ private:
         v.col(0) -= half * (P.col(rotation + 1) + turned.columns.col(1));
         v.col(1) += half * (P.col(rotation) + turned.columns.col(0));
         Eigen::Matrix<double, 3, 2> theta_v = v.middleRows<3>(rotation); // theta after, v after
-        theta_v.noalias() -= G * v.middleRows<3>(bias);
-        theta_v.noalias() -= L * v.middleRows<9>(calibration);
+        theta_v -= G.lazyProduct(v.middleRows<3>(bias));
+        theta_v -= L.lazyProduct(v.middleRows<9>(calibration));
         Eigen::Matrix2d v_v = v.middleRows<2>(velocity);
         v_v.row(0) -= half * (v.row(rotation + 1) + theta_v.row(1));
         v_v.row(1) += half * (v.row(rotation) + theta_v.row(0));
@@ -493,7 +497,11 @@ private:
         const Eigen::Matrix<double, m, rest> Kt =
             Cholesky<m>(S).template solve<rest>(PHt.template bottomRows<rest>().transpose());
         error.template tail<rest>().noalias() += Kt.transpose() * innovation;
-        P.template rightCols<rest>().noalias() -= PHt * Kt;
+        for (int j = 0; j < rest; ++j) {
+            Vector column = P.col(first + j);
+            for (int k = 0; k < m; ++k) column -= Kt(k, j) * PHt.col(k);
+            P.col(first + j) = column;
+        }
         if constexpr (first > 0)
             P.template bottomRows<rest>().template leftCols<first>() =
                 P.template rightCols<rest>().template topRows<first>().transpose();
@@ -566,7 +574,7 @@ private:
         const double H = s.reference[0], Z = s.reference[1];
         // Azimuth, horizontal and vertical intensity: exact for any heading error.
         const Vector3 residual(H - mean.horizontal(), -H * mean.azimuth_rad(), Z - mean.n[2]);
-        const auto verdict = s.field.judge(settings_.field, std::hypot(residual[0], residual[2]), T);
+        const auto verdict = s.field.judge(settings_.field, length(residual[0], residual[2]), T);
         s.verdict = static_cast<std::uint64_t>(verdict);
         const bool given_in = verdict == MagneticReference::Verdict::give_in || verdict == MagneticReference::Verdict::give_in_now;
         if (verdict == MagneticReference::Verdict::give_in_now) forget_reference(P, error, settings_.sigma_reference);
@@ -587,7 +595,7 @@ private:
         for (int k = 0; k < 3; ++k) S.col(k) = project(PHt.col(k));
         innovation = residual - project(error);
 
-        const double deviation = std::hypot(residual[0], residual[2]) / settings_.field.gate;
+        const double deviation = length(residual[0], residual[2]) / settings_.field.gate;
         const double scale = (s.rest.at_rest(settings_.rest) ? settings_.rest_field_factor : 1) / T;
         const double soft = given_in ? deviation * deviation : 1;
         const Vector3 R(settings_.intensity_density2 * scale, settings_.azimuth_density2 * scale, settings_.intensity_density2 * scale);

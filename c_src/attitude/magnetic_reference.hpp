@@ -33,10 +33,13 @@ struct MagneticReferenceSettings {
     double heading_added_rad; // sigma added to a heading that was turned
 };
 
+// sqrt(x^2 + y^2) of numbers near one: std::hypot guards against overflow at ten times the cost.
+inline double length(double x, double y) { return std::sqrt(x * x + y * y); }
+
 // A field in navigation axes.
 struct MeanField {
     Vector3 n;
-    double horizontal() const { return std::hypot(n[0], n[1]); }
+    double horizontal() const { return length(n[0], n[1]); }
     double azimuth_rad() const { return std::atan2(n[1], n[0]); }
 };
 
@@ -74,12 +77,12 @@ struct MagneticReference {
     void weigh(const MagneticReferenceSettings& set, const MeanField& field, double horizontal, double down, bool turning, double T) {
         const double seen_s = T * (turning ? 1 : set.still_weight);
         const double h = field.horizontal(), z = field.n[2];
-        if (std::hypot(h - horizontal, z - down) < set.gate) {
+        if (length(h - horizontal, z - down) < set.gate) {
             evidence_s += seen_s;
             heading_trust_s += seen_s;
         }
         Eigen::Map<Vector3> mean(candidate);
-        if (candidate_age_s > 0 && std::hypot(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius) {
+        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius) {
             candidate_evidence_s += seen_s;
             candidate_age_s += T;
             mean += std::fmax(T / set.candidate_mean_s, T / candidate_age_s) * (field.n - mean);
@@ -92,7 +95,7 @@ struct MagneticReference {
 
     bool candidate_wins(const MagneticReferenceSettings& set, double horizontal, double down) const {
         const double needed_s = std::fmax(set.candidate_first_s, set.candidate_share * evidence_s);
-        return candidate_evidence_s > needed_s && std::hypot(candidate_horizontal() - horizontal, candidate[2] - down) > set.gate;
+        return candidate_evidence_s > needed_s && length(candidate_horizontal() - horizontal, candidate[2] - down) > set.gate;
     }
 
     // Share of the candidate's azimuth by which the heading is held to be wrong, when the candidate wins: none for a
@@ -111,7 +114,7 @@ struct MagneticReference {
         ++adopted;
     }
 
-    double candidate_horizontal() const { return std::hypot(candidate[0], candidate[1]); }
+    double candidate_horizontal() const { return length(candidate[0], candidate[1]); }
     double candidate_azimuth_rad() const { return std::atan2(candidate[1], candidate[0]); }
 };
 
