@@ -128,7 +128,7 @@ hnav_aligner_options hnav_aligner_defaults(hnav_preset preset) {
     o.solver_atol = 1e-8;
     o.euler_step_s = 0.001;
     o.gyro_hold = HNAV_GYRO_HOLD_BACKWARD;
-    o.gamma_mode = HNAV_GAMMA_OFF;
+    o.gamma_mode = HNAV_GAMMA_RELATIVE;
     o.start_mode = HNAV_START_TRIAD;
     o.start_samples = 1;
     o.reference_mode = HNAV_REFERENCE_LEARNT;

@@ -40,7 +40,7 @@ const hnav_option_info aligner_rows[] = {
     CHOICE(gyro_hold, gyro_holds, "forward: a rate acts until the next sample; backward: since the one before"),
     CHOICE(gamma_mode, gamma_modes, "Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy"),
     ABOVE(gamma, "", 0, 1e12, 1, "gamma of mode fixed, raised where infeasible"),
-    REAL(gamma_relative_rate_1_s, "1/s", 0, 1e6, 1, "rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the attitude's covariance"),
+    REAL(gamma_relative_rate_1_s, "1/s", 0, 1e6, 1, "rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the horizon's covariance"),
     REAL(gamma_kl_rate_1_s, "1/s", 0, 1e6, 1, "Tolerance of mode kl: relative entropy per second, in nats"),
     CHOICE(start_mode, start_modes, "Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad)"),
     INTEGER(start_samples, 1, 1e6, "Samples of each sensor averaged for the start"),

@@ -14,7 +14,7 @@
 //   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
 //              are considered but not corrected: no magnet may tilt the horizon
 // The magnetic reference (magnetic_reference.hpp) decides which field that is. While the heading is not ready the
-// covariance of the attitude is inflated by the robust law (robust_law.hpp), gamma finite; after that gamma is infinite.
+// covariance of the horizon is inflated by the robust law (robust_law.hpp), gamma finite; after that gamma is infinite.
 //
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
 // earth-frame error: Sola, arXiv 1711.02508, section 7.
@@ -527,11 +527,12 @@ private:
         ++s.corrections;
     }
 
-    // gamma is finite while aligning: the start may be further off than its sigma says.
+    // gamma is finite while aligning: the start may be further off than its sigma says. Of the horizon only: a heading that
+    // was wrong from the start is found by evidence, and an inflated sigma would take that for a small change.
     void align(State& s, Covariance& P) const {
         RobustReport report;
         if (settings_.robust.mode != GammaMode::off && !heading_ready(s))
-            P = inflate_block<errors, 3>(P, rotation, Vector3::Ones(), s.x[13], settings_.robust, &report);
+            P = inflate_block<errors, 2>(P, rotation, Eigen::Vector2d(1, 1), s.x[13], settings_.robust, &report);
         s.gamma = report.gamma;
         s.gamma_margin = report.margin;
         s.gamma_raised += report.raised;

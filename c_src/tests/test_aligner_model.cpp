@@ -1,0 +1,525 @@
+// Laws of the aligner: its flow, the transition that its covariance follows from, its gathered samples and corrections.
+#include "attitude/aligner_model.hpp"
+#include "hnav/hnav.h"
+#include "laws.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+using namespace hnav;
+using State = AlignerModel::State;
+using Vector14 = Eigen::Matrix<double, 14, 1>;
+
+namespace {
+
+constexpr double deg = M_PI / 180;
+
+AlignerModel::Settings settings() {
+    AlignerModel::Settings s{};
+    s.gyro_psd = 1e-8;
+    s.gyro_rate_psd = 6e-6;
+    s.bias_walk_psd = 2e-8;
+    s.reference_psd = 2e-5;
+    s.velocity_density2 = 0.3;
+    s.azimuth_density2 = 7e-4;
+    s.intensity_density2 = 3e-4;
+    s.rest_field_factor = 1.5;
+    s.rest_bias_density2 = 2e-9;
+    s.correction_interval_s = 0.035;
+    s.interval_limit_s = 0.1;
+    s.lost_force_m_s2 = 2;
+    s.backward_hold = true;
+    s.rest = {2 * deg, 0.5, 2 * deg, 1.5, 0.5};
+    s.field = {0.035, 60, 3, 0.35, 0.35, 0.17, 5, 1.6, 0.4, 60, 0.13, 3.75, 0.12};
+    s.start.mode = StartMode::triad;
+    s.start.sigma_heading = 0.28;
+    s.start.field_wait_s = 1;
+    s.sigma_tilt = 0.08;
+    s.sigma_bias = 0.008;
+    s.sigma_velocity = 0.08;
+    s.sigma_reference = 0.11;
+    s.sigma_latency = 0.016;
+    s.sigma_scale = 1.6e-3;
+    s.sigma_misalignment = 8e-4;
+    s.ready_tilt_rad = 2 * deg;
+    s.ready_heading_rad = 5 * deg;
+    s.ready_evidence_s = 3;
+    return s;
+}
+
+// A body that turns at a constant rate under gravity and a field dipping by 60 degrees, its sensors without error.
+struct Turning {
+    Vector3 rate_b{0.3, -0.5, 0.8};
+    Vector3 bias = Vector3::Zero();
+    Quaternion start_q = Quaternion(0.8, 0.2, -0.1, 0.5).normalized();
+    double latency_s = 0;
+
+    Quaternion q(double t_s) const { return multiply(start_q, HeldTurn(rate_b, t_s).q); }
+    Vector3 force_b(double t_s) const { return rotation_matrix(q(t_s)).transpose() * Vector3(0, 0, -AlignerModel::gravity_m_s2); }
+    Vector3 field_b(double t_s) const {
+        return rotation_matrix(q(t_s - latency_s)).transpose() * Vector3(2.5e-5, 0, 4.33e-5);
+    }
+
+    Event event(double t_s, bool with_mag = true) const {
+        Event e{};
+        e.t_s = t_s;
+        const auto add = [&](int channel, const Vector3& v) { e.add(Sample{t_s, channel, {v[0], v[1], v[2]}}); };
+        add(gyro, rate_b + bias);
+        add(accel, force_b(t_s));
+        if (with_mag) add(mag, field_b(t_s));
+        return e;
+    }
+};
+
+State state_at_start(const AlignerModel& model) {
+    State s{};
+    model.begin(s);
+    return s;
+}
+
+// Samples at 200 Hz for `duration_s`, by the closed form.
+void follow(const AlignerModel& model, State& s, const Turning& motion, double duration_s, double from_s = 0) {
+    const int n = static_cast<int>(std::lround(duration_s * 200));
+    for (int k = 0; k <= n; ++k) {
+        const Event e = motion.event(from_s + 0.005 * k);
+        model.before_flow(s, e);
+        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
+        model.jump(s, e);
+    }
+}
+
+double angle_between(const Quaternion& a, const Quaternion& b) {
+    return 2 * std::acos(std::fmin(1.0, std::fabs(a.normalized().dot(b.normalized()))));
+}
+
+} // namespace
+
+TEST(HeldTurn, IsTheIntegralOfTheRotationOnBothSidesOfItsSeries) {
+    for (const double speed : {0.0, 1e-9, 0.9, 0.999, 1.001, 20.0}) {
+        const Vector3 u = speed * Vector3(1, 2, -2) / 3;
+        const HeldTurn turn(u, 0.1);
+        // Simpson's rule over the rotation itself.
+        Matrix3 sum = Matrix3::Zero();
+        constexpr int n = 400;
+        for (int k = 0; k <= n; ++k)
+            sum += (k == 0 || k == n ? 1 : k % 2 ? 4 : 2) * rotation_matrix(rotation_quaternion(u * 0.1 * k / n));
+        EXPECT_LT((turn.integral - sum * 0.1 / (3 * n)).cwiseAbs().maxCoeff(), 1e-12) << speed;
+        EXPECT_LT((turn.q - rotation_quaternion(u * 0.1)).cwiseAbs().maxCoeff(), 1e-15) << speed;
+    }
+}
+
+TEST(HeldTurn, BackwardsUndoesForwards) {
+    const Vector3 u(3, -7, 5);
+    const HeldTurn there(u, 0.02), back(u, -0.02);
+    EXPECT_LT((multiply(there.q, back.q) - Quaternion(1, 0, 0, 0)).cwiseAbs().maxCoeff(), 1e-15);
+    EXPECT_LT((there.integral + rotation_matrix(there.q) * back.integral).cwiseAbs().maxCoeff(), 1e-16);
+}
+
+TEST(AlignerFlow, TheClosedFormIsTheIntegralOfTheFlow) {
+    const AlignerModel model(settings());
+    State s = state_at_start(model);
+    follow(model, s, Turning{}, 0.02);
+    State exact = s;
+    model.flow_exactly(exact, 0.03);
+    // Runge and Kutta's fourth order in steps of 10 us.
+    Vector14 x = Eigen::Map<Vector14>(s.x);
+    const auto f = [&](const Vector14& y) {
+        Vector14 dy;
+        model.flow(s, y.data(), dy.data());
+        return dy;
+    };
+    constexpr double h = 3e-4;
+    for (int k = 0; k < 100; ++k) {
+        const Vector14 k1 = f(x), k2 = f(x + 0.5 * h * k1), k3 = f(x + 0.5 * h * k2), k4 = f(x + h * k3);
+        x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    }
+    EXPECT_LT((x - Eigen::Map<Vector14>(exact.x)).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+TEST(AlignerFlow, TheDirectionalDerivativeEqualsAPerturbation) {
+    const AlignerModel model(settings());
+    State s = state_at_start(model);
+    follow(model, s, Turning{}, 0.05);
+    const Vector14 x = Eigen::Map<Vector14>(s.x);
+    const auto J = test::perturbation_jacobian<14, 14>(
+        [&](const Vector14& y) {
+            Vector14 dy;
+            model.flow(s, y.data(), dy.data());
+            return dy;
+        },
+        x);
+    for (int j = 0; j < 14; ++j) {
+        const Vector14 seed = Vector14::Unit(j);
+        Vector14 out;
+        model.flow_along(s, x.data(), seed.data(), out.data());
+        EXPECT_LT((out - J.col(j)).cwiseAbs().maxCoeff(), 1e-8) << "state " << j;
+    }
+}
+
+// What the flow carries instead of the covariance: how bias and calibration errors become rotation.
+TEST(AlignerFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
+    const AlignerModel model(settings());
+    State begin = state_at_start(model);
+    Turning motion;
+    motion.rate_b = {1.5, -2, 1};
+    follow(model, begin, motion, 0.0);
+    const auto after = [&](const Vector3& bias, const Matrix3& S) {
+        State s = begin;
+        Eigen::Map<Vector3>(s.bias) = bias;
+        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s.calibration) = S;
+        model.flow_exactly(s, 0.03);
+        return s;
+    };
+    const State still = after(Vector3::Zero(), Matrix3::Zero());
+    const Eigen::Map<const Matrix3> G(still.x + 4);
+    const auto rotation_to = [&](const State& s) {
+        const Quaternion e = multiply(Quaternion(s.x), conjugate(Quaternion(still.x)));
+        return Vector3(2 * e.tail<3>());
+    };
+    constexpr double small = 1e-7;
+    const Vector3 y(still.rate);
+    for (int j = 0; j < 3; ++j) {
+        const Vector3 by_bias = rotation_to(after(small * Vector3::Unit(j), Matrix3::Zero())) / small;
+        EXPECT_LT((by_bias + G.col(j)).cwiseAbs().maxCoeff(), 1e-6) << j;
+        for (int i = 0; i < 3; ++i) {
+            Matrix3 S = Matrix3::Zero();
+            S(i, j) = small;
+            const Vector3 by_scale = rotation_to(after(Vector3::Zero(), S)) / small;
+            EXPECT_LT((by_scale + G.col(i) * y[j]).cwiseAbs().maxCoeff(), 1e-6) << i << j; // L = int R (x) y
+        }
+    }
+}
+
+TEST(AlignerCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
+    AlignerModel::Settings set = settings();
+    set.gyro_psd = 1e-5;
+    set.gyro_rate_psd = 0;
+    set.start.mode = StartMode::attitude;
+    set.sigma_tilt = set.start.sigma_heading = 0.01;
+    set.sigma_bias = 0.02;
+    set.sigma_scale = set.sigma_misalignment = 1e-6;
+    const AlignerModel model(set);
+    State s = state_at_start(model);
+    Turning motion;
+    motion.rate_b = {2, -1, 3};
+    Event first{};
+    first.add(Sample{0, gyro, {2, -1, 3}});
+    model.jump(s, first);
+    model.flow_exactly(s, 0.5);
+    const Matrix3 claimed = model.rotation_covariance(s);
+
+    test::Random random(7);
+    Matrix3 sum = Matrix3::Zero();
+    constexpr int runs = 20000, steps = 50;
+    constexpr double h = 0.5 / steps;
+    const Quaternion end = HeldTurn(motion.rate_b, 0.5).q;
+    for (int r = 0; r < runs; ++r) {
+        const auto normal3 = [&](double sigma) { return Vector3(sigma * Vector3(random.normal(), random.normal(), random.normal())); };
+        Quaternion q = rotation_quaternion(normal3(0.01));
+        const Vector3 bias = normal3(0.02);
+        for (int k = 0; k < steps; ++k)
+            q = multiply(q, rotation_quaternion(h * (motion.rate_b - bias) + normal3(std::sqrt(1e-5 * h))));
+        const Quaternion e = multiply(q, conjugate(end));
+        const Vector3 theta = 2 * e.tail<3>() * (e[0] < 0 ? -1 : 1);
+        sum += theta * theta.transpose();
+    }
+    const Matrix3 sample = sum / runs;
+    EXPECT_LT((sample - claimed).cwiseAbs().maxCoeff(), 0.05 * claimed.diagonal().maxCoeff());
+}
+
+TEST(Aligner, FindsAttitudeBiasAndLatency) {
+    const AlignerModel model(settings());
+    State s = state_at_start(model);
+    Turning motion;
+    motion.bias = {0.01, -0.006, 0.004};
+    motion.latency_s = 0.012;
+    // Turns whose axis changes, so that every bias shows; each leg goes on where the one before ended.
+    double t = 0;
+    for (int leg = 0; leg < 60; ++leg) {
+        const Quaternion q_end = leg ? motion.q(1.0) : motion.start_q;
+        motion.start_q = q_end;
+        motion.rate_b = Vector3(std::sin(1.7 * leg), std::cos(2.3 * leg), std::sin(0.9 * leg + 1));
+        for (int k = leg ? 1 : 0; k <= 200; ++k) {
+            Event e = motion.event(0.005 * k);
+            e.t_s = t + 0.005 * k;
+            model.before_flow(s, e);
+            if (model.flows(s)) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        t += 1;
+    }
+    EXPECT_LT(angle_between(Quaternion(s.x), motion.q(1.0)), 0.3 * deg);
+    EXPECT_LT((Vector3(s.bias) - motion.bias).cwiseAbs().maxCoeff(), 1e-3);
+    EXPECT_NEAR(s.latency, 0.012, 2e-3);
+    EXPECT_TRUE(model.estimate(s).heading_ready);
+    EXPECT_EQ(s.repaired, 0u);
+}
+
+TEST(Aligner, AFieldCannotTiltTheHorizon) {
+    const AlignerModel model(settings());
+    State right = state_at_start(model);
+    const Turning motion;
+    follow(model, right, motion, 2.0);
+    State wrong = right;
+    // The samples of one correction, and for one of two twins a field turned by 2 deg about north: within the gate.
+    const std::uint64_t before = right.corrections;
+    for (int k = 1; right.corrections == before; ++k) {
+        const double t_s = 2 + 0.005 * k;
+        for (State* state : {&right, &wrong}) {
+            Event e = motion.event(t_s, false);
+            const Matrix3 R = rotation_matrix(motion.q(t_s));
+            const Matrix3 turned = state == &wrong ? rotation_matrix(rotation_quaternion({2 * deg, 0, 0})) : Matrix3(Matrix3::Identity());
+            const Vector3 field = R.transpose() * turned * R * motion.field_b(t_s);
+            e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
+            model.before_flow(*state, e);
+            model.flow_exactly(*state, 0.005);
+            model.jump(*state, e);
+        }
+    }
+    EXPECT_EQ(wrong.verdict, 0u);
+    const auto down_in_body = [](const State& s) { return Vector3(rotation_matrix(Quaternion(s.x)).row(2)); };
+    EXPECT_GT(angle_between(Quaternion(right.x), Quaternion(wrong.x)), 1e-4); // the heading follows
+    EXPECT_LT((down_in_body(right) - down_in_body(wrong)).norm(), 1e-7);      // the horizon does not
+}
+
+TEST(Aligner, AnIntegratorOutsideMeetsTheSameStateAsTheOneInside) {
+    // Backward hold: the outside knows only the rate of before, the jump puts the right one in.
+    const AlignerModel model(settings());
+    State inside = state_at_start(model);
+    Turning motion;
+    follow(model, inside, motion, 0.02);
+    State outside = inside;
+    Event e = motion.event(0.025);
+    for (int i = 0; i < 3; ++i) e.value[gyro][i] += 0.7 - i;
+    model.before_flow(inside, e);
+    model.flow_exactly(inside, 0.005);
+    model.jump(inside, e);
+    model.flow_exactly(outside, 0.005);
+    model.rehold(outside, e, 0.005);
+    model.jump(outside, e);
+    EXPECT_LT((Eigen::Map<Vector14>(inside.x) - Eigen::Map<Vector14>(outside.x)).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
+    const MagneticReferenceSettings set = settings().field;
+    for (const bool trusted : {false, true}) {
+        MagneticReference m{};
+        const MeanField first{{0.5, 0, 0.8}}, second{{0.5 * std::cos(0.4), 0.5 * std::sin(0.4), 0.5}};
+        for (int k = 0; k < (trusted ? 70 : 1) * 28; ++k) m.weigh(set, first, 0.5, 0.8, true, 1 / 28.0);
+        EXPECT_FALSE(m.candidate_wins(set, 0.5, 0.8));
+        int until = 0;
+        while (!m.candidate_wins(set, 0.5, 0.8) && until < 100 * 28) {
+            m.weigh(set, second, 0.5, 0.8, true, 1 / 28.0);
+            ++until;
+        }
+        const double needed_s = trusted ? 0.4 * 70 : 1.6;
+        EXPECT_NEAR(until / 28.0, needed_s, 0.2);
+        EXPECT_NEAR(m.distrust(set, 1e-4), trusted ? 0 : 1 - 1 / 60.0, 0.02);
+    }
+}
+
+TEST(MagneticReference, RefusesForATimeThatGrowsWithService) {
+    const MagneticReferenceSettings set = settings().field;
+    MagneticReference m{};
+    EXPECT_EQ(m.judge(set, 0.1, 0.1), MagneticReference::Verdict::give_in_now); // has never served
+    EXPECT_EQ(m.judge(set, 0.1, 0.1), MagneticReference::Verdict::give_in);
+    for (int k = 0; k < 100; ++k) EXPECT_EQ(m.judge(set, 0.01, 0.1), MagneticReference::Verdict::accept);
+    int refused = 0;
+    while (m.judge(set, 0.1, 0.1) == MagneticReference::Verdict::refuse) ++refused;
+    EXPECT_NEAR(0.1 * refused, 30, 0.2); // three times ten seconds
+}
+
+TEST(RestDetector, KnowsRestFromSteadyTurningAndFromShaking) {
+    const RestSettings set = settings().rest;
+    const auto ends_at_rest = [&](const Vector3& rate, double shake) {
+        RestDetector rest;
+        rest.clear(rate, {0, 0, -9.8});
+        for (int k = 0; k < 400; ++k) {
+            rest.see_rate(set, rate, 0.01);
+            rest.see_force(set, {shake * (k % 2 ? 1 : -1), 0, -9.8}, 0.01);
+        }
+        return rest.at_rest(set);
+    };
+    EXPECT_TRUE(ends_at_rest({0.01, -0.02, 0.03}, 0.1));
+    EXPECT_FALSE(ends_at_rest({0, 0, 0.1}, 0.1));
+    EXPECT_FALSE(ends_at_rest({0, 0, 0}, 1));
+}
+
+// ------------------------------------------------------------------------------------------------ through the C API
+
+namespace {
+
+using Handle = std::unique_ptr<hnav_filter, decltype(&hnav_filter_destroy)>;
+
+Handle make(const hnav_aligner_options& options) {
+    hnav_filter* filter = nullptr;
+    char message[256];
+    EXPECT_EQ(hnav_aligner_create(&filter, &options, message, sizeof message), HNAV_OK) << message;
+    return {filter, hnav_filter_destroy};
+}
+
+void push(hnav_filter* f, const Turning& m, double t_s, bool with_mag) {
+    const Vector3 rate = m.rate_b + m.bias, force = m.force_b(t_s), field = m.field_b(t_s);
+    ASSERT_EQ(hnav_filter_push_imu(f, t_s, rate.data(), force.data()), HNAV_OK);
+    if (with_mag) {
+        ASSERT_EQ(hnav_filter_push_mag(f, t_s, field.data()), HNAV_OK);
+    }
+}
+
+} // namespace
+
+TEST(AlignerApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
+    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+    Turning motion; // about the vertical, where no horizon tells the bias
+    motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.5);
+    hnav_attitude a;
+    double sigma_10 = 0;
+    for (int k = 0; k <= 12000; ++k) {
+        const double t_s = 0.005 * k;
+        push(f.get(), motion, t_s, false);
+        ASSERT_EQ(hnav_filter_advance(f.get(), t_s), HNAV_OK);
+        if (k == 100) {
+            EXPECT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_ERROR_NOT_STARTED);
+        }
+        if (k == 2000) {
+            ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+            sigma_10 = a.sigma_rad[2];
+        }
+    }
+    ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+    EXPECT_TRUE(a.tilt_ready);
+    EXPECT_FALSE(a.heading_ready);
+    EXPECT_GT(sigma_10, 1.8); // any heading
+    EXPECT_GT(a.sigma_rad[2], sigma_10 + 0.02);
+    const Vector3 truth = roll_pitch_yaw(motion.q(60));
+    EXPECT_NEAR(a.euler_rad[0], truth[0], 0.5 * deg);
+    EXPECT_NEAR(a.euler_rad[1], truth[1], 0.5 * deg);
+
+    // A heading aid settles it, without a field.
+    for (int k = 12001; k <= 12400; ++k) {
+        const double t_s = 0.005 * k;
+        push(f.get(), motion, t_s, false);
+        if (k % 40 == 0) {
+            ASSERT_EQ(hnav_filter_push_heading(f.get(), t_s, roll_pitch_yaw(motion.q(t_s))[2], 1 * deg), HNAV_OK);
+        }
+        ASSERT_EQ(hnav_filter_advance(f.get(), t_s), HNAV_OK);
+    }
+    ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+    EXPECT_LT(std::fabs(wrap_angle(a.heading_rad - roll_pitch_yaw(motion.q(62))[2])), 1 * deg);
+    EXPECT_TRUE(a.heading_ready);
+}
+
+TEST(AlignerApi, AMagnetometerThatComesLateTurnsTheHeading) {
+    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+    const Turning motion;
+    for (int k = 0; k <= 4000; ++k) {
+        push(f.get(), motion, 0.005 * k, k > 1000);
+        ASSERT_EQ(hnav_filter_advance(f.get(), 0.005 * k), HNAV_OK);
+    }
+    hnav_attitude a;
+    ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+    EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(20)), 1 * deg);
+    EXPECT_TRUE(a.heading_ready);
+    hnav_field field;
+    ASSERT_EQ(hnav_filter_field(f.get(), &field), HNAV_OK);
+    EXPECT_NEAR(field.strength_tesla, 5e-5, 1e-6);
+    EXPECT_NEAR(field.dip_rad, 60 * deg, 1 * deg);
+}
+
+TEST(AlignerApi, EachSensorMayHaveItsOwnRateAndTimes) {
+    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+    const Turning motion;
+    // 400 Hz gyroscope, 100 Hz accelerometer half a sample aside, 25 Hz magnetometer: none at the time of another.
+    for (int k = 0; k < 12000; ++k) {
+        const double t_s = 0.0025 * k;
+        const Vector3 rate = motion.rate_b;
+        ASSERT_EQ(hnav_filter_push_gyro(f.get(), t_s, rate.data()), HNAV_OK);
+        if (k % 4 == 1) {
+            ASSERT_EQ(hnav_filter_push_accel(f.get(), t_s + 0.001, motion.force_b(t_s + 0.001).data()), HNAV_OK);
+        }
+        if (k % 16 == 5) {
+            ASSERT_EQ(hnav_filter_push_mag(f.get(), t_s + 0.0005, motion.field_b(t_s + 0.0005).data()), HNAV_OK);
+        }
+        if (k % 7 == 0) {
+            ASSERT_EQ(hnav_filter_advance(f.get(), t_s), HNAV_OK);
+        }
+    }
+    ASSERT_EQ(hnav_filter_advance(f.get(), 30), HNAV_OK);
+    hnav_attitude a;
+    ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+    EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30)), 0.3 * deg);
+    EXPECT_TRUE(a.heading_ready);
+}
+
+TEST(AlignerApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
+    hnav_aligner_options options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+    options.horizon_s = 0.1;
+    const Handle one = make(options), other = make(options);
+    const Turning motion;
+    std::size_t bytes = 0;
+    ASSERT_EQ(hnav_filter_state_size(one.get(), &bytes), HNAV_OK);
+    std::vector<unsigned char> state(bytes);
+    const auto delayed_field = [&](hnav_filter* f, int k, int delay) {
+        if (k < delay || (k - delay) % 4) return;
+        const double t_s = 0.01 * (k - delay);
+        ASSERT_EQ(hnav_filter_push_mag(f, t_s, motion.field_b(t_s).data()), HNAV_OK);
+    };
+    for (int k = 0; k <= 600; ++k) {
+        const double t_s = 0.01 * k;
+        push(one.get(), motion, t_s, k % 4 == 0);
+        push(other.get(), motion, t_s, false);
+        delayed_field(other.get(), k, 4);
+        ASSERT_EQ(hnav_filter_advance(one.get(), t_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(other.get(), t_s), HNAV_OK);
+        if (k == 300) {
+            ASSERT_EQ(hnav_filter_save(other.get(), state.data(), bytes), HNAV_OK);
+            ASSERT_EQ(hnav_filter_reset(other.get()), HNAV_OK);
+            ASSERT_EQ(hnav_filter_load(other.get(), state.data(), bytes), HNAV_OK);
+        }
+    }
+    ASSERT_EQ(hnav_filter_push_mag(other.get(), 6.0, motion.field_b(6.0).data()), HNAV_OK);
+    for (hnav_filter* f : {one.get(), other.get()}) ASSERT_EQ(hnav_filter_advance(f, 6.005), HNAV_OK);
+    hnav_attitude a, b;
+    ASSERT_EQ(hnav_filter_attitude(one.get(), &a), HNAV_OK);
+    ASSERT_EQ(hnav_filter_attitude(other.get(), &b), HNAV_OK);
+    EXPECT_EQ(std::memcmp(a.q_nb, b.q_nb, sizeof a.q_nb), 0);
+    EXPECT_EQ(std::memcmp(a.sigma_rad, b.sigma_rad, sizeof a.sigma_rad), 0);
+}
+
+TEST(AlignerApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
+    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+    Turning motion;
+    motion.bias = {0.004, 0.002, -0.003};
+    for (int k = 0; k <= 6000; ++k) {
+        push(f.get(), motion, 0.005 * k, true);
+        ASSERT_EQ(hnav_filter_advance(f.get(), 0.005 * k), HNAV_OK);
+    }
+    double bias[3], sigma[3], kept[3], kept_sigma[3];
+    ASSERT_EQ(hnav_filter_gyro_bias(f.get(), bias, sigma), HNAV_OK);
+    ASSERT_EQ(hnav_filter_realign(f.get()), HNAV_OK);
+    hnav_attitude a;
+    EXPECT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_ERROR_NOT_STARTED);
+    ASSERT_EQ(hnav_filter_gyro_bias(f.get(), kept, kept_sigma), HNAV_OK);
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(bias[i], kept[i]);
+        EXPECT_NEAR(sigma[i], kept_sigma[i], 1e-2 * sigma[i]);
+    }
+    push(f.get(), motion, 30.005, true);
+    ASSERT_EQ(hnav_filter_advance(f.get(), 30.005), HNAV_OK);
+    ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
+    EXPECT_FALSE(a.heading_ready);
+    EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30.005)), 1 * deg);
+}
+
+TEST(AlignerApi, OptionsOfAnotherFilterAreRefused) {
+    hnav_filter* filter = nullptr;
+    char message[256];
+    hnav_aligner_options o = hnav_aligner_defaults(HNAV_PRESET_PAPER);
+    EXPECT_EQ(hnav_aligner_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTIONS_STAMP);
+    o = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+    o.mag_gate = 0;
+    EXPECT_EQ(hnav_aligner_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTION);
+    EXPECT_NE(std::string(message).find("mag_gate"), std::string::npos);
+}
