@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hnav import Filter, HnavError, Options
 from hnav.library import FILTERS, option_table, version
+from hnav.scores import errors_rad, score
 
 NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, accel_gate_nis=13.9, gyro_noise_rad_per_sqrt_s=1e-3)
 
@@ -165,3 +166,34 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
     seed = np.random.default_rng(1).normal(size=35)
     central = (f.derivative(0, x + 1e-5 * seed) - f.derivative(0, x - 1e-5 * seed)) / 2e-5
     np.testing.assert_allclose(f.derivative_along(0, x, seed), central, atol=1e-8)
+
+
+def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
+    t = broad_trial
+    arrays = (t.t_s, t.rate_b_rad_s, t.force_b_m_s2, t.field_b_tesla)
+    f = Filter(Options("aligner", navigation_frame="enu", solver="closed_form"))
+    forward, smoothed = f.run(*arrays), f.smooth(*arrays)
+    inclination = [score(r.q_nb, t.reference_q_nb, t.movement).inclination for r in (forward, smoothed)]
+    assert inclination[1] < 0.95 * inclination[0]
+    assert np.isfinite(smoothed.q_nb).all() and (smoothed.sigma_rad[1:] <= forward.sigma_rad[1:]).mean() > 0.9
+    assert f.status().corrections == 0  # the filter is reset
+
+
+def test_smoothing_does_not_depend_on_the_direction_of_time(motion):
+    """Turned round, a recording of rates held backward holds them forward, and gives the same attitudes."""
+    m = motion.recording
+    there = Filter(Options("aligner")).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    back = Filter(Options("aligner", gyro_hold="forward")).smooth(
+        m.t_s[-1] - m.t_s[::-1], -m.rate_b_rad_s[::-1], m.force_b_m_s2[::-1], m.field_b_tesla[::-1]
+    )
+    total, _, _ = errors_rad(back.q_nb[::-1], there.q_nb)
+    assert np.degrees(total).max() < 1.0
+
+
+def test_what_cannot_smooth_says_so(motion):
+    m = motion.recording
+    with pytest.raises(HnavError, match="smoother") as error:
+        Filter(Options("hrekf")).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    assert error.value.status == "unsupported"
+    with pytest.raises(HnavError, match="nothing to smooth"):
+        Filter(Options("aligner")).smooth(m.t_s, m.rate_b_rad_s)

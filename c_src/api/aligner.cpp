@@ -49,13 +49,8 @@ AlignerModel::Settings settings_of(const hnav_aligner_options& o, const hnav::Fr
     s.start = hnav::start_of(o, frames);
     s.start.field_wait_s = o.start_field_wait_s;
     s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
-    s.sigma_tilt = o.start_sigma_tilt_rad;
-    s.sigma_bias = o.start_sigma_bias_rad_s;
-    s.sigma_velocity = o.start_sigma_velocity_m_s;
-    s.sigma_reference = o.start_sigma_reference;
-    s.sigma_latency = o.start_sigma_latency_s;
-    s.sigma_scale = o.start_sigma_gyro_scale;
-    s.sigma_misalignment = o.start_sigma_gyro_misalignment_rad;
+    s.sigma = {o.start_sigma_tilt_rad,   o.start_sigma_heading_rad, o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
+               o.start_sigma_reference, o.start_sigma_latency_s,   o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad};
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
     s.reference = {o.reference_strength_tesla, o.reference_dip_rad};
     s.heading_gate_nis = o.heading_gate_nis;

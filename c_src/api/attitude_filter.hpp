@@ -17,6 +17,7 @@ struct hnav_filter {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
 
     hnav::Frames frames;
+    bool backward_hold = false;
     bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
     mutable char message[256] = "";
 
@@ -31,6 +32,9 @@ struct hnav_filter {
     virtual void destroy() = 0;
     virtual void reset() = 0;
     virtual void realign() = 0;
+    // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
+    virtual bool turns_back() const = 0;
+    virtual void turn_back(double t_s) = 0;
 
     virtual hnav::Outcome push(const hnav::Sample& sample) = 0;
     virtual bool has_room(int count) const = 0;
@@ -83,6 +87,7 @@ public:
         if (!memory) return nullptr;
         auto* self = new (memory) AttitudeFilter;
         self->frames = frames;
+        self->backward_hold = backward_hold;
         self->causal_only = backward_hold && !Model::reholds;
         if (!self->filter_.create(model, settings)) {
             self->destroy();
@@ -99,6 +104,18 @@ public:
     void reset() override { filter_.reset(); }
     void realign() override {
         filter_.change([this](State& s) { filter_.model().realign(s); });
+    }
+
+    bool turns_back() const override { return Model::turns_back; }
+    void turn_back(double t_s) override {
+        if constexpr (Model::turns_back) {
+            const State last = filter_.newest();
+            filter_.reset();
+            filter_.change([&](State& s) {
+                s = last;
+                model().turn_back(s, t_s);
+            });
+        }
     }
 
     Outcome push(const Sample& sample) override { return filter_.push(sample); }

@@ -1,162 +1,13 @@
 // The C boundary: every function checks its arguments, calls the object, and says in one line what went wrong.
 #include "hnav/hnav.h"
 
-#include "api/attitude_filter.hpp"
+#include "api/boundary.hpp"
 #include "api/hnav_version.hpp"
-
-#include <cmath>
-#include <cstring>
 
 using hnav::Outcome;
 using hnav::Sample;
 using hnav::Vector3;
-using At = hnav_filter::At;
-
-namespace {
-
-constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
-constexpr double near_singular_pitch = 85 * M_PI / 180;
-const char* const sensor_names[] = {"gyro", "accel", "mag", "heading"};
-
-bool finite(const double* v, int n) {
-    for (int i = 0; i < n; ++i)
-        if (!std::isfinite(v[i])) return false;
-    return true;
-}
-
-bool all_nan(const double* v, int n) {
-    for (int i = 0; i < n; ++i)
-        if (!std::isnan(v[i])) return false;
-    return true;
-}
-
-void store(const hnav::Quaternion& q, double* out) {
-    for (int i = 0; i < 4; ++i) out[i] = q[i];
-}
-
-void store(const Vector3& v, double* out) {
-    for (int i = 0; i < 3; ++i) out[i] = v[i];
-}
-
-#define REQUIRE(f, pointer)                                                                                          \
-    do {                                                                                                             \
-        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
-        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
-    } while (0)
-
-// ------------------------------------------------------------------------------------------------ samples
-
-// A vector sample in body axes, or the reason against it. Directions must not be zero.
-hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, Sample* sample) {
-    if (!std::isfinite(t_s) || !finite(value, 3)) {
-        f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
-                       value[0], value[1], value[2]);
-    }
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
-    if (largest > largest_reading) {
-        f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
-                       t_s, largest, largest_reading);
-    }
-    if (channel != hnav::gyro && !(largest > 1e-150)) { // so that its square is above zero
-        f->refuse_zero();
-        return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
-    }
-    sample->t_s = t_s;
-    sample->channel = channel;
-    store(f->frames.to_body(value), sample->value);
-    return HNAV_OK;
-}
-
-hnav_status push(hnav_filter* f, const Sample& sample) {
-    switch (f->push(sample)) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::late:
-        return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
-                       sensor_names[sample.channel], sample.t_s, f->late_limit_s());
-    default:
-        return f->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
-                       sensor_names[sample.channel], sample.t_s);
-    }
-}
-
-hnav_status push_vector(hnav_filter* f, double t_s, const double* value, int channel) {
-    Sample sample;
-    const hnav_status status = check_vector(f, t_s, value, channel, &sample);
-    return status == HNAV_OK ? push(f, sample) : status;
-}
-
-hnav_status advance(hnav_filter* f, double t_s) {
-    switch (f->advance(t_s)) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::backwards:
-        return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
-    case Outcome::diverged:
-        return f->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples near t = %.9g s; they were dropped", t_s);
-    default: return f->fail(HNAV_ERROR_SOLVER, "on the way to t = %.9g s: %s", t_s, f->solver_failure());
-    }
-}
-
-// ------------------------------------------------------------------------------------------------ estimate
-
-hnav_status not_started(const hnav_filter* f) {
-    return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
-}
-
-bool near_singular(const hnav::Quaternion& q) { return std::fabs(hnav::roll_pitch_yaw(q)[1]) > near_singular_pitch; }
-
-// Standard deviations of the rotation about the user's navigation axes.
-void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
-    const hnav::Matrix3 N = f->frames.navigation;
-    const Vector3 variance = (N * f->rotation_covariance(at) * N.transpose()).diagonal();
-    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
-}
-
-void bias_sigma(const hnav_filter* f, At at, double* sigma) {
-    const Vector3 variance = f->bias_variances(at);
-    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
-}
-
-// One row of a batch: NaN in all three components is a missing sample, anything else not finite is counted.
-hnav_status push_row(hnav_filter* f, double t_s, const double* rows, size_t i, int channel) {
-    if (!rows) return HNAV_OK;
-    const double* value = rows + 3 * i;
-    if (all_nan(value, 3)) return HNAV_OK;
-    const hnav_status status = push_vector(f, t_s, value, channel);
-    const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR;
-    return dropped && std::isfinite(t_s) ? HNAV_OK : status;
-}
-
-double nis_at(const hnav_filter* f, int channel, double t_s) {
-    const hnav::Innovation& i = f->innovation(channel);
-    return i.t_s == t_s ? i.nis : hnav::nan;
-}
-
-void write_row(const hnav_filter* f, double t_s, const hnav_run_output& out, size_t i) {
-    const hnav::Estimate e = f->estimate(At::shown);
-    const hnav::Quaternion q = f->frames.to_user(e.q_bn);
-    if (!e.started) {
-        for (double* column : {out.euler_rad, out.sigma_rad, out.gyro_bias_rad_s, out.gyro_bias_sigma_rad_s})
-            if (column) store(Vector3(Vector3::Constant(hnav::nan)), column + 3 * i);
-        if (out.q_nb) store(hnav::Quaternion(hnav::Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
-    } else {
-        if (out.q_nb) store(q, out.q_nb + 4 * i);
-        if (out.euler_rad) store(hnav::roll_pitch_yaw(q), out.euler_rad + 3 * i);
-        if (out.sigma_rad) rotation_sigma(f, At::shown, out.sigma_rad + 3 * i);
-        if (out.gyro_bias_rad_s) store(e.bias_b, out.gyro_bias_rad_s + 3 * i);
-        if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
-    }
-    if (out.accel_nis) out.accel_nis[i] = nis_at(f, hnav::accel, t_s);
-    if (out.mag_nis) out.mag_nis[i] = nis_at(f, hnav::mag, t_s);
-    if (out.ready) {
-        out.ready[2 * i] = e.tilt_ready;
-        out.ready[2 * i + 1] = e.heading_ready;
-    }
-}
-
-} // namespace
+using namespace hnav::boundary;
 
 extern "C" {
 
@@ -179,6 +30,7 @@ const char* hnav_status_text(hnav_status status) {
     case HNAV_ERROR_NO_DATA: return "no sample of this sensor has been used yet";
     case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
     case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
+    case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
     case HNAV_ERROR_SOLVER: return "the integrator gave up";
     }
     return "unknown status";
@@ -250,30 +102,6 @@ hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
     if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     return advance(filter, t_s);
-}
-
-hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output,
-                            size_t* rows_done) {
-    if (rows_done) *rows_done = 0;
-    REQUIRE(filter, input);
-    REQUIRE(filter, output);
-    if (n > 0) REQUIRE(filter, input->t_s);
-    for (size_t i = 0; i < n; ++i) {
-        const double t_s = input->t_s[i];
-        hnav_status status = std::isfinite(t_s) ? HNAV_OK : filter->fail(HNAV_ERROR_NON_FINITE, "t_s is not finite");
-        if (status == HNAV_OK) status = push_row(filter, t_s, input->rate_b_rad_s, i, hnav::gyro);
-        if (status == HNAV_OK) status = push_row(filter, t_s, input->force_b_m_s2, i, hnav::accel);
-        if (status == HNAV_OK) status = push_row(filter, t_s, input->field_b_tesla, i, hnav::mag);
-        if (status == HNAV_OK) status = advance(filter, t_s);
-        if (status != HNAV_OK) {
-            char reason[sizeof filter->message];
-            std::memcpy(reason, filter->message, sizeof reason);
-            return filter->fail(status, "row %zu: %.200s", i, reason);
-        }
-        write_row(filter, t_s, *output, i);
-        if (rows_done) *rows_done = i + 1;
-    }
-    return HNAV_OK;
 }
 
 // ------------------------------------------------------------------------------------------------ estimate

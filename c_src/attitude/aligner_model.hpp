@@ -42,6 +42,10 @@ public:
     using Vector = Eigen::Matrix<double, errors, 1>;
     using Matrix39 = Eigen::Matrix<double, 3, 9, Eigen::RowMajor>;
 
+    struct Sigmas {
+        double tilt, heading, bias, velocity, reference, latency, scale, misalignment;
+    };
+
     struct Settings {
         double gyro_psd;         // n_g^2, (rad/s)^2/Hz
         double gyro_rate_psd;    // k^2, (rad/s)^2/Hz for each (rad/s)^2
@@ -60,7 +64,7 @@ public:
         MagneticReferenceSettings field;
         StartSettings start;
         Vector3 start_bias = Vector3::Zero();
-        double sigma_tilt, sigma_bias, sigma_velocity, sigma_reference, sigma_latency, sigma_scale, sigma_misalignment;
+        Sigmas sigma; // at the start; that of heading stands in start
         bool reference_given;
         ReferenceField reference;
         double heading_gate_nis; // 0: never
@@ -115,6 +119,22 @@ public:
         kept.block<3, 3>(bias, bias) = P.block<3, 3>(bias, bias);
         kept(latency, latency) = P(latency, latency);
         pack<errors>(kept, s.P);
+    }
+
+    // Time reversed from here on, the next sample at t_s: rates change their sign, and with them bias, latency and
+    // velocity. The sigmas are those of a filter that has seen the recording, wide enough to learn its other end anew.
+    static constexpr bool turns_back = true;
+    void turn_back(State& s, double t_s) const {
+        for (double& b : s.bias) b = -b;
+        for (double& y : s.rate) y = -y;
+        s.latency = -s.latency;
+        s.velocity[0] = s.velocity[1] = 0;
+        start_covariance(s, {0.02, 0.05, 1e-3, settings_.sigma.velocity, 0.03, 3e-3, 7e-4, 7e-4});
+        s.field.refused_s = s.field.given_in = s.field.candidate_age_s = s.field.candidate_evidence_s = 0;
+        s.rest.clear(Vector3::Zero(), Vector3::Zero());
+        for (double& t : s.last_s) t = nan;
+        s.last_correction_s = t_s;
+        forget_window(s);
     }
 
     void nominal(double* x) const {
@@ -309,22 +329,27 @@ private:
         s.verdict = 0;
         s.has_reference = settings_.reference_given;
         put_reference(s, settings_.reference);
-        start_covariance(s, settings_.start.sigma_heading);
+        start_covariance(s, start_sigmas(settings_.start.sigma_heading));
         forget_window(s);
     }
 
-    void start_covariance(State& s, double sigma_heading) const {
-        const auto square = [](double v) { return v * v; };
-        Vector variance;
-        variance.segment<2>(velocity).setConstant(square(settings_.sigma_velocity));
-        variance.segment<9>(calibration).setConstant(square(settings_.sigma_misalignment));
-        for (int i = 0; i < 9; i += 4) variance[calibration + i] = square(settings_.sigma_scale);
-        variance.segment<2>(rotation).setConstant(square(settings_.sigma_tilt));
-        variance[rotation + 2] = square(sigma_heading);
-        variance.segment<3>(bias).setConstant(square(settings_.sigma_bias));
-        variance.segment<2>(reference).setConstant(square(settings_.sigma_reference));
-        variance[latency] = square(settings_.sigma_latency);
-        pack<errors>(Covariance(variance.asDiagonal()), s.P);
+    static void start_covariance(State& s, const Sigmas& start) {
+        Vector sigma;
+        sigma.segment<2>(velocity).setConstant(start.velocity);
+        sigma.segment<9>(calibration).setConstant(start.misalignment);
+        for (int i = 0; i < 9; i += 4) sigma[calibration + i] = start.scale;
+        sigma.segment<2>(rotation).setConstant(start.tilt);
+        sigma[rotation + 2] = start.heading;
+        sigma.segment<3>(bias).setConstant(start.bias);
+        sigma.segment<2>(reference).setConstant(start.reference);
+        sigma[latency] = start.latency;
+        pack<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+    }
+
+    Sigmas start_sigmas(double sigma_heading) const {
+        Sigmas sigmas = settings_.sigma;
+        sigmas.heading = sigma_heading;
+        return sigmas;
     }
 
     // A field known beforehand is the unit; a learnt one is its own.
@@ -341,7 +366,7 @@ private:
         Eigen::Map<Quaternion>(s.x) = q;
         const bool realigned = s.corrections > 0;
         Covariance P = unpack<errors>(s.P);
-        if (!realigned) start_covariance(s, sigma_heading);
+        if (!realigned) start_covariance(s, start_sigmas(sigma_heading));
         else {
             P(rotation + 2, rotation + 2) = sigma_heading * sigma_heading;
             pack<errors>(P, s.P);
@@ -578,7 +603,7 @@ private:
         const auto verdict = s.field.judge(settings_.field, length(residual[0], residual[2]), T);
         s.verdict = static_cast<std::uint64_t>(verdict);
         const bool given_in = verdict == MagneticReference::Verdict::give_in || verdict == MagneticReference::Verdict::give_in_now;
-        if (verdict == MagneticReference::Verdict::give_in_now) forget_reference(P, error, settings_.sigma_reference);
+        if (verdict == MagneticReference::Verdict::give_in_now) forget_reference(P, error, settings_.sigma.reference);
 
         // residual = H_m error: theta x M - dM - (u x M) dl
         const Vector3 M(H, 0, Z), swept = u_n.cross(M);

@@ -196,6 +196,7 @@ public:
     // -------------------------------------------------------------------------------------------- jump
 
     // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
+    static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
     void rehold(State&, const Event&, double) const {}
 

@@ -84,6 +84,14 @@ struct HeldTurn {
     }
 };
 
+// The rotation vector of a unit quaternion, no longer than pi.
+inline Vector3 rotation_vector(const Quaternion& q) {
+    const double sine = q.tail<3>().norm();
+    const double angle = 2 * std::atan2(sine, std::fabs(q[0]));
+    const double scale = sine > 1e-8 ? angle / sine : 2;
+    return (q[0] < 0 ? -scale : scale) * q.tail<3>();
+}
+
 // Xi(q) u = 1/2 q (x) (0, u);  Xi' Xi = I/4 for unit q.
 inline Matrix43 Xi(const Quaternion& q) {
     Matrix43 m;

@@ -36,13 +36,7 @@ AlignerModel::Settings settings() {
     s.start.mode = StartMode::triad;
     s.start.sigma_heading = 0.28;
     s.start.field_wait_s = 1;
-    s.sigma_tilt = 0.08;
-    s.sigma_bias = 0.008;
-    s.sigma_velocity = 0.08;
-    s.sigma_reference = 0.11;
-    s.sigma_latency = 0.016;
-    s.sigma_scale = 1.6e-3;
-    s.sigma_misalignment = 8e-4;
+    s.sigma = {0.08, 0.28, 0.008, 0.08, 0.11, 0.016, 1.6e-3, 8e-4};
     s.ready_tilt_rad = 2 * deg;
     s.ready_heading_rad = 5 * deg;
     s.ready_evidence_s = 3;
@@ -197,9 +191,9 @@ TEST(AlignerCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
     set.gyro_psd = 1e-5;
     set.gyro_rate_psd = 0;
     set.start.mode = StartMode::attitude;
-    set.sigma_tilt = set.start.sigma_heading = 0.01;
-    set.sigma_bias = 0.02;
-    set.sigma_scale = set.sigma_misalignment = 1e-6;
+    set.sigma.tilt = set.start.sigma_heading = 0.01;
+    set.sigma.bias = 0.02;
+    set.sigma.scale = set.sigma.misalignment = 1e-6;
     const AlignerModel model(set);
     State s = state_at_start(model);
     Turning motion;

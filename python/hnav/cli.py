@@ -60,6 +60,7 @@ def filter_command(
     step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
     mag_unit: Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")] = "T",
+    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (aligner, engine c)")] = False,
 ):
     """Runs a filter over a recording and writes attitude, bias and sigmas."""
     settings = {"navigation_frame": frame} | parse_settings(set)
@@ -67,7 +68,7 @@ def filter_command(
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
         result = run_recording(
-            data, filter, engine, settings, preset, step, lambda done, total: progress.update(task, completed=done, total=total)
+            data, filter, engine, settings, preset, step, lambda done, total: progress.update(task, completed=done, total=total), smooth
         )
     write_csv(out, result)
     counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
@@ -93,6 +94,7 @@ def score_command(
     set: Settings = None,
     preset: Preset = "default",
     crop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
+    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight (aligner, engine c), beside offlineVQF")] = False,
     json_file: Annotated[Optional[Path], typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
 ):
     """Scores a filter on all BROAD trials of a folder, beside VQF when the package vqf is installed."""
@@ -101,7 +103,7 @@ def score_command(
     ours: dict[int, Score] = {}
     theirs: dict[int, Score] = {}
     names, us_ours, us_theirs = {}, [], []
-    vqf = vqf_runner()
+    vqf = vqf_runner(smooth)
     with bar() as progress:
         task = progress.add_task("trials", total=len(trials))
         for number, path in trials.items():
@@ -109,7 +111,7 @@ def score_command(
             if crop is not None:
                 data = data.cropped(crop)
             names[number] = data.name
-            result = run_recording(data, filter, engine, settings, preset)
+            result = run_recording(data, filter, engine, settings, preset, smooth=smooth)
             ours[number] = score(result.q_nb, data.reference_q_nb, data.movement)
             us_ours.append(result.us_per_sample)
             if vqf:
@@ -133,10 +135,10 @@ def score_command(
             raise UsageError(f"{json_file}: cannot be written: {error.strerror}") from None
 
 
-def vqf_runner():
+def vqf_runner(offline: bool):
     """A function recording -> (q_nb in east-north-up, us per sample), or None when vqf is not installed."""
     try:
-        from vqf import VQF
+        from vqf import VQF, offlineVQF
     except ImportError:
         return None
 
@@ -144,7 +146,7 @@ def vqf_runner():
         rate_hz = 1 / np.median(np.diff(data.t_s))
         arrays = (np.ascontiguousarray(a) for a in (data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla))
         begin = time.perf_counter()
-        q = VQF(1 / rate_hz).updateBatch(*arrays)["quat9D"]
+        q = (offlineVQF(*arrays, 1 / rate_hz) if offline else VQF(1 / rate_hz).updateBatch(*arrays))["quat9D"]
         return q, 1e6 * (time.perf_counter() - begin) / len(data.t_s)
 
     return run

@@ -36,8 +36,10 @@ def run_recording(
     preset: str = "default",
     step_s: float | None = None,
     progress: Progress | None = None,
+    smooth: bool = False,
 ) -> Result:
     """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
+    smooth: with hindsight, by the aligner in C.
 
     Raises HnavError for impossible settings and engines.
     """
@@ -50,23 +52,26 @@ def run_recording(
     if len(recording.t_s) == 0:
         raise HnavError(13, f"{recording.name}: no samples")
     settings = dict(settings or {})
+    if smooth and engine != "c":
+        raise HnavError(16, f"smoothing needs engine c, not {engine}: an FMU sees no future")
     if engine != "c":
         from hnav.fmus import run_fmu
 
         return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
-    return _run_library(recording, Options(filter, preset, **settings), progress)
+    return _run_library(recording, Options(filter, preset, **settings), progress, smooth)
 
 
-def _run_library(recording: Recording, options: Options, progress: Progress | None) -> Result:
+def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Result:
     attitude_filter = Filter(options)
     n = len(recording.t_s)
-    chunk = n if progress is None else 20000
+    chunk = n if smooth or progress is None else 20000
+    batch = attitude_filter.smooth if smooth else attitude_filter.run
     parts: list[Run] = []
     begin = time.perf_counter()
     for i in range(0, n, chunk):
         rows = slice(i, i + chunk)
         field_rows = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
-        parts.append(attitude_filter.run(recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows))
+        parts.append(batch(recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows))
         if progress:
             progress(min(i + chunk, n), n)
     seconds = time.perf_counter() - begin

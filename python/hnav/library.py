@@ -21,6 +21,7 @@ import numpy as np
 STATUS = (
     "ok", "null argument", "option", "options stamp", "out of memory", "non-finite", "zero vector", "out of range",
     "late sample", "queue full", "time backwards", "not started", "no data", "size", "state corrupt", "solver",
+    "unsupported",
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.
@@ -142,6 +143,7 @@ def library() -> C.CDLL:
         "hnav_filter_advance": [C.c_void_p, C.c_double],
         "hnav_filter_push_heading": [C.c_void_p, C.c_double, C.c_double, C.c_double],
         "hnav_filter_run": [C.c_void_p, C.c_size_t, *pointers[:3]],
+        "hnav_filter_smooth": [C.c_void_p, C.c_size_t, *pointers[:2]],
         "hnav_filter_innovation": [C.c_void_p, C.c_int, C.c_void_p],
         "hnav_filter_save": [C.c_void_p, C.c_void_p, C.c_size_t],
         "hnav_filter_load": [C.c_void_p, C.c_void_p, C.c_size_t],
@@ -339,17 +341,33 @@ class Filter:
     def advance(self, t_s: float) -> None:
         self._call("advance", t_s)
 
-    def run(self, t_s, rate_b_rad_s=None, force_b_m_s2=None, field_b_tesla=None) -> Run:
-        """t_s: n, not decreasing; the others n x 3 or None. A row of NaN is a missing sample."""
+    def run(self, t_s, rate_b_rad_s=None, force_b_m_s2=None, field_b_tesla=None, only: tuple[str, ...] = ()) -> Run:
+        """t_s: n, not decreasing; the others n x 3 or None. A row of NaN is a missing sample.
+
+        only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself.
+        """
+        return self._batch("run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only, None)
+
+    def smooth(self, t_s, rate_b_rad_s=None, force_b_m_s2=None, field_b_tesla=None, only: tuple[str, ...] = ()) -> Run:
+        """As run, with hindsight; the filter is reset before and after."""
+        return self._batch("smooth", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+
+    def _batch(self, function: str, t_s, samples, only: tuple[str, ...], *more) -> Run:
         t = _doubles(t_s, np.shape(t_s)[:1], "t_s")
         n = len(t)
         inputs = [t]
-        for name, values in (("rate_b_rad_s", rate_b_rad_s), ("force_b_m_s2", force_b_m_s2), ("field_b_tesla", field_b_tesla)):
+        for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
             inputs.append(None if values is None else _doubles(values, (n, 3), name))
-        run = Run(t, np.empty((n, 4)), *(np.empty((n, 3)) for _ in range(4)), np.empty(n), np.empty(n), np.empty((n, 2), bool))
+        run = Run(
+            t, np.full((n, 4), np.nan), *(np.full((n, 3), np.nan) for _ in range(4)), np.full(n, np.nan), np.full(n, np.nan),
+            np.zeros((n, 2), bool),
+        )  # fmt: skip
         arrays_in = _RunInput(*(None if a is None else a.ctypes.data for a in inputs))
-        arrays_out = _RunOutput(*(getattr(run, name).ctypes.data for name, _ in _RunOutput._fields_))
-        self._call("run", n, C.byref(arrays_in), C.byref(arrays_out), None)
+        names = [name for name, _ in _RunOutput._fields_]
+        if unknown := set(only) - set(names):
+            raise HnavError(2, f"only = {unknown.pop()}: choose from {', '.join(names)}")
+        arrays_out = _RunOutput(*(getattr(run, name).ctypes.data if not only or name in only else None for name in names))
+        self._call(function, n, C.byref(arrays_in), C.byref(arrays_out), *more)
         return run
 
     def _get(self, name: str, struct):

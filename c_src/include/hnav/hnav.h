@@ -69,7 +69,8 @@ typedef enum hnav_status {
     HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
     HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
     HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
-    HNAV_ERROR_SOLVER = 15          /* the integrator gave up; the message has its reason */
+    HNAV_ERROR_SOLVER = 15,         /* the integrator gave up; the message has its reason */
+    HNAV_ERROR_UNSUPPORTED = 16     /* this filter cannot do what was asked */
 } hnav_status;
 
 /* One line of English for a status; never null. */
@@ -378,6 +379,13 @@ typedef struct hnav_run_output {
 /* rows_done (may be null): rows that are complete; less than n only after an error. */
 HNAV_API hnav_status hnav_filter_run(hnav_filter *filter, size_t n, const hnav_run_input *input,
                                      const hnav_run_output *output, size_t *rows_done);
+
+/* The same arrays with hindsight: forward, then twice backwards and forward, each pass started at the end of the one
+ * before, the last two fused by their covariances. Every row has an attitude. sigma_rad is that of the fusion, as if the
+ * two passes shared nothing: a little small. Takes 5 times as long as run, and memory for its rows. The filter is reset
+ * before and after. Errors: as run; UNSUPPORTED (the HREKF), NOT_STARTED, OUT_OF_MEMORY. */
+HNAV_API hnav_status hnav_filter_smooth(hnav_filter *filter, size_t n, const hnav_run_input *input,
+                                        const hnav_run_output *output);
 
 /* ------------------------------------------------------------------------------------------------ estimate */
 

@@ -1,0 +1,113 @@
+// What the functions of the C boundary share: checks of arguments and samples, and the one line that says what was wrong.
+#pragma once
+
+#include "api/attitude_filter.hpp"
+#include "hnav/hnav.h"
+
+#include <cmath>
+#include <cstring>
+
+#define REQUIRE(f, pointer)                                                                                          \
+    do {                                                                                                             \
+        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
+        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
+    } while (0)
+
+namespace hnav::boundary {
+
+using At = hnav_filter::At;
+
+constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
+constexpr double near_singular_pitch = 85 * M_PI / 180;
+inline const char* const sensor_names[] = {"gyro", "accel", "mag", "heading"};
+
+inline bool finite(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!std::isfinite(v[i])) return false;
+    return true;
+}
+
+inline void store(const Quaternion& q, double* out) {
+    for (int i = 0; i < 4; ++i) out[i] = q[i];
+}
+
+inline void store(const Vector3& v, double* out) {
+    for (int i = 0; i < 3; ++i) out[i] = v[i];
+}
+
+// ------------------------------------------------------------------------------------------------ samples
+
+// A vector sample in body axes, or the reason against it. Directions must not be zero.
+inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, Sample* sample) {
+    if (!std::isfinite(t_s) || !finite(value, 3)) {
+        f->refuse_non_finite();
+        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
+                       value[0], value[1], value[2]);
+    }
+    double largest = 0;
+    for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
+    if (largest > largest_reading) {
+        f->refuse_non_finite();
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
+                       t_s, largest, largest_reading);
+    }
+    if (channel != gyro && !(largest > 1e-150)) { // so that its square is above zero
+        f->refuse_zero();
+        return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
+    }
+    sample->t_s = t_s;
+    sample->channel = channel;
+    store(f->frames.to_body(value), sample->value);
+    return HNAV_OK;
+}
+
+inline hnav_status push(hnav_filter* f, const Sample& sample) {
+    switch (f->push(sample)) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::late:
+        return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
+                       sensor_names[sample.channel], sample.t_s, f->late_limit_s());
+    default:
+        return f->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
+                       sensor_names[sample.channel], sample.t_s);
+    }
+}
+
+inline hnav_status push_vector(hnav_filter* f, double t_s, const double* value, int channel) {
+    Sample sample;
+    const hnav_status status = check_vector(f, t_s, value, channel, &sample);
+    return status == HNAV_OK ? push(f, sample) : status;
+}
+
+inline hnav_status advance(hnav_filter* f, double t_s) {
+    switch (f->advance(t_s)) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::backwards:
+        return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
+    case Outcome::diverged:
+        return f->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples near t = %.9g s; they were dropped", t_s);
+    default: return f->fail(HNAV_ERROR_SOLVER, "on the way to t = %.9g s: %s", t_s, f->solver_failure());
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ estimate
+
+inline hnav_status not_started(const hnav_filter* f) {
+    return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
+}
+
+inline bool near_singular(const Quaternion& q) { return std::fabs(roll_pitch_yaw(q)[1]) > near_singular_pitch; }
+
+// Standard deviations of the rotation about the user's navigation axes.
+inline void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
+    const Matrix3 N = f->frames.navigation;
+    const Vector3 variance = (N * f->rotation_covariance(at) * N.transpose()).diagonal();
+    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
+}
+
+inline void bias_sigma(const hnav_filter* f, At at, double* sigma) {
+    const Vector3 variance = f->bias_variances(at);
+    for (int i = 0; i < 3; ++i) sigma[i] = std::sqrt(std::fmax(0, variance[i]));
+}
+
+} // namespace hnav::boundary
