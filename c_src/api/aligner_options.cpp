@@ -12,6 +12,7 @@ const hnav_option_info aligner_rows[] = {
     ABOVE(velocity_noise_m_s_per_sqrt_hz, "m/s/sqrt(Hz)", 0, 1e6, 1,
           "How far the velocity is held to be from zero: the bound by which the accelerometer tells the horizon"),
     REAL(unseen_acceleration_m_s2, "m/s2", 0, 1e6, 1, "Acceleration that may go unseen while force samples are missing"),
+    REAL(unseen_turn_rad_s2, "rad/s2", 0, 1e6, 1, "Angular acceleration that may go unseen while samples of the gyroscope are missing"),
     ABOVE(mag_azimuth_noise_per_sqrt_hz, "1/sqrt(Hz)", 0, 1e6, 1, "Noise density of the field across the reference, in units of its strength"),
     ABOVE(mag_intensity_noise_per_sqrt_hz, "1/sqrt(Hz)", 0, 1e6, 1, "Noise density of horizontal and vertical intensity, in units of the strength"),
     ABOVE(mag_rest_factor, "", 0, 1e6, 1, "Factor of the field's variances at rest, where distortions do not average out"),

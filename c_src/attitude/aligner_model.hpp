@@ -57,7 +57,8 @@ public:
         double rest_bias_density2; // (rad/s)^2/Hz
         double correction_interval_s;
         double interval_limit_s;
-        double lost_force_m_s2; // acceleration that may have gone unseen while force samples were missing
+        double unseen_acceleration_m_s2; // that may go by while samples of force are missing
+        double unseen_turn_rad_s2;       // and while those of rate are
         bool backward_hold;
         RobustSettings robust; // while aligning
         RestSettings rest;
@@ -81,12 +82,12 @@ public:
         double strength;    // of the field, T
         // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
         double lever[27], rate_power, turned[9], turned_s;
-        double field_sum[3], turn_sum[3], field_count, field_s, force_s, missing_force_s;
+        double field_sum[3], turn_sum[3], field_count, field_s, force_s, missing_force_s, missing_rotation;
         RestDetector rest;
         MagneticReference field;
         StartSamples start;
-        double last_s[channel_count];
-        double last_correction_s;
+        double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the time between two
+        double last_event_s, last_correction_s;
         double tilt_information, heading_information; // gained since the start, 1/rad^2
         double gamma, gamma_margin;
         Innovation innovation[channel_count];
@@ -185,16 +186,28 @@ public:
     static constexpr bool reholds = true;
 
     void before_flow(State& s, const Event& event) const {
-        if (settings_.backward_hold && event.has(gyro)) hold(s, event);
+        if (!settings_.backward_hold || !event.has(gyro)) return;
+        // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
+        // too, it takes its place; if samples of rate are missing in between, the mean of both does.
+        const double went_on_s = s.last_event_s - s.last_s[gyro];
+        if (s.started && went_on_s > 0) {
+            const Vector3 before = turn_rate(s);
+            hold(s, event);
+            const Vector3 after = gap(s, gyro, event.t_s) ? Vector3(0.5 * (turn_rate(s) + before)) : turn_rate(s);
+            const Quaternion instead = multiply(rotation_quaternion(before * -went_on_s), rotation_quaternion(after * went_on_s));
+            Eigen::Map<Quaternion>(s.x) = multiply(Quaternion(s.x), instead);
+        }
+        hold(s, event);
     }
 
     // For a state that an integrator outside has brought over T seconds under the rate of before: the rate that came with
     // the event takes its place, the error of the integrator stays.
     void rehold(State& s, const Event& event, double T) const {
-        if (!settings_.backward_hold || !event.has(gyro) || !s.started || !(T > 0) || std::isinf(T)) return;
-        flow_exactly(s, -T);
-        hold(s, event);
-        flow_exactly(s, T);
+        if (!settings_.backward_hold || !event.has(gyro)) return;
+        const bool flowed = s.started && T > 0 && !std::isinf(T);
+        if (flowed) flow_exactly(s, -T);
+        before_flow(s, event);
+        if (flowed) flow_exactly(s, T);
     }
 
     void jump(State& s, const Event& event) const {
@@ -214,7 +227,8 @@ public:
             if (since + half_sample_s >= settings_.correction_interval_s || event.has(heading)) correct(s, event);
         }
         for (int c = 0; c < channel_count; ++c)
-            if (event.has(c)) s.last_s[c] = event.t_s;
+            if (event.has(c)) see_time(s, c, event.t_s);
+        s.last_event_s = event.t_s;
     }
 
     // -------------------------------------------------------------------------------------------- what it knows
@@ -303,10 +317,25 @@ private:
         return y - Vector3(s.bias) - S * y;
     }
 
-    // The interval that a sample stands for: the time since the one before, within the limit; the first stands for none.
+    // The interval that a sample stands for: the time since the one before, or the usual one if samples are missing, within
+    // the limit. The first stands for none.
     double interval(const State& s, int channel, double t_s) const {
         const double since = t_s - s.last_s[channel];
-        return since > 0 ? std::fmin(since, settings_.interval_limit_s) : 0;
+        if (!(since > 0)) return 0;
+        return std::fmin(gap(s, channel, t_s) ? s.spacing_s[channel] : since, settings_.interval_limit_s);
+    }
+
+    // Samples are missing when the time since the last is far above the usual; jitter and a single loss are not.
+    static bool gap(const State& s, int channel, double t_s) {
+        return s.spacing_s[channel] > 0 && t_s - s.last_s[channel] > 3 * s.spacing_s[channel];
+    }
+
+    static void see_time(State& s, int channel, double t_s) {
+        const double since = t_s - s.last_s[channel];
+        double& spacing = s.spacing_s[channel];
+        if (since > 0) // a sensor that has become slower is believed after a few samples
+            spacing = !(spacing > 0) ? since : gap(s, channel, t_s) ? 1.2 * spacing : spacing + 0.1 * (since - spacing);
+        s.last_s[channel] = t_s;
     }
 
     bool heading_ready(const State& s) const {
@@ -324,6 +353,7 @@ private:
         s.field = {};
         s.velocity[0] = s.velocity[1] = 0;
         for (double& t : s.last_s) t = nan;
+        for (double& t : s.spacing_s) t = 0;
         s.last_correction_s = nan;
         s.tilt_information = s.heading_information = 0;
         s.verdict = 0;
@@ -403,12 +433,20 @@ private:
         for (double& v : s.turned) v = 0;
         s.rate_power = s.turned_s = 0;
         for (int i = 0; i < 3; ++i) s.field_sum[i] = s.turn_sum[i] = 0;
-        s.field_count = s.field_s = s.force_s = s.missing_force_s = 0;
+        s.field_count = s.field_s = s.force_s = s.missing_force_s = s.missing_rotation = 0;
     }
 
-    // int (n_g^2 + k^2 |u|^2) dt since the last correction
+    // int (n_g^2 + k^2 |u|^2) dt since the last correction, and what went by unseen
     double rotation_noise(const State& s) const {
-        return settings_.gyro_psd * s.x[13] + settings_.gyro_rate_psd * s.rate_power;
+        return settings_.gyro_psd * s.x[13] + settings_.gyro_rate_psd * s.rate_power + s.missing_rotation;
+    }
+
+    // While samples of rate are missing the turn is not known: after T seconds to within a T^2 / 2 by the last rate, and
+    // to a T^2 / 8 by the mean of the last and the next.
+    void miss_turn(State& s, const Event& event) const {
+        if (!gap(s, gyro, event.t_s)) return;
+        const double T = event.t_s - s.last_s[gyro], angle = (event.has(gyro) ? 0.125 : 0.5) * settings_.unseen_turn_rad_s2 * T * T;
+        s.missing_rotation += angle * angle;
     }
 
     // L += dG (x) y for the turn since the last event, which went on under one rate.
@@ -506,7 +544,7 @@ private:
         P.block<2, 3>(velocity, rotation) = theta_v.transpose();
         P.block<2, 2>(velocity, velocity) = v_v;
 
-        const double T = s.x[13], lost = settings_.lost_force_m_s2 * s.missing_force_s;
+        const double T = s.x[13], lost = settings_.unseen_acceleration_m_s2 * s.missing_force_s;
         P.diagonal().segment<2>(velocity).array() += lost * lost;
         P.diagonal().segment<3>(rotation).array() += rotation_noise(s);
         P.diagonal().segment<3>(bias).array() += settings_.bias_walk_psd * T;
@@ -534,6 +572,7 @@ private:
 
     void correct(State& s, const Event& event) const {
         Covariance P = unpack<errors>(s.P);
+        miss_turn(s, event);
         propagate(P, s);
         align(s, P);
         Vector error = Vector::Zero();

@@ -29,7 +29,8 @@ AlignerModel::Settings settings() {
     s.rest_bias_density2 = 2e-9;
     s.correction_interval_s = 0.035;
     s.interval_limit_s = 0.1;
-    s.lost_force_m_s2 = 2;
+    s.unseen_acceleration_m_s2 = 2;
+    s.unseen_turn_rad_s2 = 10;
     s.backward_hold = true;
     s.rest = {2 * deg, 0.5, 2 * deg, 1.5, 0.5};
     s.field = {0.035, 60, 3, 0.35, 0.35, 0.17, 5, 1.6, 0.4, 60, 0.13, 3.75, 0.12};

@@ -23,6 +23,7 @@ constexpr Unit units[] = {
     {"1/s", true, 0, 0, -1, 0, 0, {}},
     {"rad", true, 0, 0, 0, 0, 1, {{"deg", rad_to_deg}, {}}},
     {"rad/s", true, 0, 0, -1, 0, 1, {{"deg/s", rad_to_deg}, {"deg/h", rad_to_deg * 3600}}},
+    {"rad/s2", true, 0, 0, -2, 0, 1, {}},
     {"rad2", true, 0, 0, 0, 0, 2, {}},
     {"rad2/s", true, 0, 0, -1, 0, 2, {}},
     {"rad2/s2", true, 0, 0, -2, 0, 2, {}},

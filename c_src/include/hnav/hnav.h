@@ -213,7 +213,8 @@ typedef struct hnav_aligner_options {
 
     /* Accelerometer: velocity stays bounded. */
     double velocity_noise_m_s_per_sqrt_hz;
-    double unseen_acceleration_m_s2;        /* while force samples are missing */
+    double unseen_acceleration_m_s2;        /* while samples of force are missing */
+    double unseen_turn_rad_s2;              /* while samples of rate are missing */
 
     /* Magnetometer. */
     double mag_azimuth_noise_per_sqrt_hz;   /* across the reference */
