@@ -190,7 +190,7 @@ def test_demo_prints_its_figures_and_writes_the_picture(wheel, tmp_path, monkeyp
 
 
 def test_filter_and_device_agree_on_the_vertical(device_recording):
-    run = demo.run_engine(device_recording, "device", "c", {})
+    run = demo.run_engine(device_recording, "device", "hrekf", "c", {})
     against = demo.compare(device_recording.t_s, run.result.q_nb, device_recording.reference_q_nb)
     assert np.nanmedian(against.inclination_deg) < 4.0
     assert abs(against.heading_offset_deg) < 10.0
