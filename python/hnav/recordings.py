@@ -27,7 +27,8 @@ class Recording:
     """Samples in SI units, one row for each instant; a row of NaN is a missing sample.
 
     reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
-    movement marks the rows that a score is taken over.
+    movement marks the rows that a score is taken over. A row stands for the instant at which its samples arrive:
+    field_t_s, on instants of t_s, tells of a magnetometer whose samples arrive late; NaN where none arrives.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Recording:
     field_b_tesla: np.ndarray | None = None  # n x 3
     reference_q_nb: np.ndarray | None = None  # n x 4
     movement: np.ndarray | None = None  # n, bool
+    field_t_s: np.ndarray | None = None  # n: when the field of a row was measured; None: at t_s, as the rest of the row
 
     def cropped(self, duration_s: float) -> Recording:
         """The first duration_s seconds."""
