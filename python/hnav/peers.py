@@ -96,15 +96,16 @@ def _offlinevqf(s: Samples) -> np.ndarray:
 def _imufusion(s: Samples) -> np.ndarray:
     import imufusion
 
-    # It starts by itself: gains are raised for the first three seconds.
+    # It starts by itself: gains are raised for the first three seconds. Its frame stays north-west-up: the settings of
+    # version 1.3.3 take a convention and ignore it.
     ahrs = imufusion.Ahrs()
-    ahrs.set_settings(imufusion.AhrsSettings(convention=imufusion.CONVENTION_ENU, sample_rate=s.rate_hz))
+    ahrs.set_settings(imufusion.AhrsSettings(sample_rate=s.rate_hz))
     rate_deg_s, force_g = np.degrees(s.rate_rad_s), s.force_m_s2 / STANDARD_GRAVITY_M_S2
     q = np.empty((len(rate_deg_s), 4))
     for i in range(len(q)):
         ahrs.update(rate_deg_s[i], force_g[i], s.field_ut[i])
         q[i] = ahrs.get_quaternion()
-    return q
+    return quaternion_product(QUARTER_TURN, q)
 
 
 # --------------------------------------------------------------------------------------------- ahrs

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,15 @@ class Recording:
         keep = self.t_s < self.t_s[0] + duration_s
         cut = {k: v[keep] if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
         return Recording(**cut)
+
+    def in_order_of_measurement(self) -> Recording:
+        """Late fields in the rows of their measurement."""
+        if self.field_t_s is None:
+            return self
+        field = np.full_like(self.field_b_tesla, np.nan)
+        arrived = np.isfinite(self.field_t_s)
+        field[np.searchsorted(self.t_s, self.field_t_s[arrived])] = self.field_b_tesla[arrived]
+        return replace(self, field_b_tesla=field, field_t_s=None)
 
 
 def read_recording(path: str | Path, mag_unit: str = "T") -> Recording:

@@ -11,7 +11,7 @@
 | DROP   | one sample in a hundred is lost, with its time stamp |
 | JITTER | time stamps of arrival, up to 5 ms after the sampling, in order |
 | LATE   | the magnetometer arrives 20 ms late; its time stamps are truthful |
-| BURST  | each sensor falls silent for 20 to 200 ms, every 20 s on average |
+| BURST  | each sensor falls silent for 10 to 100 ms, every 20 s on average |
 
 The first four are about the start, the others about the sensors. Everything is seeded: the same seed and the same
 recordings in the same order give the same bits. Recordings need a reference attitude and a scored phase.
@@ -35,7 +35,7 @@ JITTER_S = 0.005
 # Two stamps of a sample counter never fall together, even when a late sample catches up with the next.
 STAMP_SPACING_S = 1e-5
 FIELD_DELAY_S = 0.020
-BURST_S, BURST_EVERY_S = (0.02, 0.2), 20.0
+BURST_S, BURST_EVERY_S = (0.01, 0.1), 20.0
 
 
 # --------------------------------------------------------------------------------------------- starts
@@ -173,6 +173,11 @@ def variants(set_name: str, recordings: Sequence[Recording], seed: int = 5) -> I
         if not recording.movement.any():
             raise RecordingError(f"{recording.name}: no row is scored")
     yield from SETS[set_name](recordings, seed)
+
+
+def variant_count(set_name: str, recordings: int) -> int:
+    """How many variants a set makes of so many recordings."""
+    return 2 * recordings if set_name == "XREST" else recordings
 
 
 def nominal_rate_hz(recording: Recording) -> float:
