@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 from hnav import demo, device_recordings, overview, plots
 from hnav.recordings import read_recording
+from hnav.rotations import rotation_error_rad
 
 RNG_SEED = 20240508
 
@@ -139,7 +140,7 @@ def test_the_first_second_is_left_out_of_the_comparison():
 def test_rotation_error_leads_from_estimate_to_reference():
     estimate = Rotation.from_euler("ZYX", [40.0, 10.0, -20.0], degrees=True)
     error = np.array([0.01, -0.02, 0.3])
-    found = plots.rotation_error_rad(scalar_first(estimate)[None], scalar_first(Rotation.from_rotvec(error) * estimate)[None])
+    found = rotation_error_rad(scalar_first(estimate)[None], scalar_first(Rotation.from_rotvec(error) * estimate)[None])
     np.testing.assert_allclose(found[0], error, atol=1e-12)
 
 

@@ -1,10 +1,9 @@
-"""The command line: hnav filter, hnav score, hnav options."""
+"""The command line: hnav filter, hnav score, hnav options, hnav bench."""
 
 from __future__ import annotations
 
 import json
 import sys
-import time
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -15,10 +14,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from hnav import __version__
+from hnav.benchmark import DEFAULT_FILTERS, DEFAULT_PEERS, LAST_UNDISTURBED_TRIAL, Contender, Line, Row, benchmark, contenders, summary
+from hnav.benchmark import write_csv as write_rows
 from hnav.engines import ENGINES, Result, run_recording
 from hnav.library import HnavError, option_table, parse_setting, version
+from hnav.peers import PEERS, run_peer
 from hnav.recordings import RecordingError, find_trials, read_recording
-from hnav.scores import Score, score
+from hnav.scores import Score, nees, score
+from hnav.stress import SETS, variant_count
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help="Hybrid navigation filters.")
 console = Console()
@@ -33,7 +36,6 @@ CSV_HEADER = (
     "t_s,q0,q1,q2,q3,roll_deg,pitch_deg,yaw_deg,bias_x_deg_s,bias_y_deg_s,bias_z_deg_s,"
     "sigma_x_deg,sigma_y_deg,sigma_z_deg,sigma_bias_x_deg_s,sigma_bias_y_deg_s,sigma_bias_z_deg_s"
 )
-LAST_UNDISTURBED_TRIAL = 23
 
 
 class UsageError(Exception):
@@ -102,8 +104,10 @@ def score_command(
     trials = find_trials(folder)
     ours: dict[int, Score] = {}
     theirs: dict[int, Score] = {}
+    consistency: dict[int, float] = {}
     names, us_ours, us_theirs = {}, [], []
-    vqf = vqf_runner(smooth)
+    peer = "offlinevqf" if smooth else "vqf"
+    vqf = PEERS[peer].installed()
     with bar() as progress:
         task = progress.add_task("trials", total=len(trials))
         for number, path in trials.items():
@@ -113,19 +117,20 @@ def score_command(
             names[number] = data.name
             result = run_recording(data, filter, engine, settings, preset, smooth=smooth)
             ours[number] = score(result.q_nb, data.reference_q_nb, data.movement)
+            consistency[number] = nees(result.q_nb, result.sigma_rad, data.reference_q_nb, data.movement).nees_per_axis
             us_ours.append(result.us_per_sample)
             if vqf:
-                q, us = vqf(data)
+                q, us = run_peer(peer, data)
                 theirs[number] = score(q, data.reference_q_nb, data.movement)
                 us_theirs.append(us)
             progress.advance(task)
-    print_scores(names, ours, theirs, f"{filter} ({engine})")
+    print_scores(names, ours, theirs, consistency, f"{filter} ({engine})")
     console.print(f"median time per sample: {filter} {np.median(us_ours):.2f} us" + (f", VQF {np.median(us_theirs):.2f} us" if vqf else ""))
     if not vqf:
         console.print("VQF is not beside it: the package vqf is not installed (pip install vqf)")
     if json_file:
         figures = {"filter": filter, "engine": engine, "settings": settings, "preset": preset, "us_per_sample": float(np.median(us_ours))}
-        figures["trials"] = {str(n): {"name": names[n], **ours[n]._asdict()} for n in trials}
+        figures["trials"] = {str(n): {"name": names[n], **ours[n]._asdict(), "nees_per_axis": consistency[n]} for n in trials}
         figures["mean"] = mean(ours)._asdict()
         if vqf:
             figures["vqf_mean"] = mean(theirs)._asdict()
@@ -135,44 +140,29 @@ def score_command(
             raise UsageError(f"{json_file}: cannot be written: {error.strerror}") from None
 
 
-def vqf_runner(offline: bool):
-    """A function recording -> (q_nb in east-north-up, us per sample), or None when vqf is not installed."""
-    try:
-        from vqf import VQF, offlineVQF
-    except ImportError:
-        return None
-
-    def run(data):
-        rate_hz = 1 / np.median(np.diff(data.t_s))
-        arrays = (np.ascontiguousarray(a) for a in (data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla))
-        begin = time.perf_counter()
-        q = (offlineVQF(*arrays, 1 / rate_hz) if offline else VQF(1 / rate_hz).updateBatch(*arrays))["quat9D"]
-        return q, 1e6 * (time.perf_counter() - begin) / len(data.t_s)
-
-    return run
-
-
 def mean(scores: dict[int, Score], keep=lambda number: True) -> Score:
     kept = [s for number, s in scores.items() if keep(number)]
     return Score(*np.mean(kept, axis=0).tolist()) if kept else Score(np.nan, np.nan, np.nan)
 
 
-def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int, Score], title: str) -> None:
-    """Per trial and mean; RMSE in deg as total / heading / inclination."""
-    table = Table("trial", f"{title}: total", "heading", "inclination", title="RMSE in deg over the movement phase")
+def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int, Score], consistency: dict[int, float], title: str) -> None:
+    """Per trial and mean; RMSE in deg as total / heading / inclination. NEES/3 is from the sigmas, without correlations."""
+    table = Table("trial", f"{title}: total", "heading", "inclination", "NEES/3", title="RMSE in deg over the movement phase")
     if theirs:
         for column in ("VQF: total", "heading", "inclination"):
             table.add_column(column)
 
-    def cells(s: Score) -> list[str]:
+    def cells(s: Score | tuple[float]) -> list[str]:
         return ["-" if np.isnan(v) else f"{v:.2f}" for v in s]
 
     for number in names:
-        table.add_row(names[number], *cells(ours[number]), *(cells(theirs[number]) if theirs else []))
+        table.add_row(names[number], *cells(ours[number]), *cells((consistency[number],)), *(cells(theirs[number]) if theirs else []))
     table.add_section()
     groups = {"mean": lambda n: True, "undisturbed": lambda n: n <= LAST_UNDISTURBED_TRIAL, "disturbed": lambda n: n > LAST_UNDISTURBED_TRIAL}
     for name, keep in groups.items():
-        table.add_row(name, *cells(mean(ours, keep)), *(cells(mean(theirs, keep)) if theirs else []))
+        stated = [v for number, v in consistency.items() if keep(number)]
+        middle = cells((np.mean(stated) if stated else np.nan,))
+        table.add_row(name, *cells(mean(ours, keep)), *middle, *(cells(mean(theirs, keep)) if theirs else []))
     (console if console.is_terminal else Console(width=140)).print(table)
 
 
@@ -189,6 +179,91 @@ def options_command(filter: FilterName = "aligner"):
         allowed = ", ".join(info.choices) or f"{info.min:g} to {info.max:g}"
         table.add_row(info.name, shown, info.unit, allowed, info.description)
     (console if console.is_terminal else Console(width=200)).print(table)
+
+
+@app.command("bench")
+def bench_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
+    filters: Annotated[str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")] = ",".join(DEFAULT_FILTERS),
+    peers: Annotated[str, typer.Option(help=f"Filters by others: {', '.join(PEERS)}; all, or none")] = ",".join(DEFAULT_PEERS),
+    sets: Annotated[str, typer.Option(help="The trials as they are, and made harder: python -m pydoc hnav.stress")] = ",".join(SETS),
+    csv_file: Annotated[Optional[Path], typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")] = None,
+    picture: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Draw error and time of the set BROAD")] = None,
+    repeat: Annotated[int, typer.Option(min=1, help="Runs for the time per sample")] = 1,
+):
+    """Compares filters, ours and others', on all BROAD trials of a folder, as they are and made harder."""
+    names = [name for name in split(sets) if name]
+    for name in names:
+        if name not in SETS:
+            raise UsageError(f"set {name}: choose from {', '.join(SETS)}")
+    if picture and "BROAD" not in names:
+        raise UsageError("--picture shows the set BROAD: name it in --sets")
+    entered, missing = contenders(split(filters), list(PEERS) if peers == "all" else [] if peers == "none" else split(peers))
+    if not entered:
+        raise UsageError("no filter to run: name some in --filters or --peers")
+    recordings = [read_recording(path) for path in find_trials(folder).values()]
+    rows: list[Row] = []
+    with bar() as progress:
+        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in names))
+        for done in benchmark(recordings, entered, names, repeat):
+            rows += done
+            progress.update(task, advance=1, description=f"{done[0].set:7}")
+    print_benchmark(summary(rows), {contender.name for contender in entered if contender.ours})
+    for text in missing:
+        console.print(text, highlight=False, soft_wrap=True)
+    for row in rows:
+        if row.failure:
+            console.print(f"failed: {row.set}, {row.filter}, {row.trial}: {row.failure}", highlight=False, soft_wrap=True, markup=False)
+        elif row.missing:
+            console.print(f"{row.set}, {row.filter}, {row.trial}: {row.missing} scored samples without an estimate", highlight=False, soft_wrap=True)
+    write_benchmark(rows, entered, csv_file, picture)
+
+
+def split(names: str) -> list[str]:
+    return [name.strip() for name in names.split(",") if name.strip()]
+
+
+def print_benchmark(lines: list[Line], ours: set[str]) -> None:
+    """A section for each set; the best of each column in bold, ours in colour."""
+    table = Table(title="RMSE in deg over the scored phase, plain mean over trials; time per IMU sample, median")
+    for column in ("set", "filter", "total", "heading", "inclination", "undisturbed", "disturbed", "NEES/3", "us/sample", "trials"):
+        table.add_column(column, justify="left" if column in ("set", "filter") else "right", no_wrap=True)
+    errors = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
+    for set_name in dict.fromkeys(line.set for line in lines):
+        group = [line for line in lines if line.set == set_name]
+        best = {name: min((getattr(line, name) for line in group if not np.isnan(getattr(line, name))), default=np.nan) for name in (*errors, "us_per_sample")}
+
+        def cell(line: Line, name: str) -> str:
+            value = getattr(line, name)
+            text = "-" if np.isnan(value) else f"{value:.2f}"
+            return f"[bold]{text}[/bold]" if value == best.get(name) else text
+
+        for i, line in enumerate(group):
+            trials = f"{line.trials}" + (f", {line.failures} failed" if line.failures else "")
+            cells = [cell(line, name) for name in (*errors, "nees_per_axis", "us_per_sample")]
+            table.add_row(set_name if i == 0 else "", line.filter, *cells, trials, style="cyan" if line.filter in ours else None)
+        table.add_section()
+    (console if console.is_terminal else Console(width=140)).print(table)
+
+
+def write_benchmark(rows: list[Row], entered: list[Contender], csv_file: Path | None, picture: Path | None) -> None:
+    for path, write in ((csv_file, lambda path: write_rows(path, rows)), (picture, lambda path: draw_picture(path, rows, entered))):
+        if path:
+            try:
+                write(path)
+            except OSError as error:
+                raise UsageError(f"{path}: cannot be written: {error.strerror}") from None
+            console.print(f"{path}", highlight=False, soft_wrap=True)
+
+
+def draw_picture(path: Path, rows: list[Row], entered: list[Contender]) -> None:
+    from hnav.benchmark_picture import draw_benchmark
+    from hnav.plots import save
+
+    lines = [line for line in summary(rows) if line.set == "BROAD" and line.trials]
+    if not lines:
+        raise UsageError("--picture: no filter finished a trial")
+    save(draw_benchmark(lines, entered), path)
 
 
 def show_version(wanted: bool) -> None:

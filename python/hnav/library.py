@@ -291,6 +291,15 @@ class Run:
     ready: np.ndarray  # n x 2, bool: tilt, heading
 
 
+def empty_run(t_s: np.ndarray) -> Run:
+    """A Run of these instants that knows nothing yet."""
+    n = len(t_s)
+    return Run(
+        t_s, np.full((n, 4), np.nan), *(np.full((n, 3), np.nan) for _ in range(4)), np.full(n, np.nan), np.full(n, np.nan),
+        np.zeros((n, 2), bool),
+    )  # fmt: skip
+
+
 def _doubles(values, shape: tuple[int, ...], name: str) -> np.ndarray:
     array = np.ascontiguousarray(values, float)
     if array.shape != shape:
@@ -358,10 +367,7 @@ class Filter:
         inputs = [t]
         for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
             inputs.append(None if values is None else _doubles(values, (n, 3), name))
-        run = Run(
-            t, np.full((n, 4), np.nan), *(np.full((n, 3), np.nan) for _ in range(4)), np.full(n, np.nan), np.full(n, np.nan),
-            np.zeros((n, 2), bool),
-        )  # fmt: skip
+        run = empty_run(t)
         arrays_in = _RunInput(*(None if a is None else a.ctypes.data for a in inputs))
         names = [name for name, _ in _RunOutput._fields_]
         if unknown := set(only) - set(names):

@@ -18,6 +18,7 @@ from hnav import plots
 from hnav.engines import Result, run_recording
 from hnav.library import Filter, Options
 from hnav.recordings import Recording, find_trial, read_recording
+from hnav.rotations import rotation_error_rad
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field
 SHOWN_S = (38.0, 58.0)
@@ -69,7 +70,7 @@ def corrections_deg(zoom: Zoom) -> np.ndarray:
     """
     first = zoom.after_jump[1:]
     jumps = np.zeros((len(zoom.t_s), 3))
-    jumps[first] = np.degrees(plots.rotation_error_rad(zoom.q_nb[first - 1], zoom.q_nb[first]))
+    jumps[first] = np.degrees(rotation_error_rad(zoom.q_nb[first - 1], zoom.q_nb[first]))
     return np.cumsum(jumps, axis=0)
 
 
@@ -104,7 +105,7 @@ def draw_against_truth(axes: list[plots.Axes], recording: Recording, result: Res
     """Attitude, heading error and tilt error over the time shown."""
     shown = slice(*np.searchsorted(recording.t_s, SHOWN_S))
     t_s, q_nb, truth = recording.t_s[shown], result.q_nb[shown], recording.reference_q_nb[shown]
-    error_deg = np.degrees(plots.rotation_error_rad(q_nb, truth))
+    error_deg = np.degrees(rotation_error_rad(q_nb, truth))
     sigma_deg = np.degrees(result.sigma_rad[shown])
     plots.draw_attitude(axes[0], t_s, q_nb, truth, "optical truth")
     axes[0].set_title("Attitude of a body turned by hand")

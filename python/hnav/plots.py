@@ -21,7 +21,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
-from scipy.spatial.transform import Rotation
 
 from hnav.library import HnavError
 from hnav.recordings import RecordingError
@@ -83,19 +82,6 @@ def continuous_quaternion(q: np.ndarray) -> np.ndarray:
         turns[turns == 0] = 1
         q[known[1:]] *= np.cumprod(turns)[:, None]
     return q
-
-
-def rotation_error_rad(q_est: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
-    """Rotation vector (n x 3, rad, navigation axes) that turns the estimate into the reference.
-
-    q_ref = exp(error / 2) q_est: the error whose sigma the filter states. Rows with a NaN give NaN.
-    """
-    error = np.full((len(q_est), 3), np.nan)
-    known = np.isfinite(q_est).all(axis=1) & np.isfinite(q_ref).all(axis=1)
-    if known.any():
-        estimate, reference = (Rotation.from_quat(q[known][:, [1, 2, 3, 0]]) for q in (q_est, q_ref))
-        error[known] = (reference * estimate.inv()).as_rotvec()
-    return error
 
 
 def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[np.ndarray, np.ndarray]:

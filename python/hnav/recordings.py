@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,8 @@ class Recording:
     """Samples in SI units, one row for each instant; a row of NaN is a missing sample.
 
     reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
-    movement marks the rows that a score is taken over.
+    movement marks the rows that a score is taken over. A row stands for the instant at which its samples arrive:
+    field_t_s, on instants of t_s, tells of a magnetometer whose samples arrive late; NaN where none arrives.
     """
 
     name: str
@@ -37,12 +38,22 @@ class Recording:
     field_b_tesla: np.ndarray | None = None  # n x 3
     reference_q_nb: np.ndarray | None = None  # n x 4
     movement: np.ndarray | None = None  # n, bool
+    field_t_s: np.ndarray | None = None  # n: when the field of a row was measured; None: at t_s, as the rest of the row
 
     def cropped(self, duration_s: float) -> Recording:
         """The first duration_s seconds."""
         keep = self.t_s < self.t_s[0] + duration_s
         cut = {k: v[keep] if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
         return Recording(**cut)
+
+    def in_order_of_measurement(self) -> Recording:
+        """Late fields in the rows of their measurement."""
+        if self.field_t_s is None:
+            return self
+        field = np.full_like(self.field_b_tesla, np.nan)
+        arrived = np.isfinite(self.field_t_s)
+        field[np.searchsorted(self.t_s, self.field_t_s[arrived])] = self.field_b_tesla[arrived]
+        return replace(self, field_b_tesla=field, field_t_s=None)
 
 
 def read_recording(path: str | Path, mag_unit: str = "T") -> Recording:

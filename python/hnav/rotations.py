@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -20,3 +21,16 @@ def euler_rad(q: np.ndarray) -> np.ndarray:
         np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
         np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
     ], axis=1)  # fmt: skip
+
+
+def rotation_error_rad(q_est: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
+    """Rotation vector (n x 3, rad, navigation axes) that turns the estimate into the reference.
+
+    q_ref = exp(error / 2) q_est: the error whose sigma the filter states. Rows with a NaN give NaN.
+    """
+    error = np.full((len(q_est), 3), np.nan)
+    known = np.isfinite(q_est).all(axis=1) & np.isfinite(q_ref).all(axis=1)
+    if known.any():
+        estimate, reference = (Rotation.from_quat(q[known][:, [1, 2, 3, 0]]) for q in (q_est, q_ref))
+        error[known] = (reference * estimate.inv()).as_rotvec()
+    return error
