@@ -231,7 +231,7 @@ def fail(text: str) -> NoReturn:
 @app.command()
 def demo(
     recording: Annotated[Path | None, typer.Argument(help="CSV or BROAD file; without it two recordings of devices")] = None,
-    filter: Annotated[str, typer.Option(help="aligner or hrekf")] = "aligner",
+    filter: Annotated[str, typer.Option(help="hrekf or aligner")] = "hrekf",
     engine: Annotated[str, typer.Option(help="c, fmi3-cs, fmi3-me, fmi2-cs or fmi2-me")] = "fmi3-cs",
     settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
     mag_unit: Annotated[str, typer.Option(help="unit of the field in a CSV file: T, uT, G or au")] = "T",
