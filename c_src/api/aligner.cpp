@@ -58,6 +58,7 @@ AlignerModel::Settings settings_of(const hnav_aligner_options& o, const hnav::Fr
     s.ready_tilt_rad = o.ready_tilt_rad;
     s.ready_heading_rad = o.ready_heading_rad;
     s.ready_evidence_s = o.ready_evidence_s;
+    s.ready_calm_s = o.ready_calm_s;
     s.output_latency_s = o.output_latency_s;
     return s;
 }
@@ -120,6 +121,7 @@ hnav_aligner_options hnav_aligner_defaults(hnav_preset preset) {
     o.ready_tilt_rad = 2 * deg;
     o.ready_heading_rad = 5 * deg;
     o.ready_evidence_s = 3;
+    o.ready_calm_s = 8;
     o.q_body_sensor[0] = 1;
     o.solver_rtol = 1e-8;
     o.solver_atol = 1e-8;

@@ -64,6 +64,7 @@ const hnav_option_info aligner_rows[] = {
     ABOVE(ready_tilt_rad, "rad", 0, 10, 1, "Tilt is ready when its sigma is below this and as much information has been gained"),
     ABOVE(ready_heading_rad, "rad", 0, 10, 1, "Heading is ready when its sigma is below this and as much information has been gained"),
     REAL(ready_evidence_s, "s", 0, 1e6, 1, "And the field has agreed with the reference for so long, counted less at rest"),
+    REAL(ready_calm_s, "s", 0, 1e6, 1, "And nothing has spoken against the reference for so long; once ready, sigma alone decides"),
     CHOICE(navigation_frame, navigation_frames, "Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up"),
     REAL(declination_rad, "rad", -pi, pi, 1, "Magnetic declination: true heading = magnetic heading + declination"),
     REAL(q_body_sensor, "", -2, 2, 4, "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use"),

@@ -13,8 +13,8 @@
 //   rest       mean rate = b
 //   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
 //              are considered but not corrected: no magnet may tilt the horizon
-// The magnetic reference (magnetic_reference.hpp) decides which field that is. While the heading is not ready the
-// covariance of the horizon is inflated by the robust law (robust_law.hpp), gamma finite; after that gamma is infinite.
+// The magnetic reference (magnetic_reference.hpp) decides which field that is. Until the horizon is ready its
+// covariance is inflated by the robust law (robust_law.hpp), gamma finite; after that gamma is infinite.
 //
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
 // earth-frame error: Sola, arXiv 1711.02508, section 7.
@@ -69,7 +69,7 @@ public:
         bool reference_given;
         ReferenceField reference;
         double heading_gate_nis; // 0: never
-        double ready_tilt_rad, ready_heading_rad, ready_evidence_s;
+        double ready_tilt_rad, ready_heading_rad, ready_evidence_s, ready_calm_s;
         double output_latency_s;
     };
 
@@ -89,12 +89,14 @@ public:
         double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the time between two
         double last_event_s, last_correction_s;
         double tilt_information, heading_information; // gained since the start, 1/rad^2
+        double calm_s; // time for which nothing spoke against the reference
         double gamma, gamma_margin;
         Innovation innovation[channel_count];
         std::uint64_t used[channel_count], gated[channel_count];
         std::uint64_t corrections, gamma_raised, repaired;
         std::uint64_t started, has_rate, has_reference;
         std::uint64_t verdict; // of the last field, MagneticReference::Verdict
+        std::uint64_t settled; // the heading has been confirmed since it was last started or turned
     };
 
     AlignerModel() = default;
@@ -241,8 +243,7 @@ public:
         e.q_bn = Quaternion(s.x).normalized();
         if (settings_.output_latency_s != 0) e.q_bn = multiply(e.q_bn, rotation_quaternion(e.rate_b * settings_.output_latency_s));
         if (!e.started) return e;
-        const double tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
-        e.tilt_ready = angle_ready(tilt, s.tilt_information, settings_.ready_tilt_rad);
+        e.tilt_ready = tilt_ready(s);
         e.heading_ready = heading_ready(s);
         return e;
     }
@@ -338,8 +339,15 @@ private:
         s.last_s[channel] = t_s;
     }
 
+    bool tilt_ready(const State& s) const {
+        const double tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
+        return angle_ready(tilt, s.tilt_information, settings_.ready_tilt_rad);
+    }
+
+    // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
+    // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
     bool heading_ready(const State& s) const {
-        return s.field.heading_trust_s >= settings_.ready_evidence_s &&
+        return s.settled != 0 &&
                angle_ready(s.P[packed(rotation + 2, rotation + 2)], s.heading_information, settings_.ready_heading_rad);
     }
 
@@ -356,7 +364,8 @@ private:
         for (double& t : s.spacing_s) t = 0;
         s.last_correction_s = nan;
         s.tilt_information = s.heading_information = 0;
-        s.verdict = 0;
+        s.verdict = s.settled = 0;
+        s.calm_s = 0;
         s.has_reference = settings_.reference_given;
         put_reference(s, settings_.reference);
         start_covariance(s, start_sigmas(settings_.start.sigma_heading));
@@ -591,11 +600,11 @@ private:
         ++s.corrections;
     }
 
-    // gamma is finite while aligning: the start may be further off than its sigma says. Of the horizon only: a heading that
-    // was wrong from the start is found by evidence, and an inflated sigma would take that for a small change.
+    // gamma is finite until the horizon is ready: the start may be further off than its sigma says. The heading is not
+    // inflated: one that was wrong from the start is found by evidence, which an inflated sigma would call a small change.
     void align(State& s, Covariance& P) const {
         RobustReport report;
-        if (settings_.robust.mode != GammaMode::off && !heading_ready(s))
+        if (settings_.robust.mode != GammaMode::off && !tilt_ready(s))
             P = inflate_block<errors, 2>(P, rotation, Eigen::Vector2d(1, 1), s.x[13], settings_.robust, &report);
         s.gamma = report.gamma;
         s.gamma_margin = report.margin;
@@ -674,6 +683,11 @@ private:
         S_plain.diagonal() += R;
         Eigen::Map<Matrix3>(i.S) = S_plain;
         i.nis = Cholesky<3>(S_plain).quadratic_form<1>(innovation)(0, 0);
+        // One refusal may be noise: it takes back thrice its own time.
+        s.calm_s = verdict == MagneticReference::Verdict::accept ? s.calm_s + T : std::fmax(0, s.calm_s - 3 * T);
+        // A place where the reference has changed before is asked for thrice as long.
+        const double calm_needed_s = settings_.ready_calm_s * (s.field.adopted > 0 ? 3 : 1);
+        if (s.calm_s >= calm_needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.settled = 1;
         if (i.noise_scale > 1) s.gated[mag] += static_cast<std::uint64_t>(s.field_count);
         if (verdict == MagneticReference::Verdict::refuse) return;
 
@@ -700,9 +714,11 @@ private:
             mean.n = rotation_matrix(rotation_quaternion({0, 0, angle})) * mean.n;
             variance += distrust * settings_.field.heading_added_rad * settings_.field.heading_added_rad;
             s.heading_information = 0;
+            s.settled = 0;
             field.heading_trust_s *= 1 - distrust;
         }
         field.adopt_candidate();
+        s.calm_s = 0;
     }
 
     // Turns attitude and all that is kept in navigation axes about the vertical.
@@ -752,8 +768,7 @@ private:
         const double before = P(rotation + 2, rotation + 2);
         condition<1, considered>(P, error, PHt, S, innovation);
         s.heading_information += information_gained(before, P(rotation + 2, rotation + 2));
-        // Heading from elsewhere needs no evidence of a field.
-        s.field.heading_trust_s = std::fmax(s.field.heading_trust_s, settings_.ready_evidence_s);
+        s.settled = 1; // heading from elsewhere needs no evidence of a field
     }
 
     static void apply(State& s, const Vector& error) {

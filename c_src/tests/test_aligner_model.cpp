@@ -41,6 +41,7 @@ AlignerModel::Settings settings() {
     s.ready_tilt_rad = 2 * deg;
     s.ready_heading_rad = 5 * deg;
     s.ready_evidence_s = 3;
+    s.ready_calm_s = 8;
     return s;
 }
 

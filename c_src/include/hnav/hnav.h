@@ -273,7 +273,8 @@ typedef struct hnav_aligner_options {
     double heading_gate_nis;
     double ready_tilt_rad;
     double ready_heading_rad;
-    double ready_evidence_s;                /* and the field has agreed with the reference for so long */
+    double ready_evidence_s;                /* and the field has agreed with the reference for so long, */
+    double ready_calm_s;                    /* and nothing has spoken against it for so long */
 
     double declination_rad;
     double q_body_sensor[4];
