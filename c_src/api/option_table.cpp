@@ -16,9 +16,12 @@ const char* const start_modes[] = {"triad", "attitude", "heading"};
 const char* const reference_modes[] = {"learnt", "given"};
 const char* const navigation_frames[] = {"ned", "enu"};
 const char* const solvers[] = {"erkstep", "adams", "closed_form", "euler"};
+const char* const forms[] = {"mdkf", "amdkf", "differenced", "augmented", "plain"};
+const char* const noise_scalings[] = {"none", "paper_match", "gated_match", "hmm"};
 
 #define FIELD(name) #name
-#define AT(name) offsetof(hnav_hrekf_options, name)
+#define AT(name) offsetof(OPTIONS, name)
+#define OPTIONS hnav_hrekf_options
 // [min, max]
 #define REAL(name, unit, min, max, count, text) \
     { FIELD(name), unit, text, nullptr, AT(name), min, max, count, 0, HNAV_OPTION_REAL, 0 }
@@ -82,6 +85,24 @@ const hnav_option_info hrekf_rows[] = {
     INTEGER(queue_capacity, 4, 1e6, "Instants that may wait or lie within the horizon"),
 };
 
+#undef OPTIONS
+#define OPTIONS hnav_ins_error_options
+
+const hnav_option_info ins_error_rows[] = {
+    CHOICE(form, forms, "mdkf and amdkf: the paper's, as printed, one step late; differenced: correct; augmented: optimal; plain: ignores the colour"),
+    CHOICE(noise_scaling, noise_scalings, "Adaptation of the noise of each channel (differenced, augmented, plain)"),
+    INTEGER(window, 1, 1000, "Steps of the window of amdkf, paper_match and gated_match"),
+    ABOVE(gate_alpha, "", 0, 0.5, 1, "gated_match: probability of a false alarm in one test of a window"),
+    INTEGER(hmm_levels, 2, 16, "hmm: noise levels, the first of them healthy"),
+    REAL(hmm_level_ratio, "", 1.1, 1000, 1, "hmm: ratio of the variances of neighbouring levels"),
+    ABOVE(hmm_fault_probability, "", 0, 0.5, 1, "hmm: probability per step that a healthy channel becomes faulty"),
+    ABOVE(hmm_recovery_probability, "", 0, 0.5, 1, "hmm: probability per step that a faulty channel recovers"),
+    REAL(hmm_drift_probability, "", 0, 0.5, 1, "hmm: probability per step that a faulty channel changes to a neighbouring level"),
+    INTEGER(lag, 0, 1, "1: the outputs are of the step before the newest sample, smoothed by it"),
+    INTEGER(joseph, 0, 1, "1: covariance in Joseph's form, safe against rounding; 0: short form"),
+};
+
+#undef OPTIONS
 #undef FIELD
 #undef AT
 #undef REAL
@@ -104,6 +125,7 @@ double component_of(const hnav_option_info& row, const void* options, int i) {
 } // namespace
 
 OptionTable hrekf_option_table() { return {hrekf_rows, sizeof hrekf_rows / sizeof *hrekf_rows}; }
+OptionTable ins_error_option_table() { return {ins_error_rows, sizeof ins_error_rows / sizeof *ins_error_rows}; }
 
 const hnav_option_info* find_impossible(const OptionTable& table, const void* options, int* component, double* value) {
     for (int k = 0; k < table.count; ++k) {

@@ -14,8 +14,10 @@ struct OptionTable {
 };
 
 OptionTable hrekf_option_table();
+OptionTable ins_error_option_table();
 
 constexpr std::uint64_t hrekf_cookie = 0x686e61760001'0001ull; // "hnav", options layout 1, model 1
+constexpr std::uint64_t ins_error_cookie = 0x686e61760001'0003ull; // model 3
 
 // The first row that the options break, or null. component: which one of an array.
 const hnav_option_info* find_impossible(const OptionTable& table, const void* options, int* component, double* value);
