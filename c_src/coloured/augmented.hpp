@@ -132,30 +132,23 @@ private:
             if (!(s > 0)) return false;
             const double e = z[i] - H_.dot(i, X.data());
             *out.nis += e * e / s;
-            for (int j = 0; j < n_; ++j) K_[j] = g_[j] / s;
+            const double inverse_s = 1 / s;
+            for (int j = 0; j < n_; ++j) K_[j] = g_[j] * inverse_s;
             for (int j = 0; j < n_; ++j) X[j] += K_[j] * e;
-            if (!joseph_) {
-                subtract_outer(K_, g_);
-                continue;
-            }
-            // (I - K h) P (I - K h)' + K r K' = M - (M h' - r K) K' with M = (I - K h) P
+            // (I - K h) P (I - K h)' + K r K' = M - (M h' - r K) K' with M = (I - K h) P: row by row in one sweep.
             for (int j = 0; j < n_; ++j) {
-                double* row = P.data() + j * n_;
-                for (int k = 0; k < n_; ++k) row[k] -= K_[j] * g_[k];
-                m_[j] = H_.dot(i, row) - r * K_[j];
+                double* __restrict row = P.data() + j * n_;
+                subtract(K_[j], g_, row);
+                if (joseph_) subtract(H_.dot(i, row) - r * K_[j], K_, row);
             }
-            subtract_outer(m_, K_);
         }
+        symmetrise(P);
         return true;
     }
 
-    // P -= left right', a symmetric matrix up to rounding: the upper triangle decides.
-    void subtract_outer(const double* left, const double* right) {
-        for (int j = 0; j < n_; ++j) {
-            double* row = P.data() + j * n_;
-            for (int k = j; k < n_; ++k) row[k] -= left[j] * right[k];
-        }
-        mirror_upper(P);
+    // row -= factor * other
+    void subtract(double factor, const double* __restrict other, double* __restrict row) const {
+        for (int k = 0; k < n_; ++k) row[k] -= factor * other[k];
     }
 
     // S and R of the present channels, S factorised.
