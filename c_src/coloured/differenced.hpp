@@ -55,11 +55,11 @@ public:
 // The paper's filter as it is printed, (12)-(16), and its adaptation (19)-(24). Step k uses mu(k) = z(k+1) - An z(k), so
 // the estimate is of the step before the newest measurement; z(0) alone says nothing.
 //
-//   Omega = Hd P Hd' + S* R + Hd C + C'Hd',  K = (P Hd' + C) Omega^-1,  P <- P - K Omega K'
-//   S* = diag(max(1, S_ii)),  S = [(1/M) sum Delta Delta' - Hd P Hd' - Hd C - C'Hd'] R^-1
+//   K = (P Hd' + C) Omega*^-1,  P <- P - K Omega K',  Omega = Hd P Hd' + R + Hd C + C'Hd'
+//   Omega*: with S* R for R,  S* = diag(max(1, S_ii)),  S = [(1/M) sum Delta Delta' - Hd P Hd' - Hd C - C'Hd'] R^-1
 //
 // What is wrong with it: xi is not white; C belongs in the next prediction; R also holds process noise; max(1, .) is
-// biased. It is here to be compared with.
+// biased; the adaptation reaches K but not P. It is here to be compared with.
 class Printed {
 public:
     Printed(Arena& state, Arena& work, const LinearModel& model, int window)
@@ -140,17 +140,20 @@ private:
 
     bool correct(const int* present, int count, StepResult& out) {
         const int nx = model_.nx;
-        Small Omega(count, count), T(count, nx), e(count, 1);
+        Small Omega(count, count), adapted(count, count), T(count, nx), e(count, 1);
         for (int a = 0; a < count; ++a) {
             e(a) = out.innovation[present[a]];
-            for (int b = 0; b < count; ++b) Omega(a, b) = out.S(present[a], present[b]);
+            for (int b = 0; b < count; ++b) {
+                adapted(a, b) = out.S(present[a], present[b]);
+                Omega(a, b) = base_(present[a], present[b]) + R_(present[a], present[b]);
+            }
             for (int j = 0; j < nx; ++j) T(a, j) = HP_(present[a], j) + d_.C(j, present[a]);
         }
-        // Omega is not symmetric once S* is not the identity and R not diagonal: no Cholesky.
-        const Eigen::PartialPivLU<Small> lu(Omega.transpose());
+        // Not symmetric once S* is not the identity and R not diagonal: no Cholesky.
+        const Eigen::PartialPivLU<Small> lu(adapted.transpose());
         if (!(std::fabs(lu.determinant()) > 0)) return false;
-        const Small K = lu.solve(T).transpose(); // K Omega = T'
-        const Small weighted = Eigen::PartialPivLU<Small>(Omega).solve(e);
+        const Small K = lu.solve(T).transpose(); // K Omega* = T'
+        const Small weighted = Eigen::PartialPivLU<Small>(adapted).solve(e);
         *out.nis = e.col(0).dot(weighted.col(0));
         const Small gained = K * e;
         x += gained.col(0);

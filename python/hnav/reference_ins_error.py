@@ -204,7 +204,7 @@ class ReferenceInsError:
         if len(c):
             K[:, c] = (self.P @ self.Hd.T + self.C)[:, c] @ np.linalg.inv(Omega[np.ix_(c, c)])  # (14)
         self.x = self.x + K @ nu  # (13)
-        P = self.P - K @ Omega @ K.T  # (16)
+        P = self.P - K @ (base + self.R) @ K.T  # (16), which (24) does not reach
         self.P = 0.5 * (P + P.T)
 
     def _white(self):
