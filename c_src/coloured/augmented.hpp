@@ -101,11 +101,9 @@ public:
         out.innovation.setConstant(std::numeric_limits<double>::quiet_NaN());
         for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - H_.dot(present[a], X.data());
         if (!noise.update({out.innovation.data(), base_, fresh_, zero_, zero_, present, count})) return false;
-        // Scaled as standard deviations are, so that a full Qv stays a covariance.
-        for (int i = 0; i < nz; ++i)
-            for (int j = 0; j < nz; ++j)
-                out.S(i, j) = base_(i, j) + (i == j ? noise.scale()[i] * model_.Qv(i, i)
-                                                    : std::sqrt(noise.scale()[i] * noise.scale()[j]) * model_.Qv(i, j));
+        out.S = base_;
+        for (int i = 0; i < nz; ++i) out.S(i, i) += noise.scale()[i] * model_.Qv(i, i);
+        if (!model_.Qv_is_diagonal) add_shared_noise(noise, out.S);
         if (!nl_) base_ -= model_.Lambda0; // from here on H P H' alone
         if (lag_ && predicted && !look_back(present, count, out)) return false;
         const bool good = sequential_ ? correct_by_channel(z, present, count, noise, out) : correct_at_once(present, count, out);
@@ -144,6 +142,13 @@ private:
         }
         symmetrise(P);
         return true;
+    }
+
+    // The rest of a full Qv, scaled as standard deviations are, so that it stays a covariance.
+    void add_shared_noise(const NoiseScale& noise, Matrix& S) const {
+        for (int i = 0; i < model_.nz; ++i)
+            for (int j = 0; j < model_.nz; ++j)
+                if (i != j) S(i, j) += std::sqrt(noise.scale()[i] * noise.scale()[j]) * model_.Qv(i, j);
     }
 
     // row -= factor * other

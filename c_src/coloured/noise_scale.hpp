@@ -63,13 +63,16 @@ public:
         : settings_(s), nz_(nz), scale_(state.doubles(nz)), fault_(state.doubles(nz)), seen_(state.doubles(nz)),
           squared_(state.doubles(windowed() ? nz * s.window : 0)), predicted_(state.doubles(windowed() ? nz * s.window : 0)),
           normalised_(state.doubles(windowed() ? nz * s.window : 0)), belief_(state.doubles(nz * s.levels)),
-          level_(work.doubles(s.levels)), transition_(work.doubles(s.levels * s.levels)), S_(work.matrix(nz, nz)), inverse_(work, nz),
+          level_(work.doubles(s.levels)), inverse_level_(work.doubles(s.levels)), transition_(work.doubles(s.levels * s.levels)), S_(work.matrix(nz, nz)), inverse_(work, nz),
           nu_(work.doubles(nz)), solved_(work.doubles(nz)), weight_(work.doubles(s.levels)), R_(work.doubles(nz)) {}
 
     void create() {
         gate_limit_ = chi_square_limit(settings_.window, settings_.gate_alpha);
         const int n = settings_.levels;
-        for (int g = 0; g < n; ++g) level_[g] = std::pow(settings_.level_ratio, g);
+        for (int g = 0; g < n; ++g) {
+            level_[g] = std::pow(settings_.level_ratio, g);
+            inverse_level_[g] = 1 / level_[g];
+        }
         std::fill(transition_, transition_ + n * n, 0.0);
         const auto T = [&](int from, int to) -> double& { return transition_[from * n + to]; };
         T(0, 0) = 1 - settings_.fault_probability;
@@ -193,7 +196,8 @@ private:
             belief[g] *= std::exp(half_square / widest - half_square / variance) / std::sqrt(variance);
             sum += belief[g];
         }
-        for (int g = 0; g < n; ++g) belief[g] /= sum;
+        const double inverse_sum = 1 / sum;
+        for (int g = 0; g < n; ++g) belief[g] *= inverse_sum;
         conclude(i);
     }
 
@@ -201,7 +205,7 @@ private:
         const int n = settings_.levels;
         const double* belief = belief_ + i * n;
         double precision = 0, faulty = 0;
-        for (int g = 0; g < n; ++g) precision += belief[g] / level_[g];
+        for (int g = 0; g < n; ++g) precision += belief[g] * inverse_level_[g];
         for (int g = 1; g < n; ++g) faulty += belief[g];
         scale_[i] = 1 / precision;
         fault_[i] = faulty;
@@ -214,7 +218,7 @@ private:
     double* seen_; // samples of each channel so far; a double, because saved states are numbers
     double *squared_, *predicted_, *normalised_;
     double* belief_;
-    double *level_, *transition_;
+    double *level_, *inverse_level_, *transition_;
     Matrix S_;
     LowerInverse inverse_;
     double *nu_, *solved_, *weight_, *R_;

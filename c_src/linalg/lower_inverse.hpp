@@ -20,16 +20,15 @@ public:
             double d = A(j, j);
             for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
             if (!(d > 0)) return false; // NaN too
-            const double root = std::sqrt(d);
-            L(j, j) = root;
+            const double inverse_root = 1 / std::sqrt(d);
+            W(j, j) = inverse_root;
             for (int i = j + 1; i < n; ++i) {
                 double sum = A(i, j);
                 for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-                L(i, j) = sum / root;
+                L(i, j) = sum * inverse_root;
             }
         }
         for (int i = 0; i < n; ++i) {
-            W(i, i) = 1 / L(i, i);
             for (int j = 0; j < i; ++j) W(i, j) = 0;
             for (int k = 0; k < i; ++k) {
                 const double factor = -L(i, k) * W(i, i);
