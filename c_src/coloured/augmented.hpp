@@ -29,8 +29,8 @@ struct StepResult {
 class Augmented {
 public:
     Augmented(Arena& state, Arena& work, const LinearModel& model, bool with_colour, bool joseph, bool lag)
-        : model_(model), nl_(with_colour ? model.nz : 0), n_(model.nx + nl_), joseph_(joseph), lag_(lag), X(state.vector(n_)),
-          P(state.matrix(n_, n_)), X_before_(state.vector(lag ? n_ : 0)), P_before_(state.matrix(lag ? n_ : 0, lag ? n_ : 0)),
+        : model_(model), nl_(with_colour ? model.nz : 0), n_(model.nx + nl_), joseph_(joseph), lag_(lag), X_(state.vector(n_)),
+          P_(state.matrix(n_, n_)), X_before_(state.vector(lag ? n_ : 0)), P_before_(state.matrix(lag ? n_ : 0, lag ? n_ : 0)),
           F_(work, n_, n_), H_(work, model.nz, n_), Q_(work.matrix(n_, n_)), HF_(work.matrix(model.nz, n_)), FP_(work.matrix(n_, n_)),
           PF_(work.matrix(n_, n_)), HP_(work.matrix(model.nz, n_)), base_(work.matrix(model.nz, model.nz)), R_(work.vector(model.nz)),
           zero_(work.doubles(model.nz)), fresh_(work.doubles(model.nz)), g_(work.doubles(n_)), K_(work.doubles(n_)), m_(work.doubles(n_)),
@@ -60,46 +60,46 @@ public:
     }
 
     void start() {
-        X.setZero();
-        X.head(model_.nx) = model_.x0;
-        P.setZero();
-        P.topLeftCorner(model_.nx, model_.nx) = model_.P0;
-        if (nl_) P.bottomRightCorner(nl_, nl_) = model_.Lambda0;
+        X_.setZero();
+        X_.head(model_.nx) = model_.x0;
+        P_.setZero();
+        P_.topLeftCorner(model_.nx, model_.nx) = model_.P0;
+        if (nl_) P_.bottomRightCorner(nl_, nl_) = model_.Lambda0;
         if (lag_) {
-            X_before_ = X;
-            P_before_ = P;
+            X_before_ = X_;
+            P_before_ = P_;
         }
     }
 
     void predict(const double* u) {
         if (lag_) {
-            X_before_ = X;
-            P_before_ = P;
+            X_before_ = X_;
+            P_before_ = P_;
         }
-        F_.times(P, FP_);
-        for (int i = 0; i < n_; ++i) m_[i] = F_.dot(i, X.data());
+        F_.times(P_, FP_);
+        for (int i = 0; i < n_; ++i) m_[i] = F_.dot(i, X_.data());
         for (int i = 0; i < model_.nx; ++i)
             for (int j = 0; j < model_.nu; ++j) m_[i] += model_.B(i, j) * u[j];
-        for (int i = 0; i < n_; ++i) X[i] = m_[i];
+        for (int i = 0; i < n_; ++i) X_[i] = m_[i];
         PF_ = FP_.transpose();
         for (int i = 0; i < n_; ++i) {
-            double* row = P.data() + i * n_;
+            double* row = P_.data() + i * n_;
             F_.row_times(i, PF_, row, i);
             for (int j = i; j < n_; ++j) row[j] += Q_(i, j);
         }
-        mirror_upper(P);
+        mirror_upper(P_);
     }
 
     // present: the channels of z that count; predicted: predict went before, so there is a step to look back over.
     // False: S is not positive definite.
     bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, StepResult& out) {
         const int nz = model_.nz;
-        H_.times(P, HP_);
+        H_.times(P_, HP_);
         for (int i = 0; i < nz; ++i)
             for (int j = 0; j < nz; ++j) base_(i, j) = H_.dot(j, HP_.data() + i * n_);
         if (!nl_) base_ += model_.Lambda0;
         out.innovation.setConstant(std::numeric_limits<double>::quiet_NaN());
-        for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - H_.dot(present[a], X.data());
+        for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - H_.dot(present[a], X_.data());
         if (!noise.update({out.innovation.data(), base_, fresh_, zero_, zero_, present, count})) return false;
         out.S = base_;
         for (int i = 0; i < nz; ++i) out.S(i, i) += noise.scale()[i] * model_.Qv(i, i);
@@ -108,15 +108,15 @@ public:
         if (lag_ && predicted && !look_back(present, count, out)) return false;
         const bool good = sequential_ ? correct_by_channel(z, present, count, noise, out) : correct_at_once(present, count, out);
         if (lag_ && !predicted) { // the first sample: nothing to look back on
-            X_before_ = X;
-            P_before_ = P;
+            X_before_ = X_;
+            P_before_ = P_;
         }
         return good;
     }
 
     // The estimate that outputs show: at this step, or one before.
-    const Vector& shown_X() const { return lag_ ? X_before_ : X; }
-    const Matrix& shown_P() const { return lag_ ? P_before_ : P; }
+    const Vector& shown_X() const { return lag_ ? X_before_ : X_; }
+    const Matrix& shown_P() const { return lag_ ? P_before_ : P_; }
 
 private:
     // Scalar corrections one after the other equal the joint one when R is diagonal, and need no factorisation.
@@ -125,22 +125,22 @@ private:
         for (int a = 0; a < count; ++a) {
             const int i = present[a];
             const double r = noise.scale()[i] * model_.Qv(i, i) + (nl_ ? 0 : model_.Lambda0(i, i));
-            H_.row_times(i, P, g_); // h P
+            H_.row_times(i, P_, g_); // h P
             const double s = H_.dot(i, g_) + r;
             if (!(s > 0)) return false;
-            const double e = z[i] - H_.dot(i, X.data());
+            const double e = z[i] - H_.dot(i, X_.data());
             *out.nis += e * e / s;
             const double inverse_s = 1 / s;
             for (int j = 0; j < n_; ++j) K_[j] = g_[j] * inverse_s;
-            for (int j = 0; j < n_; ++j) X[j] += K_[j] * e;
+            for (int j = 0; j < n_; ++j) X_[j] += K_[j] * e;
             // (I - K h) P (I - K h)' + K r K' = M - (M h' - r K) K' with M = (I - K h) P: row by row in one sweep.
             for (int j = 0; j < n_; ++j) {
-                double* __restrict row = P.data() + j * n_;
+                double* __restrict row = P_.data() + j * n_;
                 subtract(K_[j], g_, row);
                 if (joseph_) subtract(H_.dot(i, row) - r * K_[j], K_, row);
             }
         }
-        symmetrise(P);
+        symmetrise(P_);
         return true;
     }
 
@@ -181,8 +181,8 @@ private:
         gain_from(V_);
         inverse_.solve(R_.data(), g_);
         for (int a = 0; a < count; ++a) *out.nis += R_[a] * g_[a];
-        X.noalias() += D_.leftCols(count) * R_.head(count);
-        FP_ = P;
+        X_.noalias() += D_.leftCols(count) * R_.head(count);
+        FP_ = P_;
         FP_.noalias() -= D_.leftCols(count) * V_.leftCols(count).transpose(); // (I - K H) P
         if (joseph_) {
             for (int j = 0; j < n_; ++j)
@@ -190,8 +190,8 @@ private:
             V_.leftCols(count).noalias() -= D_.leftCols(count) * Rm_.topLeftCorner(count, count);
             FP_.noalias() -= V_.leftCols(count) * D_.leftCols(count).transpose();
         }
-        P = FP_;
-        symmetrise(P);
+        P_ = FP_;
+        symmetrise(P_);
         return true;
     }
 
@@ -223,12 +223,8 @@ private:
     const int nl_, n_;
     const bool joseph_, lag_;
     bool sequential_ = true;
-
-public:
-    Vector X;
-    Matrix P;
-
-private:
+    Vector X_;
+    Matrix P_;
     Vector X_before_;
     Matrix P_before_;
     SparseRows F_, H_;

@@ -16,43 +16,40 @@ namespace hnav {
 
 // What both differencing filters need of a model.
 struct Differences {
-    Differences(Arena& work, const LinearModel& model)
-        : model_(model), Hd(work.matrix(model.nz, model.nx)), HB(work.matrix(model.nz, model.nu)), C(work.matrix(model.nx, model.nz)),
+    Differences(Arena& work, const LinearModel& of)
+        : model(of), Hd(work.matrix(model.nz, model.nx)), HB(work.matrix(model.nz, model.nu)), C(work.matrix(model.nx, model.nz)),
           driven(work.matrix(model.nz, model.nz)) {}
 
     void prepare() {
-        Hd.noalias() = model_.H * model_.A;
-        Hd.noalias() -= model_.An * model_.H;
-        HB.noalias() = model_.H * model_.B;
-        C.noalias() = model_.Q * model_.H.transpose();
-        driven.noalias() = model_.H * C;
-        driven += model_.Ql;
+        Hd.noalias() = model.H * model.A;
+        Hd.noalias() -= model.An * model.H;
+        HB.noalias() = model.H * model.B;
+        C.noalias() = model.Q * model.H.transpose();
+        driven.noalias() = model.H * C;
+        driven += model.Ql;
     }
 
     // mu - HB u - Hd x in the channels whose difference exists; the number of these channels goes to `present`.
     int innovate(const double* z, const double* z_before, const double* u, const Vector& x, int* present, Vector& nu) const {
         int count = 0;
-        for (int i = 0; i < model_.nz; ++i) {
+        for (int i = 0; i < model.nz; ++i) {
             double e = z[i];
-            for (int j = 0; j < model_.nz; ++j)
-                if (model_.An(i, j) != 0) e -= model_.An(i, j) * z_before[j]; // NaN when one of them was missing
-            for (int j = 0; j < model_.nu; ++j) e -= HB(i, j) * u[j];
-            for (int j = 0; j < model_.nx; ++j) e -= Hd(i, j) * x[j];
+            for (int j = 0; j < model.nz; ++j)
+                if (model.An(i, j) != 0) e -= model.An(i, j) * z_before[j]; // NaN when one of them was missing
+            for (int j = 0; j < model.nu; ++j) e -= HB(i, j) * u[j];
+            for (int j = 0; j < model.nx; ++j) e -= Hd(i, j) * x[j];
             nu[i] = e;
             if (!std::isnan(e)) present[count++] = i;
         }
         return count;
     }
 
-private:
-    const LinearModel& model_;
-
-public:
+    const LinearModel& model;
     Matrix Hd, HB, C;
     Matrix driven; // R without v: H G Qw G'H' + Bn QU Bn'
 };
 
-// The paper's filter as it is printed, (12)-(16), and its adaptation (19)-(24). Step k uses mu(k) = z(k+1) - An z(k), so
+// The paper's filter as it is printed, (12)-(16), and its adaptation, up to (24). Step k uses mu(k) = z(k+1) - An z(k), so
 // the estimate is of the step before the newest measurement; z(0) alone says nothing.
 //
 //   K = (P Hd' + C) Omega*^-1,  P <- P - K Omega K',  Omega = Hd P Hd' + R + Hd C + C'Hd'
@@ -63,7 +60,7 @@ public:
 class Printed {
 public:
     Printed(Arena& state, Arena& work, const LinearModel& model, int window)
-        : model_(model), window_(window), x(state.vector(model.nx)), P(state.matrix(model.nx, model.nx)),
+        : model_(model), window_(window), x_(state.vector(model.nx)), P_(state.matrix(model.nx, model.nx)),
           u_before_(state.vector(model.nu)), scale_(state.vector(model.nz)), ring_(state.doubles(window * model.nz)),
           seen_(state.doubles(1)), d_(work, model), R_(work.matrix(model.nz, model.nz)), R_inverse_(work.matrix(model.nz, model.nz)),
           base_(work.matrix(model.nz, model.nz)), T_(work.matrix(model.nx, model.nx)), HP_(work.matrix(model.nz, model.nx)),
@@ -79,8 +76,8 @@ public:
     }
 
     void start() {
-        x = model_.x0;
-        P = model_.P0;
+        x_ = model_.x0;
+        P_ = model_.P0;
         u_before_.setZero();
         scale_.setOnes();
         std::fill(ring_, ring_ + window_ * model_.nz, std::numeric_limits<double>::quiet_NaN());
@@ -88,16 +85,18 @@ public:
     }
 
     const double* scale() const { return scale_.data(); }
+    const Vector& shown_x() const { return x_; }
+    const Matrix& shown_P() const { return P_; }
 
     // first: x0 is already the prior of the step that mu is about. False: Omega is singular.
     bool step(const double* u, const double* z, const double* z_before, bool first, int* present, StepResult& out) {
         if (!first) predict();
         for (int j = 0; j < model_.nu; ++j) u_before_[j] = u[j];
-        HP_.noalias() = d_.Hd * P;
+        HP_.noalias() = d_.Hd * P_;
         base_.noalias() = HP_ * d_.Hd.transpose();
         base_.noalias() += d_.Hd * d_.C;
         base_.noalias() += d_.C.transpose() * d_.Hd.transpose();
-        const int count = d_.innovate(z, z_before, u, x, present, out.innovation);
+        const int count = d_.innovate(z, z_before, u, x_, present, out.innovation);
         if (window_ > 0 && count > 0) match(out.innovation);
         for (int i = 0; i < model_.nz; ++i)
             for (int j = 0; j < model_.nz; ++j) out.S(i, j) = base_(i, j) + scale_[i] * R_(i, j);
@@ -106,13 +105,13 @@ public:
 
 private:
     void predict() {
-        moved_.noalias() = model_.A * x;
+        moved_.noalias() = model_.A * x_;
         moved_.noalias() += model_.B * u_before_;
-        x = moved_;
-        T_.noalias() = model_.A * P;
-        P.noalias() = T_ * model_.A.transpose();
-        P += model_.Q;
-        symmetrise(P);
+        x_ = moved_;
+        T_.noalias() = model_.A * P_;
+        P_.noalias() = T_ * model_.A.transpose();
+        P_ += model_.Q;
+        symmetrise(P_);
     }
 
     // Channels missing together leave no product in the window; such a product counts as expected.
@@ -156,21 +155,17 @@ private:
         const Small weighted = Eigen::PartialPivLU<Small>(adapted).solve(e);
         *out.nis = e.col(0).dot(weighted.col(0));
         const Small gained = K * e;
-        x += gained.col(0);
+        x_ += gained.col(0);
         const Small known = K * Omega * K.transpose();
-        P -= known;
-        symmetrise(P);
+        P_ -= known;
+        symmetrise(P_);
         return true;
     }
 
     const LinearModel& model_;
     const int window_;
-
-public:
-    Vector x;
-    Matrix P;
-
-private:
+    Vector x_;
+    Matrix P_;
     Vector u_before_, scale_;
     double* ring_; // the last innovations, one row each
     double* seen_;
@@ -192,7 +187,7 @@ private:
 class Differenced {
 public:
     Differenced(Arena& state, Arena& work, const LinearModel& model, bool joseph, bool lag)
-        : model_(model), joseph_(joseph), lag_(lag), x(state.vector(model.nx)), P(state.matrix(model.nx, model.nx)),
+        : model_(model), joseph_(joseph), lag_(lag), x_(state.vector(model.nx)), P_(state.matrix(model.nx, model.nx)),
           x_before_(state.vector(lag ? model.nx : 0)), P_before_(state.matrix(lag ? model.nx : 0, lag ? model.nx : 0)),
           v_before_(state.vector(model.nz)), d_(work, model), HP_(work.matrix(model.nz, model.nx)), base_(work.matrix(model.nz, model.nz)),
           moved_(work.vector(model.nx)), fresh_(work.doubles(model.nz)), past_(work.doubles(model.nz)),
@@ -201,8 +196,8 @@ public:
     void prepare() { d_.prepare(); }
 
     void start() {
-        x = model_.x0;
-        P = model_.P0;
+        x_ = model_.x0;
+        P_ = model_.P0;
         v_before_.setZero();
         keep_before();
     }
@@ -210,11 +205,11 @@ public:
     // z(0) is the only sample that says where x is, not how it moves.
     bool correct_first(const double* z, const int* present, int count, NoiseScale& noise, StepResult& out) {
         const int nz = model_.nz;
-        HP_.noalias() = model_.H * P;
+        HP_.noalias() = model_.H * P_;
         base_.noalias() = HP_ * model_.H.transpose();
         base_ += model_.Lambda0;
         out.innovation.setConstant(std::numeric_limits<double>::quiet_NaN());
-        for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - model_.H.row(present[a]).dot(x);
+        for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - model_.H.row(present[a]).dot(x_);
         for (int i = 0; i < nz; ++i) {
             fresh_[i] = model_.Qv(i, i);
             past_[i] = past_healthy_[i] = 0;
@@ -228,24 +223,24 @@ public:
         if (!factor(present, count, out)) return false;
         Small K = Small::Zero(model_.nx, nz);
         gain(HP_.transpose(), present, count, K);
-        weigh(present, count, out, K, x);
+        weigh(present, count, out, K, x_);
         const Small E = Small::Identity(model_.nx, model_.nx) - K * model_.H;
         const Small R = white + model_.Lambda0;
-        const Small joint = joseph_ ? Small(E * P * E.transpose() + K * R * K.transpose()) : Small(E * P);
-        P = joint;
-        symmetrise(P);
+        const Small joint = joseph_ ? Small(E * P_ * E.transpose() + K * R * K.transpose()) : Small(E * P_);
+        P_ = joint;
+        symmetrise(P_);
         keep_before();
         return true;
     }
 
     bool step(const double* u, const double* z, const double* z_before, int* present, NoiseScale& noise, StepResult& out) {
         const int nx = model_.nx, nz = model_.nz;
-        const int count = d_.innovate(z, z_before, u, x, present, out.innovation);
+        const int count = d_.innovate(z, z_before, u, x_, present, out.innovation);
         // An V An' with the noise of the sample before as it was scaled then; its diagonal goes to the adaptation.
         Small old(nz, nz), healthy = model_.An * model_.Qv * model_.An.transpose();
         old = healthy;
         if (model_.Qv_is_diagonal) old = model_.An * v_before_.asDiagonal() * model_.An.transpose();
-        HP_.noalias() = d_.Hd * P;
+        HP_.noalias() = d_.Hd * P_;
         base_.noalias() = HP_ * d_.Hd.transpose();
         base_ += d_.driven;
         for (int i = 0; i < nz; ++i) {
@@ -269,37 +264,37 @@ public:
         if (lag_) {
             Small D = Small::Zero(nx, nz);
             gain(cross, present, count, D);
-            x_before_ = x;
+            x_before_ = x_;
             weigh(present, count, out, D, x_before_);
             const Small E = Small::Identity(nx, nx) - D * d_.Hd;
             const Small noise_of_mu = d_.driven + R;
-            const Small joint = E * P * E.transpose() + D * noise_of_mu * D.transpose();
+            const Small joint = E * P_ * E.transpose() + D * noise_of_mu * D.transpose();
             P_before_ = joint;
             symmetrise(P_before_);
         }
         Small K = Small::Zero(nx, nz);
         const Small T = model_.A * cross + d_.C;
         gain(T, present, count, K);
-        moved_.noalias() = model_.A * x;
+        moved_.noalias() = model_.A * x_;
         for (int i = 0; i < nx; ++i)
             for (int j = 0; j < model_.nu; ++j) moved_[i] += model_.B(i, j) * u[j];
         weigh(present, count, out, K, moved_);
-        x = moved_;
+        x_ = moved_;
         Small next;
         if (joseph_) {
             const Small E = model_.A - K * d_.Hd, G = Small::Identity(nx, nx) - K * model_.H;
             const Small driving = model_.Ql + R;
-            next = E * P * E.transpose() + G * model_.Q * G.transpose() + K * driving * K.transpose();
+            next = E * P_ * E.transpose() + G * model_.Q * G.transpose() + K * driving * K.transpose();
         } else {
-            next = model_.A * P * model_.A.transpose() + model_.Q - K * T.transpose();
+            next = model_.A * P_ * model_.A.transpose() + model_.Q - K * T.transpose();
         }
-        P = next;
-        symmetrise(P);
+        P_ = next;
+        symmetrise(P_);
         return true;
     }
 
-    const Vector& shown_x() const { return lag_ ? x_before_ : x; }
-    const Matrix& shown_P() const { return lag_ ? P_before_ : P; }
+    const Vector& shown_x() const { return lag_ ? x_before_ : x_; }
+    const Matrix& shown_P() const { return lag_ ? P_before_ : P_; }
 
 private:
     double scaled_v(int i, int j, const NoiseScale& noise) const {
@@ -312,8 +307,8 @@ private:
 
     void keep_before() {
         if (!lag_) return;
-        x_before_ = x;
-        P_before_ = P;
+        x_before_ = x_;
+        P_before_ = P_;
     }
 
     bool factor(const int* present, int count, const StepResult& out) {
@@ -339,12 +334,8 @@ private:
 
     const LinearModel& model_;
     const bool joseph_, lag_;
-
-public:
-    Vector x;
-    Matrix P;
-
-private:
+    Vector x_;
+    Matrix P_;
     Vector x_before_;
     Matrix P_before_;
     Vector v_before_; // variance of v in the sample before, as scaled then

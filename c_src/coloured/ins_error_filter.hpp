@@ -102,8 +102,8 @@ public:
     double shown_step() const { return std::fmax(0, *steps_ - 1 - is_late()); }
 
     // State and, in the augmented form, lambda behind it.
-    const Vector& X() const { return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->x; }
-    const Matrix& P() const { return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->P; }
+    const Vector& X() const { return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->shown_x(); }
+    const Matrix& P() const { return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->shown_P(); }
     // The measurement of the step that the outputs are about.
     const Vector& shown_z() const { return is_late() && *steps_ >= 2 ? z_before_ : z_; }
     bool estimates_lambda() const { return P().rows() > model.nx; }

@@ -5,7 +5,7 @@
 //   lambda(k) = An lambda(k-1) + Bn U(k-1)        U ~ (0, QU),  lambda(0) ~ (0, Lambda0)
 //
 //   C. Hajiyev, R. Hacizade, A Covariance Matching-Based Adaptive Measurement Differencing Kalman Filter for INS's Error
-//   Compensation, WSEAS Trans. Systems and Control 18, 2023 ("the paper"), equations (1)-(5).
+//   Compensation, WSEAS Trans. Systems and Control 18, 2023 ("the paper").
 #pragma once
 
 #include "linalg/arena.hpp"

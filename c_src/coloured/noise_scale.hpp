@@ -1,8 +1,8 @@
 // How much noisier than healthy each measurement channel is: a factor s_i >= 1 on the variance of its white noise v_i,
 // from the innovations. Only Qv is scaled: a sensor fault does not change the aircraft or its air.
 //
-//   paper match  s_i = max(1, (mean of nu_i^2 over a window - variance of the prediction) / r_i), the paper's (19)-(24)
-//                on one channel. Biased: the maximum of 1 and an estimate of 1 is above 1, by 1/sqrt(pi M) for a window M.
+//   paper match  s_i = max(1, (mean of nu_i^2 over a window - variance of the prediction) / r_i), the paper's adaptation
+//                on one channel. Biased: the maximum of 1 and an estimate of 1 is above 1, by 1/sqrt(pi M).
 //   gated match  the same, but 1 as long as the conditional innovations of the window pass a chi-square test.
 //   HMM          s_i is a hidden Markov chain over 1, 4, 16, ...: it stays healthy, jumps to any level, recovers, drifts.
 //                Its posterior follows from one innovation at a time, so no window delays onset and recovery.

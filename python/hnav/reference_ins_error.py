@@ -1,7 +1,7 @@
 """The filter for coloured INS errors again in NumPy, slow and readable: the oracle of the tests.
 
-Dense matrices, one expression for each equation, no structure exploited; equation numbers are the paper's (Hajiyev and
-Hacizade, WSEAS Trans. Systems and Control 18, 2023). Written from the equations, not from the C++.
+Dense matrices, one expression for each equation, no structure exploited; equation numbers are those of Hajiyev and Hacizade
+(WSEAS Trans. Systems and Control 18, 2023). Written from the equations, not from the C++.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ class ReferenceInsError:
         self.Q = m.G @ m.Qw @ m.G.T
         self.Ql = m.Bn @ m.QU @ m.Bn.T if self.coloured else zero
         self.Lambda0 = m.Lambda0 if self.coloured else zero
-        self.Hd = m.H @ m.A - self.An @ m.H  # (7)
-        self.C = self.Q @ m.H.T  # (11)
+        self.Hd = m.H @ m.A - self.An @ m.H
+        self.C = self.Q @ m.H.T
         self.driven = m.H @ self.Q @ m.H.T + self.Ql
-        self.R = self.driven + m.Qv + self.An @ m.Qv @ self.An.T  # (10)
+        self.R = self.driven + m.Qv + self.An @ m.Qv @ self.An.T
         self.noise = NoiseScale(options, nz)
         self.augmented = options.form == "augmented" and self.coloured
         if self.augmented:
@@ -184,8 +184,8 @@ class ReferenceInsError:
         """(12)-(24); mu(k) = z(k+1) - An z(k) corrects x(k)."""
         m = self.m
         if self.steps > 1:
-            self.x = m.A @ self.x + m.B @ self.u_before  # (12)
-            self.P = m.A @ self.P @ m.A.T + self.Q  # (15)
+            self.x = m.A @ self.x + m.B @ self.u_before
+            self.P = m.A @ self.P @ m.A.T + self.Q
         self.u_before = u
         self.innovation = self._difference(u, z, z_before)
         base = self.Hd @ self.P @ self.Hd.T + self.Hd @ self.C + self.C.T @ self.Hd.T
@@ -202,8 +202,8 @@ class ReferenceInsError:
         c = np.flatnonzero(np.isfinite(self.innovation))
         K = np.zeros((m.nx, m.nz))
         if len(c):
-            K[:, c] = (self.P @ self.Hd.T + self.C)[:, c] @ np.linalg.inv(Omega[np.ix_(c, c)])  # (14)
-        self.x = self.x + K @ nu  # (13)
+            K[:, c] = (self.P @ self.Hd.T + self.C)[:, c] @ np.linalg.inv(Omega[np.ix_(c, c)])
+        self.x = self.x + K @ nu
         P = self.P - K @ (base + self.R) @ K.T  # (16), which (24) does not reach
         self.P = 0.5 * (P + P.T)
 
