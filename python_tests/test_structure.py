@@ -1,4 +1,4 @@
-"""Who may know whom: python -> fmu -> include -> api -> attitude -> hybrid, linalg."""
+"""Who may know whom: python -> fmu -> include -> api -> attitude, coloured -> hybrid, linalg."""
 
 import re
 from pathlib import Path
@@ -11,11 +11,12 @@ ALLOWED = {
     "c_src/linalg": {"linalg"},
     "c_src/hybrid": {"hybrid"},
     "c_src/attitude": {"attitude", "hybrid", "linalg"},
-    "c_src/api": {"api", "attitude", "hybrid", "linalg", "hnav"},
+    "c_src/coloured": {"coloured", "linalg"},
+    "c_src/api": {"api", "attitude", "coloured", "hybrid", "linalg", "hnav"},
     "c_src/include": set(),
     "fmu": {"adapter", "attitude", "hnav"},
 }
-LIBRARY_FOLDERS = {"api", "attitude", "hybrid", "linalg", "hnav", "adapter"}
+LIBRARY_FOLDERS = {"api", "attitude", "coloured", "hybrid", "linalg", "hnav", "adapter"}
 
 
 def includes(path: Path) -> list[str]:

@@ -6,6 +6,10 @@
     recordings  files of real sensors
     scores      errors against a reference attitude
     reference   the filter again in NumPy, slow and readable: the oracle of the tests
+    ins_error_filter     linear models with time-correlated INS errors: MDKF, AMDKF and better
+    reference_ins_error  the same in NumPy
+    ins_error_table      Monte Carlo comparison of its forms
+    aircraft    linear aircraft from files, flown with INS errors and faults
 """
 
 from hnav.library import Filter, HnavError, Options

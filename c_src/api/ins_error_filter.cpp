@@ -1,0 +1,367 @@
+// The C boundary of the filter for coloured INS errors.
+#include "hnav/hnav.h"
+
+#include "api/option_table.hpp"
+#include "coloured/ins_error_filter.hpp"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+using hnav::InsErrorFilter;
+using hnav::Refusal;
+
+// One block of memory: this object, then the arenas of the filter, a spare copy of its state, and a row of measurements.
+struct hnav_ins_error_filter {
+    std::optional<InsErrorFilter> filter;
+    double* z;
+    std::uint64_t fingerprint;
+    mutable char message[320];
+
+    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        va_list arguments;
+        va_start(arguments, format);
+        std::vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        return status;
+    }
+};
+
+namespace {
+
+// The enumerations are the API's, one to one.
+static_assert(int(hnav::Form::mdkf) == HNAV_INS_ERROR_MDKF && int(hnav::Form::plain) == HNAV_INS_ERROR_PLAIN);
+static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::hmm) == HNAV_NOISE_SCALING_HMM);
+
+#define REQUIRE(f, pointer)                                                                                          \
+    do {                                                                                                             \
+        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
+        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
+    } while (0)
+
+hnav::ModelData data_of(const hnav_ins_error_model& m) {
+    return {m.nx, m.nu, m.nz, m.nw, m.nl, m.interval_s, m.A, m.B, m.G, m.H, m.An, m.Bn, m.Qw, m.Qv, m.QU, m.Lambda0, m.x0, m.P0};
+}
+
+hnav::InsErrorSettings settings_of(const hnav_ins_error_options& o) {
+    hnav::InsErrorSettings s;
+    s.form = static_cast<hnav::Form>(o.form);
+    s.noise.mode = static_cast<hnav::Scaling>(o.noise_scaling);
+    s.noise.window = o.window;
+    s.noise.gate_alpha = o.gate_alpha;
+    s.noise.levels = o.hmm_levels;
+    s.noise.level_ratio = o.hmm_level_ratio;
+    s.noise.fault_probability = o.hmm_fault_probability;
+    s.noise.recovery_probability = o.hmm_recovery_probability;
+    s.noise.drift_probability = o.hmm_drift_probability;
+    s.lag = o.lag != 0;
+    s.joseph = o.joseph != 0;
+    return s;
+}
+
+hnav_status status_of(const Refusal& why) {
+    switch (why.kind) {
+    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
+    case Refusal::size: return HNAV_ERROR_SIZE;
+    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
+    default: return HNAV_ERROR_OPTION;
+    }
+}
+
+// A factor for each channel has no meaning for noise that channels share.
+bool scaling_has_meaning(const hnav::InsErrorSettings& s, const hnav_ins_error_model& m, Refusal& why) {
+    const bool scaled = s.form >= hnav::Form::differenced && s.noise.mode != hnav::Scaling::none;
+    if (!scaled || !m.Qv) return true;
+    for (int i = 0; i < m.nz; ++i)
+        for (int j = 0; j < m.nz; ++j)
+            if (i != j && m.Qv[i * m.nz + j] != 0)
+                return why.because(Refusal::impossible, "Qv[%d][%d] = %g: noise_scaling needs a diagonal Qv; choose none", i, j, m.Qv[i * m.nz + j]);
+    return true;
+}
+
+// Saved: this header, then the numbers.
+struct SavedHeader {
+    std::uint64_t magic;
+    std::uint64_t fingerprint;
+    std::uint64_t count;
+    std::uint64_t checksum;
+};
+constexpr std::uint64_t magic = 0x6c6f63'76616e68ull; // "hnavcol"
+
+std::uint64_t checksum(const void* data, std::size_t bytes) {
+    std::uint64_t hash = 14695981039346656037ull;
+    for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
+    return hash;
+}
+
+std::size_t state_size(const hnav_ins_error_filter* f) { return sizeof(SavedHeader) + f->filter->state_count() * sizeof(double); }
+
+hnav_status step(hnav_ins_error_filter* f, const double* u, const double* z, const std::uint8_t* present) {
+    InsErrorFilter& filter = *f->filter;
+    if (filter.steps() > 0)
+        for (int i = 0; i < filter.model.nu; ++i)
+            if (!std::isfinite(u[i])) return f->fail(HNAV_ERROR_NON_FINITE, "u[%d] = %g is not finite in step %.0f", i, u[i], filter.steps());
+    for (int i = 0; i < filter.model.nz; ++i) {
+        f->z[i] = present && !present[i] ? std::nan("") : z[i];
+        if (std::isinf(f->z[i]))
+            return f->fail(HNAV_ERROR_NON_FINITE, "z[%d] = %g is not finite in step %.0f (NaN is a missing channel)", i, z[i], filter.steps());
+    }
+    if (filter.step(u, f->z)) return HNAV_OK;
+    return f->fail(HNAV_ERROR_SOLVER, "step %.0f has no answer: the innovation covariance is singular or the estimate without bound; it was dropped",
+                   filter.steps());
+}
+
+template <class Source>
+void copy(const Source& from, double* to) {
+    if (!to) return;
+    for (int i = 0; i < from.rows(); ++i)
+        for (int j = 0; j < from.cols(); ++j) *to++ = from(i, j);
+}
+
+void copy(const double* from, int count, double* to) {
+    if (to) std::copy(from, from + count, to);
+}
+
+void estimate(const InsErrorFilter& f, double* x, double* sigma) {
+    for (int i = 0; i < f.model.nx; ++i) {
+        if (x) x[i] = f.X()[i];
+        if (sigma) sigma[i] = std::sqrt(std::fmax(0, f.P()(i, i)));
+    }
+}
+
+void compensated(const InsErrorFilter& f, double* out) {
+    if (!out) return;
+    f.lambda(out, nullptr);
+    for (int i = 0; i < f.model.nz; ++i) out[i] = f.shown_z()[i] - out[i];
+}
+
+double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
+
+void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, std::size_t i) {
+    const int nx = f.model.nx, nz = f.model.nz;
+    estimate(f, row(out.x, i, nx), row(out.sigma, i, nx));
+    copy(f.P().topLeftCorner(nx, nx), row(out.covariance, i, nx * nx));
+    f.lambda(row(out.lambda, i, nz), row(out.lambda_sigma, i, nz));
+    compensated(f, row(out.compensated, i, nz));
+    copy(f.result().innovation, row(out.innovation, i, nz));
+    if (out.nis) out.nis[i] = *f.result().nis;
+    copy(f.noise_scale(), nz, row(out.noise_scale, i, nz));
+    copy(f.fault_probability(), nz, row(out.fault_probability, i, nz));
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_ins_error_options hnav_ins_error_defaults(void) {
+    hnav_ins_error_options o{};
+    o.cookie = hnav::ins_error_cookie;
+    o.form = HNAV_INS_ERROR_AUGMENTED;
+    o.noise_scaling = HNAV_NOISE_SCALING_HMM;
+    o.window = 20;
+    o.gate_alpha = 1e-3;
+    // Variances of 1, 4, 16, 64, 256: noise of up to sixteen times the healthy sigma, at steps of two.
+    o.hmm_levels = 5;
+    o.hmm_level_ratio = 4;
+    o.hmm_fault_probability = 1e-3;
+    o.hmm_recovery_probability = 2e-3;
+    o.hmm_drift_probability = 1e-2;
+    o.lag = 0;
+    o.joseph = 1;
+    return o;
+}
+
+const hnav_option_info* hnav_ins_error_option(int32_t index) {
+    const hnav::OptionTable table = hnav::ins_error_option_table();
+    return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
+}
+
+hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const hnav_ins_error_options* options,
+                                         const hnav_ins_error_model* model, char* message, size_t message_size) {
+    const auto fail = [&](hnav_status status, const char* format, auto... arguments) {
+        if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
+        return status;
+    };
+    if (message && message_size > 0) message[0] = '\0';
+    if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
+    *filter = nullptr;
+    if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (!model) return fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    if (options->cookie != hnav::ins_error_cookie)
+        return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_ins_error_defaults of hnav %s", hnav_version());
+
+    const hnav::OptionTable table = hnav::ins_error_option_table();
+    int component;
+    double value;
+    if (const hnav_option_info* bad = hnav::find_impossible(table, options, &component, &value))
+        return fail(HNAV_ERROR_OPTION, "%s = %g is impossible: it must be in %c%g, %g]", bad->name, value, bad->min_is_open ? '(' : '[',
+                    bad->min, bad->max);
+
+    const hnav::ModelData data = data_of(*model);
+    const hnav::InsErrorSettings settings = settings_of(*options);
+    Refusal why;
+    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why)) return fail(status_of(why), "%s", why.text);
+
+    // Built once without memory, to learn how much it needs.
+    hnav::Arena state_size, work_size;
+    InsErrorFilter(state_size, work_size, nullptr, data, settings);
+    const std::size_t head = (sizeof(hnav_ins_error_filter) + 63) / 64 * 64;
+    const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
+    void* memory = std::malloc(head + 2 * state_bytes + row_bytes + work_size.used());
+    if (!memory) return fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx, model->nz, options->window);
+    auto* self = new (memory) hnav_ins_error_filter;
+    char* block = static_cast<char*>(memory) + head;
+    hnav::Arena state(block), work(block + 2 * state_bytes + row_bytes);
+    self->filter.emplace(state, work, block + state_bytes, data, settings);
+    self->z = reinterpret_cast<double*>(block + 2 * state_bytes);
+    self->message[0] = '\0';
+
+    if (!self->filter->model.assign(data, why)) {
+        hnav_ins_error_filter_destroy(self);
+        return fail(status_of(why), "%s", why.text);
+    }
+    self->filter->create();
+    self->fingerprint = hnav::fingerprint(table, options) ^ (self->filter->model.fingerprint() * 3);
+    *filter = self;
+    return HNAV_OK;
+}
+
+void hnav_ins_error_filter_destroy(hnav_ins_error_filter* filter) {
+    if (!filter) return;
+    filter->~hnav_ins_error_filter();
+    std::free(filter);
+}
+
+hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    filter->filter->reset();
+    return HNAV_OK;
+}
+
+const char* hnav_ins_error_filter_message(const hnav_ins_error_filter* filter) { return filter ? filter->message : "filter is null"; }
+
+const char* hnav_ins_error_filter_warning(const hnav_ins_error_filter* filter) { return filter ? filter->filter->model.warning : "filter is null"; }
+
+hnav_status hnav_ins_error_filter_separability(const hnav_ins_error_filter* filter, double* separability) {
+    REQUIRE(filter, separability);
+    *separability = filter->filter->model.separability;
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter* filter, const hnav_ins_error_model* model) {
+    REQUIRE(filter, model);
+    Refusal why;
+    if (!scaling_has_meaning(filter->filter->settings(), *model, why) || !filter->filter->model.assign(data_of(*model), why))
+        return filter->fail(status_of(why), "%s", why.text);
+    filter->filter->prepare();
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_step(hnav_ins_error_filter* filter, const double* u, const double* z, const uint8_t* present) {
+    REQUIRE(filter, z);
+    if (filter->filter->model.nu > 0) REQUIRE(filter, u);
+    return step(filter, u, z, present);
+}
+
+hnav_status hnav_ins_error_filter_estimate(const hnav_ins_error_filter* filter, double* x, double* sigma) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    estimate(*filter->filter, x, sigma);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter, double* P) {
+    REQUIRE(filter, P);
+    const int nx = filter->filter->model.nx;
+    copy(filter->filter->P().topLeftCorner(nx, nx), P);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter* filter, double* lambda, double* sigma, double* out) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    filter->filter->lambda(lambda, sigma);
+    compensated(*filter->filter, out);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filter* filter, double* innovation, double* S, double* nis) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    if (filter->filter->steps() == 0) return filter->fail(HNAV_ERROR_NO_DATA, "no sample yet");
+    copy(filter->filter->result().innovation, innovation);
+    copy(filter->filter->result().S, S);
+    if (nis) *nis = *filter->filter->result().nis;
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, double* scale, double* fault_probability) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    copy(filter->filter->noise_scale(), filter->filter->model.nz, scale);
+    copy(filter->filter->fault_probability(), filter->filter->model.nz, fault_probability);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_get_status(const hnav_ins_error_filter* filter, hnav_ins_error_status* status) {
+    REQUIRE(filter, status);
+    const InsErrorFilter& f = *filter->filter;
+    status->steps = static_cast<std::uint64_t>(f.steps());
+    status->shown_step = static_cast<std::uint64_t>(f.shown_step());
+    status->nx = f.model.nx;
+    status->nu = f.model.nu;
+    status->nz = f.model.nz;
+    status->estimates_lambda = f.estimates_lambda();
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, const hnav_ins_error_run_input* input,
+                                      const hnav_ins_error_run_output* output, size_t* rows_done) {
+    if (rows_done) *rows_done = 0;
+    REQUIRE(filter, input);
+    REQUIRE(filter, output);
+    const int nu = filter->filter->model.nu, nz = filter->filter->model.nz;
+    if (n > 0) REQUIRE(filter, input->z);
+    if (n > 0 && nu > 0) REQUIRE(filter, input->u);
+    for (size_t i = 0; i < n; ++i) {
+        const hnav_status status = step(filter, nu > 0 ? input->u + i * nu : nullptr, input->z + i * nz, input->present ? input->present + i * nz : nullptr);
+        if (status != HNAV_OK) return status;
+        write_row(*filter->filter, *output, i);
+        if (rows_done) *rows_done = i + 1;
+    }
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter, size_t* bytes) {
+    REQUIRE(filter, bytes);
+    *bytes = state_size(filter);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (bytes < state_size(filter)) return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, state_size(filter));
+    const InsErrorFilter& f = *filter->filter;
+    const std::size_t payload = f.state_count() * sizeof(double);
+    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()), checksum(f.state(), payload)};
+    std::memcpy(buffer, &header, sizeof header);
+    std::memcpy(static_cast<char*>(buffer) + sizeof header, f.state(), payload);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (bytes != state_size(filter))
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes, state_size(filter));
+    InsErrorFilter& f = *filter->filter;
+    const std::size_t payload = f.state_count() * sizeof(double);
+    const char* numbers = static_cast<const char*>(buffer) + sizeof(SavedHeader);
+    SavedHeader header;
+    std::memcpy(&header, buffer, sizeof header);
+    if (header.magic != magic || header.fingerprint != filter->fingerprint || header.count != static_cast<std::uint64_t>(f.state_count()) ||
+        header.checksum != checksum(numbers, payload))
+        return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options or another model");
+    std::memcpy(f.state(), numbers, payload);
+    return HNAV_OK;
+}
+
+} // extern "C"

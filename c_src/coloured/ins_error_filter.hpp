@@ -1,0 +1,157 @@
+// One filter over the five forms: what a step does, what it leaves to read, and the state that makes it go on bit for bit.
+#pragma once
+
+#include "coloured/augmented.hpp"
+#include "coloured/differenced.hpp"
+
+#include <limits>
+#include <optional>
+
+namespace hnav {
+
+enum class Form { mdkf, amdkf, differenced, augmented, plain };
+
+struct InsErrorSettings {
+    Form form = Form::augmented;
+    NoiseScaleSettings noise;
+    bool lag = false;
+    bool joseph = true;
+};
+
+class InsErrorFilter {
+public:
+    using Model = LinearModel;
+
+    // state: what a saved filter holds; work: the rest; spare: as many bytes as state. Built twice, the first time on
+    // arenas without memory, to learn how much they need.
+    InsErrorFilter(Arena& state, Arena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
+        : model(work, data), settings_(s), state_(state.doubles(0)), spare_(static_cast<double*>(spare)), steps_(state.doubles(1)),
+          z_(state.vector(data.nz)), z_before_(state.vector(data.nz)), result_(state, data.nz), present_(work.integers(data.nz)) {
+        NoiseScaleSettings scaling = s.noise;
+        if (is_printed()) scaling.mode = Scaling::none; // MDKF has none, AMDKF its own
+        noise_.emplace(state, work, data.nz, scaling);
+        if (is_printed())
+            printed_.emplace(state, work, model, s.form == Form::amdkf ? s.noise.window : 0);
+        else if (s.form == Form::differenced)
+            differenced_.emplace(state, work, model, s.joseph, s.lag);
+        else
+            kalman_.emplace(state, work, model, s.form == Form::augmented && data.An, s.joseph, s.lag);
+        state_count_ = static_cast<int>(state.used() / sizeof(double));
+    }
+    InsErrorFilter(const InsErrorFilter&) = delete;
+
+    LinearModel model;
+
+    // Once, when the model is assigned.
+    void create() {
+        noise_->create();
+        prepare();
+        reset();
+    }
+
+    // After the model changed.
+    void prepare() {
+        if (printed_) printed_->prepare();
+        if (differenced_) differenced_->prepare();
+        if (kalman_) kalman_->prepare();
+    }
+
+    // Back to x0 and P0, no samples.
+    void reset() {
+        *steps_ = 0;
+        for (Vector* z : {&z_, &z_before_, &result_.innovation}) z->setConstant(nan);
+        result_.S.setConstant(nan);
+        *result_.nis = nan;
+        noise_->reset();
+        if (printed_) printed_->start();
+        if (differenced_) differenced_->start();
+        if (kalman_) kalman_->start();
+    }
+
+    // u: held since the step before (not used by the first step); z: NaN where a channel is missing. False: the
+    // innovation covariance is singular or the estimate would not be finite; everything is as before.
+    bool step(const double* u, const double* z) {
+        std::copy(state_, state_ + state_count_, spare_);
+        const bool first = *steps_ == 0;
+        z_before_ = z_;
+        int count = 0;
+        for (int i = 0; i < model.nz; ++i) {
+            z_[i] = z[i];
+            if (!std::isnan(z[i])) present_[count++] = i;
+        }
+        *result_.nis = nan;
+        bool good = true;
+        if (kalman_) {
+            if (!first) kalman_->predict(u);
+            good = kalman_->correct(z, present_, count, !first, *noise_, result_);
+        } else if (differenced_) {
+            good = first ? differenced_->correct_first(z, present_, count, *noise_, result_)
+                         : differenced_->step(u, z, z_before_.data(), present_, *noise_, result_);
+        } else if (!first) { // the printed filter makes nothing of z(0) alone
+            good = printed_->step(u, z, z_before_.data(), *steps_ == 1, present_, result_);
+        }
+        *steps_ += 1;
+        if (result_.innovation.array().isNaN().all()) *result_.nis = nan;
+        if (good && X().allFinite() && P().diagonal().allFinite() && X().cwiseAbs().maxCoeff() < beyond) return true;
+        std::copy(spare_, spare_ + state_count_, state_);
+        return false;
+    }
+
+    double steps() const { return *steps_; }
+    // The step that the outputs are about, counted from 0.
+    double shown_step() const { return std::fmax(0, *steps_ - 1 - is_late()); }
+
+    // State and, in the augmented form, lambda behind it.
+    const Vector& X() const { return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->shown_x(); }
+    const Matrix& P() const { return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->shown_P(); }
+    // The measurement of the step that the outputs are about.
+    const Vector& shown_z() const { return is_late() && *steps_ >= 2 ? z_before_ : z_; }
+    bool estimates_lambda() const { return P().rows() > model.nx; }
+
+    // Coloured errors. Forms without them as states leave what the estimated state does not explain, z - H x, which is
+    // lambda when v = 0.
+    void lambda(double* value, double* sigma) const {
+        const int nx = model.nx;
+        for (int i = 0; i < model.nz; ++i) {
+            const double hx = model.H.row(i).dot(X().head(nx));
+            const bool state = estimates_lambda();
+            if (value) value[i] = state ? X()[nx + i] : shown_z()[i] - hx;
+            if (!sigma) continue;
+            double variance = state ? P()(nx + i, nx + i) : 0;
+            if (!state) // (H P H')_ii
+                for (int j = 0; j < nx; ++j) variance += model.H(i, j) * model.H.row(i).dot(P().row(j));
+            sigma[i] = std::sqrt(std::fmax(0, variance));
+        }
+    }
+
+    const InsErrorSettings& settings() const { return settings_; }
+    const StepResult& result() const { return result_; }
+    const double* noise_scale() const { return printed_ ? printed_->scale() : noise_->scale(); }
+    const double* fault_probability() const { return noise_->fault_probability(); }
+
+    int state_count() const { return state_count_; }
+    double* state() { return state_; }
+    const double* state() const { return state_; }
+
+private:
+    static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    static constexpr double beyond = 1e150; // the square of an estimate must be a number
+
+    bool is_printed() const { return settings_.form == Form::mdkf || settings_.form == Form::amdkf; }
+    bool is_late() const { return is_printed() || settings_.lag; }
+
+    InsErrorSettings settings_;
+    double* state_;
+    double* spare_;
+    int state_count_ = 0;
+    double* steps_; // a double, because saved states are numbers
+    Vector z_, z_before_;
+    StepResult result_;
+    int* present_;
+    std::optional<NoiseScale> noise_;
+    std::optional<Augmented> kalman_;
+    std::optional<Printed> printed_;
+    std::optional<Differenced> differenced_;
+};
+
+} // namespace hnav

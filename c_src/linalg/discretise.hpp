@@ -1,0 +1,45 @@
+// Exact discretisation of dx/dt = A x + B u + w with u held over the interval T and w white of spectral density Q.
+//   C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Trans. Automatic Control 23(3), 1978:
+//   exp([-A Q; 0 A'] T) = [* M12; 0 M22],  Ad = M22',  Qd = Ad M12;   exp([A B; 0 0] T) = [Ad Bd; 0 I].
+#pragma once
+
+#include <Eigen/Core>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace hnav {
+
+constexpr int largest_dimension = 32;
+
+// Bounded at compile time, so that the exponential works on the stack: no allocation here or inside Eigen.
+template <int bound>
+using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bound, bound>;
+using Small = Bounded<largest_dimension>;
+using Pair = Bounded<2 * largest_dimension>;
+
+struct Discrete {
+    Small A, B, Q;
+};
+
+// A n x n, B n x m (m may be 0), Q n x n symmetric; T in the time unit of A. n and m at most 32.
+inline Discrete discretise(const Small& A, const Small& B, const Small& Q, double T) {
+    const Eigen::Index n = A.rows(), m = B.cols();
+    Discrete d;
+
+    Pair held = Pair::Zero(n + m, n + m);
+    held.topLeftCorner(n, n) = A * T;
+    held.topRightCorner(n, m) = B * T;
+    const Pair flow = held.exp();
+    d.A = flow.topLeftCorner(n, n);
+    d.B = flow.topRightCorner(n, m);
+
+    Pair hamiltonian = Pair::Zero(2 * n, 2 * n);
+    hamiltonian.topLeftCorner(n, n) = -A * T;
+    hamiltonian.topRightCorner(n, n) = Q * T;
+    hamiltonian.bottomRightCorner(n, n) = A.transpose() * T;
+    const Pair M = hamiltonian.exp();
+    const Small Qd = M.bottomRightCorner(n, n).transpose() * M.topRightCorner(n, n);
+    d.Q = 0.5 * (Qd + Qd.transpose());
+    return d;
+}
+
+} // namespace hnav

@@ -1,0 +1,213 @@
+"""Linear aircraft from a model file (models/aircraft), as seen by an INS with time-correlated errors.
+
+    aircraft = read_aircraft("models/aircraft/f4c_lateral.json")
+    flight = simulate(aircraft, runs=100, steps=200, seed=1)
+    InsErrorFilter(aircraft.model()).run(flight.u, flight.z[0])
+
+The file holds the continuous model dx/dt = A x + B u + w in SI units; every channel of the INS measures one state, with
+white noise and a first-order Gauss-Markov error. Faults multiply the standard deviation of the white noise for a while.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import expm
+
+from hnav.ins_error_filter import LinearModel
+from hnav.library import HnavError
+
+DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
+
+
+@dataclass(frozen=True)
+class Channel:
+    name: str
+    unit: str  # of the file's numbers
+    display_unit: str
+    display_factor: float
+
+
+@dataclass(frozen=True)
+class Control:
+    """Square wave: amplitude times the sign of sin(2 pi t / period_s + phase_rad)."""
+
+    name: str
+    amplitude: float
+    period_s: float
+    phase_rad: float
+
+    def at(self, t_s: np.ndarray) -> np.ndarray:
+        # Rounding must not decide the sign where the sine is zero.
+        return self.amplitude * np.sign(np.round(np.sin(2 * np.pi * t_s / self.period_s + self.phase_rad), 9))
+
+
+@dataclass(frozen=True)
+class Fault:
+    channel: int
+    noise_factor: float  # on the standard deviation
+    first_step: int
+    last_step: int  # included
+
+
+@dataclass(frozen=True)
+class Aircraft:
+    name: str
+    channels: tuple[Channel, ...]
+    controls: tuple[Control, ...]
+    A_1_s: np.ndarray  # n x n
+    B_1_s: np.ndarray  # n x m
+    process_noise: np.ndarray  # n, per sqrt(s)
+    measurement_sigma: np.ndarray  # n
+    ins_error_sigma: np.ndarray  # n, stationary
+    ins_error_time_constant_s: np.ndarray  # n
+    start_sigma: np.ndarray  # n
+    interval_s: float
+    faults: tuple[Fault, ...]
+
+    def model(self, euler_colour: bool = False, sampled_noise: bool = True) -> LinearModel:
+        """Discrete model. Zero-order hold for A and B; An = exp(-dt/tau), or the paper's Euler 1 - dt/tau.
+
+        sampled_noise: w of variance density times dt on each state, the settings of the comparison table; otherwise the
+        exact integral of continuous white noise, which correlates the states (Van Loan 1978).
+        """
+        dt, n, m = self.interval_s, len(self.A_1_s), self.B_1_s.shape[1]
+        ratio = dt / self.ins_error_time_constant_s
+        phi = 1 - ratio if euler_colour else np.exp(-ratio)
+        Lambda0 = np.diag(self.ins_error_sigma**2)
+        held = expm(np.block([[self.A_1_s, self.B_1_s], [np.zeros((m, n + m))]]) * dt)
+        Qw = np.diag(self.process_noise**2) * dt
+        if not sampled_noise:
+            exact = LinearModel(A=self.A_1_s, H=np.eye(n), Qw=Qw / dt, Qv=np.eye(n), P0=np.eye(n), interval_s=dt)
+            Qw = exact.discrete().Qw
+        return LinearModel(
+            A=held[:n, :n], B=held[:n, n:], H=np.eye(n), An=np.diag(phi), Qw=Qw, Qv=np.diag(self.measurement_sigma**2),
+            QU=Lambda0 @ np.diag(1 - phi**2), Lambda0=Lambda0, P0=np.diag(self.start_sigma**2),
+        )  # fmt: skip
+
+    def inputs(self, steps: int) -> np.ndarray:
+        """(steps + 1) x m: row k is held from step k - 1 to step k, as InsErrorFilter.run takes it; row 0 is zero."""
+        t = (np.arange(steps + 1) - 1) * self.interval_s
+        u = np.stack([c.at(t) for c in self.controls], axis=1)
+        u[0] = 0
+        return u
+
+    def noise_factors(self, steps: int) -> np.ndarray:
+        """(steps + 1) x n: factor on the standard deviation of the white noise."""
+        factor = np.ones((steps + 1, len(self.channels)))
+        for f in self.faults:
+            factor[f.first_step : f.last_step + 1, f.channel] = f.noise_factor
+        return factor
+
+
+@dataclass(frozen=True)
+class Flight:
+    u: np.ndarray  # (steps + 1) x m, row k held from step k - 1 to k
+    x: np.ndarray  # runs x (steps + 1) x n: truth
+    z: np.ndarray  # runs x (steps + 1) x n: measurements
+    noise_factor: np.ndarray  # (steps + 1) x n
+
+
+def simulate(aircraft: Aircraft, runs: int, steps: int, seed: int) -> Flight:
+    """Truth and measurements of `runs` flights with equal controls. The truth starts where the filter's prior says."""
+    m = aircraft.model().discrete()
+    rng = np.random.default_rng(seed)
+    u, factor = aircraft.inputs(steps), aircraft.noise_factors(steps)
+    w_sigma, U_sigma, v_sigma = (np.sqrt(np.diag(Q)) for Q in (m.Qw, m.QU, m.Qv))
+    x = np.empty((runs, steps + 1, m.nx))
+    z = np.empty_like(x)
+    state = rng.normal(size=(runs, m.nx)) * aircraft.start_sigma
+    error = rng.normal(size=(runs, m.nz)) * aircraft.ins_error_sigma
+    for k in range(steps + 1):
+        if k > 0:
+            state = state @ m.A.T + m.B @ u[k] + rng.normal(size=state.shape) * w_sigma
+            error = error @ m.An.T + rng.normal(size=error.shape) * U_sigma
+        x[:, k] = state
+        z[:, k] = state @ m.H.T + error + rng.normal(size=error.shape) * v_sigma * factor[k]
+    return Flight(u, x, z, factor)
+
+
+# --------------------------------------------------------------------------------------------- model files
+
+
+def models_folder() -> Path:
+    return Path(__file__).resolve().parents[2] / "models" / "aircraft"
+
+
+def read_aircraft(path: str | Path) -> Aircraft:
+    """Raises HnavError, with the file's name and the reason, for data that no filter could use."""
+    path = Path(path)
+
+    def refuse(reason: str):
+        raise HnavError(2, f"{path.name}: {reason}")
+
+    try:
+        data = json.loads(path.read_text())
+    except OSError as error:
+        raise HnavError(2, f"{path}: {error.strerror}") from None
+    except json.JSONDecodeError as error:
+        refuse(f"no JSON: {error}")
+
+    def entry(name: str):
+        value = data.get(name) if isinstance(data, dict) else None
+        if value is None:
+            refuse(f"{name} is missing")
+        return value
+
+    def array(name: str, shape: tuple[int, ...]) -> np.ndarray:
+        try:
+            value = np.array(entry(name), float)
+        except (TypeError, ValueError):
+            refuse(f"{name} is no array of numbers")
+        if value.shape != shape:
+            refuse(f"{name} has the shape {value.shape}, expected {shape}")
+        if not np.isfinite(value).all():
+            refuse(f"{name} is not finite")
+        return value
+
+    def sigma(name: str, above: bool = False) -> np.ndarray:
+        value = array(name, (n,))
+        if (value < 0).any() or (above and (value <= 0).any()):
+            refuse(f"{name} must be {'above' if above else 'at least'} 0 in every channel")
+        return value
+
+    entry("source")
+    states, controls = entry("states"), entry("inputs")
+    n, m = len(states), len(controls)
+    if not 1 <= n <= 32:
+        refuse(f"states: {n} given, 1 to 32 can be used")
+    if not 1 <= m <= 32:
+        refuse(f"inputs: {m} given, 1 to 32 can be used")
+    try:
+        channels = tuple(
+            Channel(s["name"], s["unit"], s["display_unit"], DISPLAY.get((s["unit"], s["display_unit"]), 1.0)) for s in states
+        )
+        inputs = tuple(Control(c["name"], float(c["amplitude"]), float(c["period_s"]), float(c["phase_rad"])) for c in controls)
+        names = [c.name for c in channels]
+        faults = []
+        for f in data.get("faults", []):
+            if f["channel"] not in names:
+                refuse(f"faults: there is no channel {f['channel']}")
+            faults.append(Fault(names.index(f["channel"]), float(f["noise_factor"]), int(f["first_step"]), int(f["last_step"])))
+    except KeyError as error:
+        refuse(f"{error.args[0]} is missing in states, inputs or faults")
+    if any(c.period_s <= 0 for c in inputs):
+        refuse("inputs: period_s must be above 0")
+    interval = entry("interval_s")
+    if not isinstance(interval, (int, float)) or not interval > 0:
+        refuse("interval_s must be above 0")
+
+    A = array("A_1_s", (n, n))
+    values = np.linalg.eigvals(A)
+    unstable = values[values.real > 1e-9]
+    if len(unstable):
+        refuse(f"A_1_s is unstable: eigenvalue {unstable[0]:.4g} 1/s")
+    return Aircraft(
+        name=entry("name"), channels=channels, controls=inputs, A_1_s=A, B_1_s=array("B_1_s", (n, m)),
+        process_noise=sigma("process_noise_per_sqrt_s"), measurement_sigma=sigma("measurement_sigma"),
+        ins_error_sigma=sigma("ins_error_sigma"), ins_error_time_constant_s=sigma("ins_error_time_constant_s", above=True),
+        start_sigma=sigma("start_sigma"), interval_s=float(interval), faults=tuple(faults),
+    )  # fmt: skip

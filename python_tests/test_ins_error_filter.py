@@ -1,0 +1,240 @@
+"""The filter for coloured INS errors: the C library against the NumPy reference, and what a caller meets in Python."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hnav.aircraft import models_folder, read_aircraft, simulate
+from hnav.ins_error_filter import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel, option_table
+from hnav.library import HnavError
+from hnav.reference_ins_error import run_reference
+
+AXES = ("f4c_longitudinal", "f4c_lateral")
+SETTINGS = [
+    dict(form=form, noise_scaling=scaling, lag=lag)
+    for form, scaling, lag in itertools.product(FORMS, NOISE_SCALINGS, (0, 1))
+    if form not in ("mdkf", "amdkf") or (scaling, lag) == ("none", 0)
+]
+
+
+def flight_of(axis: str, steps: int = 200):
+    aircraft = read_aircraft(models_folder() / f"{axis}.json")
+    flight = simulate(aircraft, runs=1, steps=steps, seed=3)
+    return aircraft.model(), flight.u, flight.z[0]
+
+
+def worst(run, reference) -> dict[str, float]:
+    """Largest difference of each output, in units of its own size."""
+    out = {}
+    for name in OUTPUTS:
+        a, b = getattr(run, name), getattr(reference, name)
+        assert np.array_equal(np.isnan(a), np.isnan(b)), name
+        if np.isfinite(b).any():
+            out[name] = np.nanmax(np.abs(a - b)) / max(1.0, np.nanmax(np.abs(b)))
+    return out
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
+def test_the_library_is_the_numpy_reference(axis, setting):
+    model, u, z = flight_of(axis)
+    options = InsErrorOptions(**setting)
+    difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
+    assert max(difference.values()) < 1e-10, difference
+
+
+@pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
+def test_the_library_is_the_numpy_reference_with_missing_channels(setting):
+    model, u, z = flight_of("f4c_longitudinal", 80)
+    z = np.where(np.random.default_rng(1).random(z.shape) < 0.3, np.nan, z)
+    z[20:24] = np.nan
+    options = InsErrorOptions(**setting, window=5)
+    difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
+    assert max(difference.values()) < 1e-10, difference
+
+
+def odd_model(rng, interval_s=0.0) -> LinearModel:
+    """Nothing square, nothing diagonal."""
+    nx, nu, nz, nw, nl = 5, 2, 3, 4, 2
+
+    def covariance(n):
+        M = rng.normal(size=(n, n))
+        return M @ M.T + 0.1 * np.eye(n)
+
+    A = rng.normal(size=(nx, nx))
+    An = np.array([[0.9, 0.05, 0], [0, 0.8, 0], [0.1, 0, 0.95]])
+    if interval_s:
+        A, An = A - 3 * np.eye(nx), An - 1.5 * np.eye(nz)
+    else:
+        A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
+    return LinearModel(
+        A=A, B=rng.normal(size=(nx, nu)), G=rng.normal(size=(nx, nw)), H=rng.normal(size=(nz, nx)), An=An,
+        Bn=rng.normal(size=(nz, nl)), Qw=covariance(nw), Qv=covariance(nz), QU=covariance(nl), P0=covariance(nx),
+        x0=rng.normal(size=nx), interval_s=interval_s,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("interval_s", [0, 0.05])
+@pytest.mark.parametrize("form", FORMS)
+def test_the_library_is_the_numpy_reference_on_full_matrices(form, interval_s):
+    rng = np.random.default_rng(4)
+    model = odd_model(rng, interval_s)
+    u, z = rng.normal(size=(60, 2)), rng.normal(size=(60, 3))
+    z[10, 1] = z[30] = np.nan
+    for lag in (0, 1):
+        options = InsErrorOptions(form=form, noise_scaling="none", window=8, lag=lag)
+        difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
+        assert max(difference.values()) < 1e-10, difference
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_matrices_may_change_between_steps(form):
+    rng = np.random.default_rng(5)
+    models = [odd_model(np.random.default_rng(5 + k % 2)) for k in range(20)]
+    options = InsErrorOptions(form=form, noise_scaling="none")
+    f, x = InsErrorFilter(models[0], options), []
+    for model in models:
+        f.replace_model(model)
+        f.step(rng.normal(size=2), rng.normal(size=3))
+        x.append(f.estimate()[0])
+    once = InsErrorFilter(models[0], options)
+    for _ in range(2):
+        rng = np.random.default_rng(5)
+        for model, expected in zip(models, x):
+            once.replace_model(model)
+            once.step(rng.normal(size=2), rng.normal(size=3))
+            assert np.array_equal(once.estimate()[0], expected)
+        once.replace_model(models[0])
+        once.reset()
+    assert not np.allclose(x[-1], InsErrorFilter(models[0], options).run(np.zeros((20, 2)), np.zeros((20, 3))).x[-1])
+
+
+def test_run_is_step_after_step_to_the_last_bit():
+    model, u, z = flight_of("f4c_lateral", 50)
+    run, f = InsErrorFilter(model).run(u, z), InsErrorFilter(model)
+    for k in range(len(z)):
+        f.step(u[k], z[k])
+        x, sigma = f.estimate()
+        lam, lam_sigma, compensated = f.coloured_error()
+        nu, _, nis = f.innovation()
+        scale, fault = f.noise()
+        shown = (x, sigma, f.covariance(), lam, lam_sigma, compensated, nu, nis, scale, fault)
+        assert all(np.array_equal(a, getattr(run, name)[k]) for a, name in zip(shown, OUTPUTS))
+
+
+def test_a_mask_is_the_same_as_nan():
+    model, u, z = flight_of("f4c_lateral", 50)
+    present = np.random.default_rng(2).random(z.shape) > 0.2
+    masked, missing = InsErrorFilter(model).run(u, z, present), InsErrorFilter(model).run(u, np.where(present, z, np.nan))
+    assert all(np.array_equal(getattr(masked, n), getattr(missing, n), equal_nan=True) for n in OUTPUTS)
+
+
+def test_a_saved_filter_goes_on_with_the_same_bits():
+    model, u, z = flight_of("f4c_longitudinal", 150)
+    f = InsErrorFilter(model)
+    f.run(u[:90], z[:90])
+    state = f.save()
+    tail = f.run(u[90:], z[90:])
+    other = InsErrorFilter(model)
+    other.load(state)
+    again = other.run(u[90:], z[90:])
+    assert all(np.array_equal(getattr(tail, n), getattr(again, n)) for n in OUTPUTS)
+    with pytest.raises(HnavError, match="other options or another model"):
+        InsErrorFilter(model, InsErrorOptions(gate_alpha=0.01)).load(state)
+
+
+def test_the_lateral_model_warns_that_spiral_and_colour_separate_poorly():
+    lateral = InsErrorFilter(flight_of("f4c_lateral", 1)[0])
+    assert lateral.separability() < 0.1 and "separate poorly" in lateral.warning
+    longitudinal = InsErrorFilter(flight_of("f4c_longitudinal", 1)[0])
+    assert longitudinal.separability() > 0.1 and longitudinal.warning == ""
+
+
+def test_options_are_described_and_checked_by_name():
+    for name, info in option_table().items():
+        assert info.description and getattr(InsErrorOptions(), name) is not None
+    with pytest.raises(HnavError, match="form = kalman: choose one of mdkf"):
+        InsErrorOptions(form="kalman")
+    with pytest.raises(HnavError, match="there is no option windows"):
+        InsErrorOptions(windows=3)
+
+
+def test_a_matrix_of_the_wrong_shape_is_named():
+    eye = np.eye(2)
+    with pytest.raises(HnavError, match=r"Qv has the shape \(3, 3\), expected \(2, 2\)"):
+        LinearModel(A=eye, H=eye, Qw=eye, Qv=np.eye(3), P0=eye)
+    with pytest.raises(HnavError, match="z has the shape"):
+        InsErrorFilter(LinearModel(A=0.5 * eye, H=eye, Qw=eye, Qv=eye, P0=eye)).step(None, np.zeros(3))
+
+
+def true_covariance(model: LinearModel, options: InsErrorOptions, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Exact covariance of the settled filter's error, and the one it claims.
+
+    A settled filter without adaptation is linear, so the error is the sum of its responses to every past noise: one unit
+    impulse of each noise goes through the model and then through the library, and the squares of the errors add up (the
+    series solution of the Lyapunov equation). Nothing of the filter but its answers is used.
+    """
+    m = model.discrete()
+    f = InsErrorFilter(model, options)
+    f.run(np.zeros((steps, m.nu)), np.zeros((steps, m.nz)))  # settles at zero, as slowly as the slowest mode
+    settled = f.save()
+    late = options.form in ("mdkf", "amdkf") or options.lag == 1
+    total = np.zeros((m.nx, m.nx))
+    for source, Q in (("w", m.Qw), ("U", m.QU), ("v", m.Qv)):
+        assert np.array_equal(Q, np.diag(np.diag(Q)))
+        for i, variance in enumerate(np.diag(Q)):
+            unit = np.eye(len(Q))[i]
+            x, lam, z = np.zeros((steps, m.nx)), np.zeros((steps, m.nz)), np.zeros((steps, m.nz))
+            x[1], lam[1] = m.G @ unit * (source == "w"), m.Bn @ unit * (source == "U")
+            for k in range(2, steps):
+                x[k], lam[k] = m.A @ x[k - 1], m.An @ lam[k - 1]
+            z = x @ m.H.T + lam
+            z[1] += unit * (source == "v")
+            f.load(settled)
+            estimate = f.run(np.zeros((steps, m.nu)), z).x
+            error = estimate[1:] - x[:-1] if late else estimate - x
+            total += variance * error.T @ error
+    f.load(settled)
+    return total, f.covariance()
+
+
+EXACT = {
+    "augmented": (1, dict(form="augmented")),
+    "augmented, lag 1": (1, dict(form="augmented", lag=1)),
+    "augmented without white noise": (0, dict(form="augmented")),
+    "differenced without white noise": (0, dict(form="differenced")),
+    "differenced without white noise, lag 1": (0, dict(form="differenced", lag=1)),
+}
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("name", EXACT)
+def test_the_exact_covariance_is_the_claimed_one(axis, name):
+    white, setting = EXACT[name]
+    model = flight_of(axis, 1)[0]
+    model = replace(model, Qv=white * model.Qv)
+    true, claimed = true_covariance(model, InsErrorOptions(**setting, noise_scaling="none"), 12000)
+    sigma = np.sqrt(np.diag(claimed))
+    assert np.abs((true - claimed) / np.outer(sigma, sigma)).max() < 1e-6
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_the_printed_filter_claims_another_covariance_than_it_has_and_the_augmented_one_is_better(axis):
+    model = flight_of(axis, 1)[0]
+    true, claimed = true_covariance(model, InsErrorOptions(form="mdkf"), 12000)
+    best, _ = true_covariance(model, InsErrorOptions(noise_scaling="none", lag=1), 12000)  # uses the same samples
+    assert np.abs(np.diag(true) / np.diag(claimed) - 1).max() > 0.2
+    assert (np.diag(best) < np.diag(true)).all()
+
+
+def test_the_noise_scale_of_the_paper_is_above_one_in_healthy_channels():
+    """max(1, S_ii) has the mean 1 + 1/sqrt(pi M): it is why AMDKF loses to MDKF where nothing is faulty."""
+    aircraft = read_aircraft(models_folder() / "f4c_lateral.json")
+    flight = simulate(aircraft, runs=40, steps=200, seed=5)
+    f = InsErrorFilter(aircraft.model(), InsErrorOptions(form="amdkf", window=20))
+    scales = []
+    for z in flight.z:
+        f.reset()
+        scales.append(f.run(flight.u, z).noise_scale[30:])
+    assert np.mean(scales) == pytest.approx(1 + 1 / np.sqrt(np.pi * 20), abs=0.06)
