@@ -82,7 +82,7 @@ def true_rate(recording: Recording) -> np.ndarray:
 
 def test_a_peer_scored_against_itself_makes_no_error(recording):
     pytest.importorskip("vqf")
-    itself = replace(recording, reference_q_nb=run_peer("vqf", recording)[0])
+    itself = replace(recording, reference_q_nb=run_peer("vqf", recording, RATE_HZ)[0])
     entered, missing = contenders([], ["vqf"])
     (result,) = run_trial("BROAD", itself, RATE_HZ, entered)
     assert missing == [] and result.failure == ""
