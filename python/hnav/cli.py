@@ -192,7 +192,9 @@ def bench_command(
     repeat: Annotated[int, typer.Option(min=1, help="Runs for the time per sample")] = 1,
 ):
     """Compares filters, ours and others', on all BROAD trials of a folder, as they are and made harder."""
-    names = [name for name in split(sets) if name]
+    names = split(sets)
+    if not names:
+        raise UsageError(f"--sets names none: choose from {', '.join(SETS)}")
     for name in names:
         if name not in SETS:
             raise UsageError(f"set {name}: choose from {', '.join(SETS)}")

@@ -3,8 +3,9 @@
     q_nb, us_per_sample = run_peer("vqf", recording)
 
 Each is the filter its authors publish, with the defaults they chose. A fair start: those that take an initial
-attitude get TRIAD of the first sample, the others align themselves as they are made to. None takes time stamps for
-single samples, and not all know NaN: a missing sample is what their documentation asks for, else the last one held.
+attitude get TRIAD of the first sample, the others align themselves as they are made to. None takes time stamps, and not
+all know NaN, so each gets what a careful user would feed it: rows at its fixed rate, a lost row put back, a missing sample
+left out where the filter can do without, else the last one held.
 
 | name | package | source |
 |------|---------|--------|
@@ -28,15 +29,18 @@ from hnav.recordings import Recording
 from hnav.rotations import quaternion_product
 
 STANDARD_GRAVITY_M_S2 = 9.80665
+# Stamps that lie farther than this share of an interval from the sensor's grid tell nothing about lost rows.
+STAMP_TOLERANCE = 0.2
 # Peers count x as north where hnav's east-north-up has y: a quarter turn about up.
 QUARTER_TURN = np.array([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
 
 
 @dataclass(frozen=True)
 class Samples:
-    """What a peer is fed: n x 3 arrays, contiguous, in rad/s, m/s2 and microtesla; no NaN."""
+    """What a peer is fed: n x 3 arrays, contiguous, in rad/s, m/s2 and microtesla; no NaN, no gaps."""
 
     rate_hz: float
+    row: np.ndarray  # of each row of the recording
     rate_rad_s: np.ndarray
     force_m_s2: np.ndarray
     field_ut: np.ndarray
@@ -162,16 +166,18 @@ def samples_of(recording: Recording, rate_hz: float | None = None) -> Samples:
     """rate_hz: what the user would know from the sensor's settings; None: from the median interval."""
     if recording.field_b_tesla is None:
         raise HnavError(13, f"{recording.name}: no field; every peer needs one")
-    force, seen_force = _held(recording.force_b_m_s2)
-    field, seen_field = _held(recording.field_b_tesla)
-    return Samples(
-        rate_hz=float(1 / np.median(np.diff(recording.t_s))) if rate_hz is None else rate_hz,
-        rate_rad_s=_held(recording.rate_b_rad_s)[0],
-        force_m_s2=force,
-        field_ut=field * 1e6,
-        seen_force=seen_force,
-        seen_field=seen_field,
-    )
+    if rate_hz is None:
+        rate_hz = float(1 / np.median(np.diff(recording.t_s)))
+    row = _rows_at_fixed_rate(recording.t_s, rate_hz)
+
+    def fed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        with_gaps = np.full((row[-1] + 1, 3), np.nan)
+        with_gaps[row] = values
+        return _held(with_gaps)
+
+    force, seen_force = fed(recording.force_b_m_s2)
+    field, seen_field = fed(recording.field_b_tesla)
+    return Samples(rate_hz, row, fed(recording.rate_b_rad_s)[0], force, field * 1e6, seen_force, seen_field)
 
 
 def run_peer(name: str, recording: Recording, rate_hz: float | None = None) -> tuple[np.ndarray, float]:
@@ -183,7 +189,16 @@ def run_peer(name: str, recording: Recording, rate_hz: float | None = None) -> t
     begin = time.perf_counter()
     q_nb = peer.run(samples)
     seconds = time.perf_counter() - begin
-    return q_nb, 1e6 * seconds / len(recording.t_s)
+    return q_nb[samples.row], 1e6 * seconds / len(q_nb)
+
+
+def _rows_at_fixed_rate(t_s: np.ndarray, rate_hz: float) -> np.ndarray:
+    """The place of each row when lost ones are counted; none is found lost where the stamps are too irregular to tell."""
+    intervals = np.diff(t_s) * rate_hz
+    whole = np.maximum(np.round(intervals), 1)
+    if np.abs(intervals - whole).max(initial=0.0) > STAMP_TOLERANCE:
+        return np.arange(len(t_s))
+    return np.concatenate([[0], np.cumsum(whole)]).astype(int)
 
 
 def _held(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
