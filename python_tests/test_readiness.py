@@ -27,12 +27,13 @@ def start(index=0, motion="rest", disturbance="none", field_true_s=0.0, ready_s=
 
 @pytest.mark.parametrize("index", range(len(GROUPS)))
 def test_rates_turn_the_true_attitude_up_to_bias_and_noise(index):
-    recording = simulated_start(index, duration_s=20).recording
+    recording, _, _, _, sensors = simulated_start(index, duration_s=20)
     truth = attitude(recording)
     turned = (truth[:-1].inv() * truth[1:]).as_rotvec() * readiness.RATE_HZ
     rest = recording.rate_b_rad_s[1:] - turned
-    assert np.abs(rest.mean(axis=0)).max() < np.radians(1.1)
-    assert rest.std(axis=0).max() < np.radians(0.25)
+    # Four standard errors of a mean, and of a standard deviation.
+    np.testing.assert_allclose(rest.mean(axis=0), sensors.gyro_bias_rad_s, atol=4 * sensors.gyro_noise_rad_s / np.sqrt(len(rest)))
+    np.testing.assert_allclose(rest.std(axis=0), sensors.gyro_noise_rad_s, rtol=4 / np.sqrt(2 * len(rest)))
 
 
 @pytest.mark.parametrize("index", range(4))
@@ -49,16 +50,14 @@ def test_force_and_field_are_those_of_the_earth_in_the_mean(index):
 
 
 def test_a_late_magnetometer_sees_the_attitude_of_before():
-    # Fast turning, so that the latency stands out of the noise.
-    recording = simulated_start(3).recording
-    moving = recording.t_s > 10
-    earth = attitude(recording).apply(recording.field_b_tesla)[moving]
-    # To first order the field turns in the body by -w x m; the part of the scatter along it is the latency.
+    recording, motion, _, _, sensors = simulated_start(3)
+    assert motion == "fast turning"
+    earth = attitude(recording).apply(recording.field_b_tesla)
     mean = earth.mean(axis=0)
-    w_earth = attitude(recording).apply(recording.rate_b_rad_s)[moving]
-    sensitivity = -np.cross(w_earth, mean)
-    latency_s = -np.sum(sensitivity * (earth - mean)) / np.sum(sensitivity**2)
-    assert 0 < latency_s < 0.015 or latency_s == pytest.approx(0, abs=0.001)
+    # To first order a field that is late by d is seen turned by -d w: its distance from the mean along w x m tells d.
+    turning = np.cross(mean, attitude(recording).apply(recording.rate_b_rad_s - sensors.gyro_bias_rad_s))
+    latency_s = -np.sum(turning * (earth - mean)) / np.sum(turning**2)
+    assert latency_s == pytest.approx(sensors.mag_latency_s, abs=0.0005)
 
 
 def test_kinds_of_motion_differ_in_their_rates():

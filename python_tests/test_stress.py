@@ -195,7 +195,7 @@ def test_each_sensor_falls_silent_for_short_times_of_its_own(recordings):
     for variant in variants("BURST", recordings):
         silent = [np.isnan(getattr(variant, name)).all(axis=1) for name in ("rate_b_rad_s", "force_b_m_s2", "field_b_tesla")]
         assert not any(s[variant.t_s < variant.t_s[0] + 1].any() for s in silent)
-        assert not (silent[0] & silent[1] & silent[2]).all()
+        assert not np.array_equal(silent[0], silent[1]) and not np.array_equal(silent[1], silent[2])
         for s in silent:
             begins = np.flatnonzero(np.diff(s.astype(int), prepend=0) == 1)
             ends = np.flatnonzero(np.diff(s.astype(int), append=0) == -1)

@@ -5,8 +5,8 @@
 
 Scores are those of hnav.scores. Times are medians over trials and repeats of the time per sample; within a trial
 everybody runs in turn, so that whatever else the machine does hits all alike. What is timed is one call on whole
-arrays that fills an attitude for each sample and nothing else; only imufusion, which has no such call, is fed by a
-Python loop.
+arrays; hnav's fills an attitude for each sample and nothing else (its sigmas cost as much again), VQF's what it always
+fills. imufusion has no such call and is fed by a Python loop, ahrs is Python itself: their times are marked.
 """
 
 from __future__ import annotations
@@ -52,6 +52,7 @@ class Contender:
     offline: bool  # sees the future
     estimate: Callable[[Recording, float], Estimate]  # recording, its nominal rate in Hz
     time_us: Callable[[Recording, float], float]
+    looped: bool = False  # its time is mostly Python's
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,10 @@ def _peer_contender(name: str) -> Contender:
         q_nb, us = run_peer(name, recording, rate_hz)
         return Estimate(q_nb, None, us)
 
-    return Contender(name, False, PEERS[name].offline, estimate, lambda recording, rate_hz: run_peer(name, recording, rate_hz)[1])
+    def time_us(recording: Recording, rate_hz: float) -> float:
+        return run_peer(name, recording, rate_hz)[1]
+
+    return Contender(name, False, PEERS[name].offline, estimate, time_us, PEERS[name].looped)
 
 
 # --------------------------------------------------------------------------------------------- running

@@ -57,11 +57,13 @@ class Samples:
 
 @dataclass(frozen=True)
 class Peer:
-    """A filter by others: the package it is in, whether it sees the future, and Samples -> q (n x 4)."""
+    """A filter by others: the package it is in, Samples -> q (n x 4), whether it sees the future, and whether its time is
+    mostly Python's because there is no call on whole arrays in compiled code."""
 
     package: str
     run: Callable[[Samples], np.ndarray]
     offline: bool = False
+    looped: bool = False
 
     def installed(self) -> bool:
         return importlib.util.find_spec(self.package) is not None
@@ -145,10 +147,10 @@ PEERS = {
     "vqf": Peer("vqf", _vqf),
     "basicvqf": Peer("vqf", _basicvqf),
     "offlinevqf": Peer("vqf", _offlinevqf, offline=True),
-    "imufusion": Peer("imufusion", _imufusion),
-    "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick),
-    "ahrs-mahony": Peer("ahrs", _ahrs_mahony),
-    "ahrs-ekf": Peer("ahrs", _ahrs_ekf),
+    "imufusion": Peer("imufusion", _imufusion, looped=True),
+    "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick, looped=True),
+    "ahrs-mahony": Peer("ahrs", _ahrs_mahony, looped=True),
+    "ahrs-ekf": Peer("ahrs", _ahrs_ekf, looped=True),
 }
 
 

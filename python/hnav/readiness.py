@@ -187,12 +187,13 @@ def draw_sensors(rng: np.random.Generator) -> Sensors:
 
 
 class Simulated(NamedTuple):
-    """The samples of a start with the true attitude as reference, its group, and from when on its field is true."""
+    """The samples of a start with the true attitude as reference, its group, and the truth about field and sensors."""
 
     recording: Recording
     motion: str
     disturbance: str
     field_true_s: float
+    sensors: Sensors
 
 
 def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S) -> Simulated:
@@ -217,7 +218,7 @@ def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S) -
         reference_q_nb=attitude.as_quat()[:, [3, 0, 1, 2]],
         movement=np.ones(len(t_s), bool),
     )
-    return Simulated(recording, motion_name, disturbance, field.true_from_s)
+    return Simulated(recording, motion_name, disturbance, field.true_from_s, sensors)
 
 
 # --------------------------------------------------------------------------------------------- the experiment
@@ -252,7 +253,7 @@ class Start:
 
 def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1) -> Start:
     """Runs a filter over start `index` and looks at the first instant of heading_ready. Raises HnavError."""
-    recording, motion, disturbance, field_true_s = simulated_start(index, seed)
+    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed)
     result = run_recording(recording, filter, settings={"gyro_hold": "backward", **settings, "navigation_frame": "enu"})
     heading_ready = result.ready[:, 1]
     if not heading_ready.any():
