@@ -21,6 +21,7 @@ import numpy as np
 STATUS = (
     "ok", "null argument", "option", "options stamp", "out of memory", "non-finite", "zero vector", "out of range",
     "late sample", "queue full", "time backwards", "not started", "no data", "size", "state corrupt", "solver",
+    "ill-conditioned",
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
 
