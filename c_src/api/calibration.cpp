@@ -23,6 +23,7 @@ const char* impossible(const hnav_magnetometer_options& o) {
     if (!(o.ambiguity_limit > 0 && o.ambiguity_limit <= 1)) return "ambiguity_limit must be in (0, 1]";
     if (!(o.coverage_limit >= 0 && o.coverage_limit < 1)) return "coverage_limit must be in [0, 1)";
     if (!(o.axis_ratio_limit > 1)) return "axis_ratio_limit must be above 1";
+    if (!(o.direction_sigma_limit_rad > 0)) return "direction_sigma_limit_rad must be above 0";
     if (!(o.force_tolerance > 0 && o.force_tolerance <= 1)) return "force_tolerance must be in (0, 1]";
     if (o.samples_least < 13) return "samples_least must be at least 13, the number of unknowns";
     if (o.robust != 0 && o.robust != 1) return "robust must be 0 or 1";
@@ -56,6 +57,13 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
         std::snprintf(text, size, "the fitted ellipsoid is stretched by %.3g, axis_ratio_limit = %.3g: record again far from iron that does not turn with the sensor",
                       c.axis_ratio, o.axis_ratio_limit);
         break;
+    case Refusal::uncertain:
+        std::snprintf(text, size, "the corrected direction would be uncertain by %.3g rad, direction_sigma_limit_rad = %.3g: turn the sensor further about all axes, slowly, far from iron",
+                      c.direction_sigma_rad, o.direction_sigma_limit_rad);
+        break;
+    case Refusal::worse:
+        std::snprintf(text, size, "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
+        break;
     case Refusal::little_coverage:
         std::snprintf(text, size, "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
                       c.coverage, o.coverage_limit);
@@ -80,6 +88,7 @@ void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration
     out->condition = c.condition;
     out->ambiguity = c.ambiguity;
     out->axis_ratio = c.axis_ratio;
+    out->direction_sigma_rad = c.direction_sigma_rad;
     out->samples = static_cast<std::uint64_t>(c.samples);
     out->force_samples = static_cast<std::uint64_t>(c.force_samples);
     out->fit = !c.full ? HNAV_MAGNETOMETER_HARD_IRON_ONLY : c.aligned ? HNAV_MAGNETOMETER_FULL : HNAV_MAGNETOMETER_NO_ROTATION;
@@ -98,6 +107,7 @@ hnav_magnetometer_options hnav_magnetometer_defaults(void) {
     o.ambiguity_limit = 0.1;
     o.coverage_limit = 0.05;
     o.axis_ratio_limit = 3;
+    o.direction_sigma_limit_rad = 2 * M_PI / 180;
     o.force_tolerance = 0.05;
     o.samples_least = 50;
     o.robust = 1;
@@ -140,6 +150,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     settings.ambiguity_limit = o.ambiguity_limit;
     settings.coverage_limit = o.coverage_limit;
     settings.axis_ratio_limit = o.axis_ratio_limit;
+    settings.direction_sigma_limit_rad = o.direction_sigma_limit_rad;
     settings.force_tolerance = o.force_tolerance;
     settings.samples_least = o.samples_least;
     settings.allow_hard_iron_only = o.allow_hard_iron_only != 0;

@@ -2,170 +2,19 @@
 
 #include "calibration/alignment.hpp"
 #include "calibration/ellipsoid.hpp"
+#include "calibration/joint_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <cstdlib>
 #include <limits>
-#include <memory>
 
 namespace hnav {
 namespace {
 
-using Vector13 = Eigen::Matrix<double, 13, 1>;
-using Matrix13 = Eigen::Matrix<double, 13, 13>;
-
 constexpr double thin = 0.1;      // out-of-plane over in-plane spread below which samples count as flat
-constexpr int passes = 50;        // of the joint refinement; a few suffice when the weights settle
-constexpr double settled = 1e-12; // step in units of the field strength
+constexpr double rotation_gain = 0.9; // dip spread with the rotation over that without, for it to be believed
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-// What all steps work on: normalised samples and a few numbers for each, in one block.
-class Samples {
-public:
-    explicit Samples(Index n)
-        : block_(static_cast<double*>(std::calloc(static_cast<std::size_t>(n) + 1, columns * sizeof(double)))), n_(n) {}
-    explicit operator bool() const { return block_ != nullptr; }
-
-    Columns z() const { return Columns(at(0), 3, count); }  // field, centred and scaled
-    Columns u() const { return Columns(at(3), 3, count); }  // field, corrected to length 1
-    Columns a() const { return Columns(at(6), 3, count); }  // direction of force
-    Values trust() const { return Values(at(9), count); }   // 1 where the force may be gravity
-    Values weight() const { return Values(at(10), count); } // of the field
-    Values residual() const { return Values(at(11), count); }
-    Values angle() const { return Values(at(12), count); }  // residual of the dip
-    Values angle_weight() const { return Values(at(13), count); }
-    Values scratch() const { return Values(at(14), count); }
-
-    Index count = 0; // rows with a field
-
-private:
-    static constexpr std::size_t columns = 15;
-    double* at(Index column) const { return block_.get() + column * n_; }
-
-    struct Free {
-        void operator()(double* p) const { std::free(p); }
-    };
-    std::unique_ptr<double[], Free> block_;
-    Index n_;
-};
-
-// Takes over the rows that have a field: about their mean, in units of their root mean square distance from it.
-void gather(Index n, const double* field, const double* force, Samples& s, Vector3* middle, double* scale) {
-    for (Index i = 0; i < n; ++i) s.count += !std::isnan(field[3 * i]);
-    Columns z = s.z(), a = s.a();
-    Index k = 0;
-    for (Index i = 0; i < n; ++i) {
-        if (std::isnan(field[3 * i])) continue;
-        z.col(k) = Vector3(field + 3 * i);
-        a.col(k) = force ? Vector3(force + 3 * i) : Vector3::Constant(not_a_number);
-        ++k;
-    }
-    middle->setZero();
-    for (Index i = 0; i < s.count; ++i) *middle += z.col(i) / static_cast<double>(s.count);
-    double mean_square = 0;
-    for (Index i = 0; i < s.count; ++i) mean_square += (z.col(i) - *middle).squaredNorm() / static_cast<double>(s.count);
-    *scale = std::sqrt(mean_square);
-    for (Index i = 0; i < s.count; ++i) z.col(i) = (z.col(i) - *middle) / *scale;
-}
-
-// Gravity has one length: a force of another length holds acceleration as well. Returns how many rows are left.
-Index choose_forces(double tolerance, Samples& s) {
-    Columns a = s.a();
-    Values trust = s.trust(), scratch = s.scratch();
-    Index known = 0;
-    for (Index i = 0; i < s.count; ++i)
-        if (a.col(i).norm() > 0) scratch[known++] = a.col(i).norm(); // false for NaN too
-    const double gravity = median(scratch.data(), known);
-    Index used = 0;
-    for (Index i = 0; i < s.count; ++i) {
-        const double norm = a.col(i).norm();
-        const bool near = norm > 0 && std::fabs(norm - gravity) <= tolerance * gravity;
-        trust[i] = near;
-        if (near) a.col(i) /= norm;
-        used += near;
-    }
-    return used;
-}
-
-// M (z - o) has length 1 and keeps its angle to gravity.
-struct Correction {
-    Matrix3 M;
-    Vector3 o;
-    double sin_dip;
-};
-
-// with_force: else the second equation counts for nothing.
-void residuals(const Samples& s, const Correction& c, bool with_force, Values& length, Values& angle) {
-    const Columns z = s.z(), a = s.a();
-    const Values trust = s.trust();
-    for (Index i = 0; i < s.count; ++i) {
-        const Vector3 p = c.M * (z.col(i) - c.o);
-        length[i] = p.norm() - 1;
-        angle[i] = with_force && trust[i] > 0 ? a.col(i).dot(p) + c.sin_dip : 0;
-    }
-}
-
-// Both equations together, over all 13 unknowns, by Levenberg and Marquardt with robust weights. Each equation is divided
-// by the scatter it shows, which makes this maximum likelihood: the force is as noisy as it is. Without force the rotation
-// in M is free; the damping holds it.
-void refine(double outlier_sigma, bool with_force, Samples& s, Correction* c) {
-    const Columns z = s.z(), a = s.a();
-    const Values trust = s.trust();
-    Values weight = s.weight(), length = s.residual(), angle = s.angle(), scratch = s.scratch(), angle_weight = s.angle_weight();
-    double damping = 1e-6;
-    for (int pass = 0; pass < passes; ++pass) {
-        residuals(s, *c, with_force, length, angle);
-        const double sigma_length = robust_sigma(length, scratch);
-        const double sigma_angle = robust_sigma(angle, scratch, &trust);
-        const auto loss_weight = [&](double residual, double sigma) {
-            return (outlier_sigma > 0 ? geman_mcclure(residual, outlier_sigma * sigma) : 1) / (sigma * sigma);
-        };
-        Matrix13 JtJ = Matrix13::Zero();
-        Vector13 Jtr = Vector13::Zero();
-        double cost = 0;
-        const auto add = [&](const Vector3& along, const Vector3& d, double dip, double residual, double w) {
-            Vector13 J; // of along . M d: nine of M row by row, three of o, the dip
-            for (int j = 0; j < 3; ++j) J.segment<3>(3 * j) = along[j] * d;
-            J.segment<3>(9) = -c->M.transpose() * along;
-            J[12] = dip;
-            JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
-            Jtr += w * residual * J;
-            cost += w * residual * residual;
-        };
-        for (Index i = 0; i < s.count; ++i) {
-            const Vector3 d = z.col(i) - c->o;
-            const Vector3 p = c->M * d;
-            weight[i] = loss_weight(length[i], sigma_length);
-            if (p.norm() > 0) add(p.normalized(), d, 0, length[i], weight[i]);
-            angle_weight[i] = with_force && trust[i] > 0 ? loss_weight(angle[i], sigma_angle) : 0;
-            if (angle_weight[i] > 0) add(a.col(i), d, 1, angle[i], angle_weight[i]);
-        }
-        JtJ.triangularView<Eigen::StrictlyUpper>() = JtJ.transpose();
-
-        bool better = false;
-        Vector13 step = Vector13::Zero();
-        for (int attempt = 0; attempt < 8 && !better; ++attempt) {
-            Matrix13 damped = JtJ;
-            damped.diagonal() += damping * (JtJ.diagonal() + Vector13::Constant(1e-6 * JtJ.trace()));
-            step = -damped.ldlt().solve(Jtr);
-            Correction next = *c;
-            for (int j = 0; j < 3; ++j) next.M.row(j) += step.segment<3>(3 * j).transpose();
-            next.o += step.segment<3>(9);
-            next.sin_dip += step[12];
-            residuals(s, next, with_force, length, angle);
-            double next_cost = 0;
-            for (Index i = 0; i < s.count; ++i)
-                next_cost += weight[i] * length[i] * length[i] + angle_weight[i] * angle[i] * angle[i];
-            better = next_cost <= cost;
-            if (better) *c = next;
-            damping = better ? std::fmax(damping / 10, 1e-12) : damping * 10;
-        }
-        if (!better || step.norm() < settled) break;
-    }
-}
 
 // Dip of a field u (n columns of length about 1) where the force is trusted: median and robust standard deviation.
 void dip_figures(const Columns& u, const Samples& s, double* dip_rad, double* spread_rad) {
@@ -220,6 +69,21 @@ bool is_flat(const Columns& z) {
     return !(spread[0] > thin * thin * spread[2]);
 }
 
+double dip_spread(const Correction& correction, const Samples& s) {
+    const Columns z = s.z();
+    Columns u = s.u();
+    for (Index i = 0; i < s.count; ++i) u.col(i) = correction.M * (z.col(i) - correction.o);
+    double dip_rad, spread_rad;
+    dip_figures(u, s, &dip_rad, &spread_rad);
+    return spread_rad;
+}
+
+// The factor of the same ellipsoid that turns the field least: P of the polar decomposition M = R P.
+Matrix3 symmetric_factor(const Matrix3& M) {
+    const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullV);
+    return svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+}
+
 // Marks the samples within the limit in s.weight and fills in what the user judges the answer by. u: corrected fields.
 void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Columns& z, MagnetometerCalibration* c) {
     Values inlier = s.weight(), residual = s.residual(), scratch = s.scratch();
@@ -264,20 +128,29 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     c->aligned = c->force_samples >= settings.samples_least &&
                  align(u, s.a(), trust, loss_sigma, angle, scratch, &alignment) &&
                  alignment.condition <= settings.condition_limit;
-    if (c->aligned) {
-        correction.M = alignment.R * ellipsoid.root;
-        correction.sin_dip = alignment.sin_dip;
-    }
-    refine(loss_sigma, c->aligned, s, &correction);
-
-    const Eigen::JacobiSVD<Matrix3> svd(correction.M, Eigen::ComputeFullV);
-    const Vector3 inverse_axes = svd.singularValues();
-    c->axis_ratio = inverse_axes[0] / inverse_axes[2];
-    if (!correction.M.allFinite() || !correction.o.allFinite() || !(correction.M.determinant() > 0))
+    refine(loss_sigma, false, s, &correction);
+    if (!(correction.M.allFinite() && correction.o.allFinite() && correction.M.determinant() > 0))
         return Refusal::not_an_ellipsoid;
+    correction.M = symmetric_factor(correction.M);
+    c->direction_sigma_rad = direction_sigma(loss_sigma, false, s, correction);
+    if (c->aligned) {
+        Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
+        refine(loss_sigma, true, s, &turned);
+        const double sigma = direction_sigma(loss_sigma, true, s, turned);
+        // A rotation that explains little of the scatter has been fitted to what else is in it (places with another
+        // field, accelerations), and one that is badly known does harm: chips are rarely misaligned by much.
+        c->aligned = turned.M.determinant() > 0 && sigma <= settings.direction_sigma_limit_rad &&
+                     dip_spread(turned, s) < rotation_gain * dip_spread(correction, s);
+        if (c->aligned) {
+            correction = turned;
+            c->direction_sigma_rad = sigma;
+        }
+    }
+
+    const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
+    c->axis_ratio = inverse_axes[0] / inverse_axes[2];
     if (!(c->axis_ratio <= settings.axis_ratio_limit)) return Refusal::stretched;
-    // Nothing tells the rotation: the symmetric factor turns the field least.
-    if (!c->aligned) correction.M = svd.matrixV() * inverse_axes.asDiagonal() * svd.matrixV().transpose();
+    if (!(c->direction_sigma_rad <= settings.direction_sigma_limit_rad)) return Refusal::uncertain;
 
     for (Index i = 0; i < s.count; ++i) {
         u.col(i) = correction.M * (z.col(i) - correction.o);
@@ -285,6 +158,7 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     }
     judge(settings.outlier_sigma, middle / scale, s, z, c);
     if (c->coverage < settings.coverage_limit) return Refusal::little_coverage;
+    if (c->residual_after > c->residual_before) return Refusal::worse;
 
     // The ellipsoid has no unit: a determinant of 1 keeps the strength on the mean over all directions.
     const double size = std::cbrt(correction.M.determinant());
@@ -296,7 +170,7 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     return Refusal::none;
 }
 
-// False when not even the centre of a circle is determined.
+// False when not even the centre of a circle is determined, or when it is so badly that the field gets less constant.
 bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
                    MagnetometerCalibration* c) {
     const Columns z = s.z();
@@ -307,7 +181,6 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
     c->offset = sphere.plane * (middle + scale * sphere.centre);
     c->matrix.setIdentity();
     c->offset_axes = sphere.axes;
-    c->axis_ratio = 1;
     c->full = c->aligned = false;
     Columns u = s.u();
     for (Index i = 0; i < s.count; ++i) scratch[i] = residual[i] = (sphere.plane * (z.col(i) - sphere.centre)).norm();
@@ -319,7 +192,7 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
     }
     c->strength = scale * median(scratch.data(), s.count);
     judge(settings.outlier_sigma, middle / scale, s, z, c);
-    return true;
+    return c->residual_after <= c->residual_before;
 }
 
 } // namespace

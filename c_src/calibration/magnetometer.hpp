@@ -19,6 +19,7 @@ struct MagnetometerSettings {
     double ambiguity_limit;
     double coverage_limit;
     double axis_ratio_limit;
+    double direction_sigma_limit_rad;
     double force_tolerance;
     Index samples_least;
     bool allow_hard_iron_only;
@@ -37,6 +38,7 @@ struct MagnetometerCalibration {
     double coverage = 0;                       // 1: directions spread evenly over the sphere, 0: in a plane
     double condition = 0, ambiguity = 0;       // of the ellipsoid (ellipsoid.hpp)
     double axis_ratio = 1;                     // longest over shortest axis of the ellipsoid
+    double direction_sigma_rad = 0;            // standard error of the corrected direction (joint_fit.hpp)
     Index samples = 0;                         // rows with a field
     Index force_samples = 0;                   // of these, rows whose force was taken for gravity
     int offset_axes = 0;                       // directions in which the offset is determined
@@ -53,7 +55,9 @@ enum class Refusal {
     ill_conditioned,  // several ellipsoids fit
     not_an_ellipsoid,
     stretched,        // an ellipsoid that no sensor has
+    uncertain,        // an ellipsoid, but not known well enough
     little_coverage,
+    worse,            // the corrected field would be less constant than the measured one
 };
 
 // field: n x 3, finite, a row of three NaN is missing; force: the same, or null. refusal: why the answer is hard iron only

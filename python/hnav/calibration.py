@@ -24,7 +24,7 @@ class _Options(C.Structure):
     _fields_ = [
         ("cookie", C.c_uint64), ("outlier_sigma", C.c_double), ("condition_limit", C.c_double),
         ("ambiguity_limit", C.c_double), ("coverage_limit", C.c_double), ("axis_ratio_limit", C.c_double),
-        ("force_tolerance", C.c_double), ("samples_least", C.c_int32), ("robust", C.c_int32),
+        ("direction_sigma_limit_rad", C.c_double), ("force_tolerance", C.c_double), ("samples_least", C.c_int32), ("robust", C.c_int32),
         ("allow_hard_iron_only", C.c_int32), ("reserved", C.c_int32),
     ]  # fmt: skip
 
@@ -34,7 +34,7 @@ class _Calibration(C.Structure):
         ("offset", C.c_double * 3), ("matrix", C.c_double * 9), ("strength", C.c_double), ("dip_rad", C.c_double),
         ("residual_before", C.c_double), ("residual_after", C.c_double), ("dip_spread_before_rad", C.c_double),
         ("dip_spread_after_rad", C.c_double), ("outlier_fraction", C.c_double), ("coverage", C.c_double),
-        ("condition", C.c_double), ("ambiguity", C.c_double), ("axis_ratio", C.c_double), ("samples", C.c_uint64),
+        ("condition", C.c_double), ("ambiguity", C.c_double), ("axis_ratio", C.c_double), ("direction_sigma_rad", C.c_double), ("samples", C.c_uint64),
         ("force_samples", C.c_uint64), ("fit", C.c_int32), ("offset_axes", C.c_int32),
     ]  # fmt: skip
 
@@ -56,6 +56,7 @@ class MagnetometerCalibration:
     condition: float  # of the quadric; 0 when the fit did not come that far
     ambiguity: float  # near 1 another ellipsoid fits as well
     axis_ratio: float  # longest over shortest axis of the ellipsoid
+    direction_sigma_rad: float  # standard error of the corrected direction, rms over the whole sphere
     samples: int
     force_samples: int  # those whose force was taken for gravity
     fit: str  # one of FITS

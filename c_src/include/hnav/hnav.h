@@ -406,6 +406,7 @@ typedef struct hnav_magnetometer_options {
     double ambiguity_limit;       /* refuse it when ambiguity exceeds it; (0, 1] */
     double coverage_limit;        /* refuse it when coverage is below; [0, 1) */
     double axis_ratio_limit;      /* refuse it when axis_ratio exceeds it; > 1 */
+    double direction_sigma_limit_rad; /* do without the rotation, then refuse, when direction_sigma_rad exceeds it; > 0 */
     double force_tolerance;       /* a force is gravity when its length is this near to the median, relative; (0, 1] */
     int32_t samples_least;        /* field samples needed, and samples with gravity for the rotation; >= 13 */
     int32_t robust;               /* 1: outliers lose their weight; 0: plain least squares */
@@ -417,7 +418,7 @@ HNAV_API hnav_magnetometer_options hnav_magnetometer_defaults(void);
 
 typedef enum hnav_magnetometer_fit {
     HNAV_MAGNETOMETER_FULL = 0,          /* offset and matrix, rotation included */
-    HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* no usable force: matrix symmetric, which turns the field least */
+    HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* none that force shows: matrix symmetric, which turns the field least */
     HNAV_MAGNETOMETER_HARD_IRON_ONLY = 2 /* offset; matrix is the identity */
 } hnav_magnetometer_fit;
 
@@ -435,6 +436,7 @@ typedef struct hnav_magnetometer_calibration {
     double condition;             /* largest over second smallest eigenvalue of the quadric's scatter; 0: not reached */
     double ambiguity;             /* smallest over second smallest: near 1, another ellipsoid fits as well */
     double axis_ratio;            /* longest over shortest axis of the ellipsoid */
+    double direction_sigma_rad;   /* standard error of the corrected direction, rms over the whole sphere */
     uint64_t samples;             /* rows with a field */
     uint64_t force_samples;       /* of these, rows whose force was taken for gravity */
     int32_t fit;                  /* hnav_magnetometer_fit */
