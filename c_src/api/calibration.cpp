@@ -107,7 +107,7 @@ hnav_magnetometer_options hnav_magnetometer_defaults(void) {
     o.ambiguity_limit = 0.1;
     o.coverage_limit = 0.05;
     o.axis_ratio_limit = 3;
-    o.direction_sigma_limit_rad = 2 * M_PI / 180;
+    o.direction_sigma_limit_rad = M_PI / 180;
     o.force_tolerance = 0.05;
     o.samples_least = 50;
     o.robust = 1;
@@ -117,17 +117,17 @@ hnav_magnetometer_options hnav_magnetometer_defaults(void) {
 hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,
                                         const hnav_magnetometer_options* options,
                                         hnav_magnetometer_calibration* calibration, char* message, size_t message_size) {
-    const auto fail = [&](hnav_status status, const char* format, auto... arguments) {
+    const auto say = [&](hnav_status status, const char* format, auto... arguments) {
         if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
         return status;
     };
     if (message && message_size > 0) message[0] = '\0';
-    if (!field) return fail(HNAV_ERROR_NULL_ARGUMENT, "field is null");
-    if (!calibration) return fail(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
+    if (!field) return say(HNAV_ERROR_NULL_ARGUMENT, "field is null");
+    if (!calibration) return say(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
     const hnav_magnetometer_options o = options ? *options : hnav_magnetometer_defaults();
     if (o.cookie != magnetometer_cookie)
-        return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_magnetometer_defaults of hnav %s", hnav_version());
-    if (const char* reason = impossible(o)) return fail(HNAV_ERROR_OPTION, "%s", reason);
+        return say(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_magnetometer_defaults of hnav %s", hnav_version());
+    if (const char* reason = impossible(o)) return say(HNAV_ERROR_OPTION, "%s", reason);
 
     for (const double* rows : {field, force_b_m_s2}) {
         const char* name = rows == field ? "field" : "force_b_m_s2";
@@ -136,9 +136,9 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
             if (missing(v)) continue;
             for (int k = 0; k < 3; ++k) {
                 if (!std::isfinite(v[k]))
-                    return fail(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
+                    return say(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
                 if (std::fabs(v[k]) > largest_reading)
-                    return fail(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k], largest_reading);
+                    return say(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k], largest_reading);
             }
         }
     }
@@ -158,10 +158,16 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     Refusal refusal;
     const bool answered =
         hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, settings, &c, &refusal);
-    if (message) describe(refusal, c, o, message, message_size);
-    if (!answered) return refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED;
-    store(c, calibration);
-    return HNAV_OK;
+    char reason[320] = "";
+    describe(refusal, c, o, reason, sizeof reason);
+    if (answered) {
+        store(c, calibration);
+        return say(HNAV_OK, "%s", reason);
+    }
+    const bool tried_hard_iron =
+        o.allow_hard_iron_only && refusal != Refusal::too_few_samples && refusal != Refusal::constant_field && refusal != Refusal::no_memory;
+    return say(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
+                tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }
 
 } // extern "C"

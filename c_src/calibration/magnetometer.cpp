@@ -13,6 +13,7 @@ namespace hnav {
 namespace {
 
 constexpr double thin = 0.1;      // out-of-plane over in-plane spread below which samples count as flat
+constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron makes less
 constexpr double rotation_gain = 0.9; // dip spread with the rotation over that without, for it to be believed
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -170,7 +171,7 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     return Refusal::none;
 }
 
-// False when not even the centre of a circle is determined, or when it is so badly that the field gets less constant.
+// False when not even the centre of a circle is determined, or so badly that the field gets less constant.
 bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
                    MagnetometerCalibration* c) {
     const Columns z = s.z();
@@ -192,7 +193,8 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
     }
     c->strength = scale * median(scratch.data(), s.count);
     judge(settings.outlier_sigma, middle / scale, s, z, c);
-    return c->residual_after <= c->residual_before;
+    // Through samples that fill a disc or a cap a sphere fits as badly as any other.
+    return robust_sigma(residual, scratch) < round_enough && c->residual_after <= c->residual_before;
 }
 
 } // namespace
