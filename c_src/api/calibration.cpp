@@ -11,6 +11,7 @@ namespace {
 using hnav::Refusal;
 
 constexpr std::uint64_t magnetometer_cookie = 0x686e61760001'0101ull; // "hnav", options layout 1, calibration 1
+constexpr double deg = M_PI / 180;
 constexpr double largest_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
 
 bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
@@ -40,6 +41,10 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
         std::snprintf(text, size, "too few samples: %lld rows have a field, samples_least = %d", static_cast<long long>(c.samples),
                       o.samples_least);
         break;
+    case Refusal::too_little_motion:
+        std::snprintf(text, size, "too little motion: only %lld of %lld rows saw a new attitude, samples_least = %d; turn the sensor about all axes",
+                      static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.samples_least);
+        break;
     case Refusal::constant_field:
         std::snprintf(text, size, "the field never changes: turn the sensor about all axes while recording");
         break;
@@ -58,8 +63,8 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
                       c.axis_ratio, o.axis_ratio_limit);
         break;
     case Refusal::uncertain:
-        std::snprintf(text, size, "the corrected direction would be uncertain by %.3g rad, direction_sigma_limit_rad = %.3g: turn the sensor further about all axes, slowly, far from iron",
-                      c.direction_sigma_rad, o.direction_sigma_limit_rad);
+        std::snprintf(text, size, "the corrected direction would be uncertain by %.3g deg, direction_sigma_limit_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
+                      c.direction_sigma_rad / deg, o.direction_sigma_limit_rad / deg);
         break;
     case Refusal::worse:
         std::snprintf(text, size, "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
@@ -90,6 +95,7 @@ void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration
     out->axis_ratio = c.axis_ratio;
     out->direction_sigma_rad = c.direction_sigma_rad;
     out->samples = static_cast<std::uint64_t>(c.samples);
+    out->used_samples = static_cast<std::uint64_t>(c.used_samples);
     out->force_samples = static_cast<std::uint64_t>(c.force_samples);
     out->fit = !c.full ? HNAV_MAGNETOMETER_HARD_IRON_ONLY : c.aligned ? HNAV_MAGNETOMETER_FULL : HNAV_MAGNETOMETER_NO_ROTATION;
     out->offset_axes = c.offset_axes;
@@ -107,7 +113,9 @@ hnav_magnetometer_options hnav_magnetometer_defaults(void) {
     o.ambiguity_limit = 0.1;
     o.coverage_limit = 0.05;
     o.axis_ratio_limit = 3;
-    o.direction_sigma_limit_rad = M_PI / 180;
+    // Indoors, where the field differs from place to place, the true error came out several times larger than stated
+    // (BROAD against optical truth), and a chip as it comes is good to a degree or two.
+    o.direction_sigma_limit_rad = 0.5 * deg;
     o.force_tolerance = 0.05;
     o.samples_least = 50;
     o.robust = 1;
@@ -164,8 +172,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
         store(c, calibration);
         return say(HNAV_OK, "%s", reason);
     }
-    const bool tried_hard_iron =
-        o.allow_hard_iron_only && refusal != Refusal::too_few_samples && refusal != Refusal::constant_field && refusal != Refusal::no_memory;
+    const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.samples_least;
     return say(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
                 tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }

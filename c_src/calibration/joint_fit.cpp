@@ -24,8 +24,10 @@ void residuals(const Samples& s, const Correction& c, bool with_force, Values& l
     const Values trust = s.trust();
     for (Index i = 0; i < s.count; ++i) {
         const Vector3 p = c.M * (z.col(i) - c.o);
-        length[i] = p.norm() - 1;
-        angle[i] = with_force && trust[i] > 0 ? a.col(i).dot(p) + c.sin_dip : 0;
+        const double norm = p.norm();
+        length[i] = norm - 1;
+        // Of the direction alone: a shrinking M would otherwise satisfy the second equation ever better.
+        angle[i] = with_force && trust[i] > 0 && norm > 0 ? a.col(i).dot(p) / norm + c.sin_dip : 0;
     }
 }
 
@@ -63,18 +65,20 @@ Matrix3x13 J_corrected(const Correction& c, const Vector3& d) {
 void accumulate(const Samples& s, const Correction& c, Index i, Matrix13& JtJ, Vector13& Jtr) {
     const Vector3 d = s.z().col(i) - c.o;
     const Vector3 p = c.M * d;
+    const double norm = p.norm();
+    if (!(norm > 0)) return;
+    const Vector3 along = p / norm;
     const Matrix3x13 J_p = J_corrected(c, d);
     const double w = s.weight()[i], w_angle = s.angle_weight()[i];
-    if (p.norm() > 0) {
-        const Vector13 J = J_p.transpose() * p.normalized();
-        JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
-        Jtr += w * s.residual()[i] * J;
-    }
+    const Vector13 J_length = J_p.transpose() * along;
+    JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J_length, w);
+    Jtr += w * s.residual()[i] * J_length;
     if (w_angle > 0) {
-        Vector13 J = J_p.transpose() * s.a().col(i);
-        J[12] = 1;
-        JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J, w_angle);
-        Jtr += w_angle * s.angle()[i] * J;
+        const Vector3 force = s.a().col(i);
+        Vector13 J_angle = J_p.transpose() * (force - along * along.dot(force)) / norm;
+        J_angle[12] = 1;
+        JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J_angle, w_angle);
+        Jtr += w_angle * s.angle()[i] * J_angle;
     }
 }
 
@@ -125,7 +129,8 @@ void refine(double outlier_sigma, bool with_force, Samples& s, Correction* c) {
     }
 }
 
-double direction_sigma(double outlier_sigma, bool with_force, Samples& s, const Correction& c) {
+double direction_sigma(double outlier_sigma, Unknowns unknowns, Samples& s, const Correction& c) {
+    const bool with_force = unknowns == Unknowns::all;
     Values length = s.residual(), angle = s.angle();
     residuals(s, c, with_force, length, angle);
     weigh(outlier_sigma, with_force, s);
@@ -139,13 +144,25 @@ double direction_sigma(double outlier_sigma, bool with_force, Samples& s, const 
         scores += Jtr * Jtr.transpose();
     }
     JtJ.triangularView<Eigen::StrictlyUpper>() = JtJ.transpose();
-    scores *= blocks / (blocks - 13.0); // 13 unknowns were fitted to the same blocks
-    // Without force the rotation and the dip, four directions in all, are not estimated: they are left out.
+    // The fit moves in the columns of the basis only: unit vectors, as many as there are unknowns.
     const Eigen::SelfAdjointEigenSolver<Matrix13> eigen(JtJ);
-    Vector13 inverse = Vector13::Zero();
-    for (int k = with_force ? 0 : 4; k < 13; ++k) inverse[k] = 1 / std::fmax(eigen.eigenvalues()[k], 1e-300);
-    const Matrix13 bread = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-    const Matrix13 covariance = bread * scores * bread;
+    Matrix13 basis = Matrix13::Zero();
+    int count = 13;
+    if (unknowns == Unknowns::centre_and_radius) {
+        count = 4;
+        for (int j = 0; j < 3; ++j) {
+            basis(4 * j, 0) = 1 / std::sqrt(3.0); // the diagonal of M
+            basis(9 + j, 1 + j) = 1;
+        }
+    } else {
+        // Without force the four weakest directions are the rotation and the dip, which no equation sees.
+        count = with_force ? 13 : 9;
+        basis.leftCols(count) = eigen.eigenvectors().rightCols(count);
+    }
+    Matrix13 information = basis.transpose() * JtJ * basis;
+    for (int k = count; k < 13; ++k) information(k, k) = 1; // what is left out stands apart
+    const Matrix13 bread = basis * information.ldlt().solve(basis.transpose());
+    const Matrix13 covariance = bread * scores * bread * (blocks / (blocks - double(count))); // they were fitted to the same blocks
 
     const Matrix3 M_inverse = c.M.inverse();
     double variance = 0;

@@ -13,11 +13,13 @@ namespace hnav {
 namespace {
 
 constexpr double thin = 0.1;      // out-of-plane over in-plane spread below which samples count as flat
+constexpr double new_attitude = 0.05; // change of field or gravity, relative, that makes a sample a new one
 constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron makes less
 constexpr double rotation_gain = 0.9; // dip spread with the rotation over that without, for it to be believed
+constexpr double gravity_spread_rad = 3 * M_PI / 180; // and largest dip spread, for the force to be believed
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// Dip of a field u (n columns of length about 1) where the force is trusted: median and robust standard deviation.
+// Dip of a field u (n columns) where the force is trusted: median and robust standard deviation.
 void dip_figures(const Columns& u, const Samples& s, double* dip_rad, double* spread_rad) {
     const Columns a = s.a();
     const Values trust = s.trust();
@@ -34,7 +36,9 @@ void dip_figures(const Columns& u, const Samples& s, double* dip_rad, double* sp
     if (known == 0) return;
     *dip_rad = median(scratch.data(), known);
     for (Index i = 0; i < known; ++i) scratch[i] = std::fabs(angle[i] - *dip_rad);
-    *spread_rad = 1.4826 * median(scratch.data(), known);
+    // The upper quartile, over its value for a normal distribution: three quarters must agree, not only half, because a
+    // sensor in motion is often at one attitude for half of its time.
+    *spread_rad = quantile(scratch.data(), known, 0.75) / 1.1503;
 }
 
 // Scatter of |u| about its mean, relative to it, over the samples that are no outliers.
@@ -133,15 +137,16 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     if (!(correction.M.allFinite() && correction.o.allFinite() && correction.M.determinant() > 0))
         return Refusal::not_an_ellipsoid;
     correction.M = symmetric_factor(correction.M);
-    c->direction_sigma_rad = direction_sigma(loss_sigma, false, s, correction);
+    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, correction);
     if (c->aligned) {
         Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
         refine(loss_sigma, true, s, &turned);
-        const double sigma = direction_sigma(loss_sigma, true, s, turned);
-        // A rotation that explains little of the scatter has been fitted to what else is in it (places with another
-        // field, accelerations), and one that is badly known does harm: chips are rarely misaligned by much.
+        const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
+        // A force that stays far from one angle to the field is not gravity. A rotation that explains little of the
+        // scatter has been fitted to what else is in it (places with another field, accelerations), and one that is
+        // badly known does harm: chips are rarely misaligned by much.
         c->aligned = turned.M.determinant() > 0 && sigma <= settings.direction_sigma_limit_rad &&
-                     dip_spread(turned, s) < rotation_gain * dip_spread(correction, s);
+                     dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(correction, s));
         if (c->aligned) {
             correction = turned;
             c->direction_sigma_rad = sigma;
@@ -171,12 +176,13 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     return Refusal::none;
 }
 
-// False when not even the centre of a circle is determined, or so badly that the field gets less constant.
+// False when not even the centre of a circle is determined, or too badly.
 bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
                    MagnetometerCalibration* c) {
     const Columns z = s.z();
     Values weight = s.weight(), residual = s.residual(), scratch = s.scratch();
-    const Sphere sphere = fit_sphere(z, settings.robust ? settings.outlier_sigma : 0, thin, weight, residual, scratch);
+    const double loss_sigma = settings.robust ? settings.outlier_sigma : 0;
+    const Sphere sphere = fit_sphere(z, loss_sigma, thin, weight, residual, scratch);
     if (sphere.axes < 2 || !sphere.centre.allFinite()) return false;
     // Across the plane of flat samples the field is left as it was.
     c->offset = sphere.plane * (middle + scale * sphere.centre);
@@ -194,7 +200,12 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
     c->strength = scale * median(scratch.data(), s.count);
     judge(settings.outlier_sigma, middle / scale, s, z, c);
     // Through samples that fill a disc or a cap a sphere fits as badly as any other.
-    return robust_sigma(residual, scratch) < round_enough && c->residual_after <= c->residual_before;
+    if (!(robust_sigma(residual, scratch) < round_enough) || c->residual_after > c->residual_before) return false;
+    c->direction_sigma_rad = not_a_number; // in a plane the direction out of it is not known
+    if (sphere.axes < 3) return true;
+    const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
+    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::centre_and_radius, s, correction);
+    return c->direction_sigma_rad <= settings.direction_sigma_limit_rad;
 }
 
 } // namespace
@@ -206,10 +217,11 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
         *refusal = Refusal::no_memory;
         return false;
     }
+    gather(n, field, force, s);
+    c->samples = s.count;
     Vector3 middle;
     double scale;
-    gather(n, field, force, s, &middle, &scale);
-    c->samples = s.count;
+    normalise(s, &middle, &scale);
     if (s.count < settings.samples_least) {
         *refusal = Refusal::too_few_samples;
         return false;
@@ -219,7 +231,19 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
         *refusal = Refusal::constant_field;
         return false;
     }
-    c->force_samples = choose_forces(settings.force_tolerance, s);
+    choose_forces(settings.force_tolerance, s);
+    drop_rests(new_attitude, s);
+    c->used_samples = s.count;
+    c->force_samples = static_cast<Index>(s.trust().sum());
+    if (s.count < settings.samples_least) {
+        *refusal = Refusal::too_little_motion;
+        return false;
+    }
+    Vector3 middle_left;
+    double scale_left;
+    normalise(s, &middle_left, &scale_left);
+    middle += scale * middle_left;
+    scale *= scale_left;
     *refusal = full_fit(settings, middle, scale, s, c);
     if (*refusal == Refusal::none) return true;
     return settings.allow_hard_iron_only && hard_iron_fit(settings, middle, scale, s, c);

@@ -34,12 +34,13 @@ struct MagnetometerCalibration {
     double residual_after = 0;
     double dip_spread_before_rad = 0;          // robust standard deviation; NaN without force
     double dip_spread_after_rad = 0;
-    double outlier_fraction = 0;               // of the field samples
+    double outlier_fraction = 0;               // of the used samples
     double coverage = 0;                       // 1: directions spread evenly over the sphere, 0: in a plane
     double condition = 0, ambiguity = 0;       // of the ellipsoid (ellipsoid.hpp)
     double axis_ratio = 1;                     // longest over shortest axis of the ellipsoid
     double direction_sigma_rad = 0;            // standard error of the corrected direction (joint_fit.hpp)
     Index samples = 0;                         // rows with a field
+    Index used_samples = 0;                    // of these, rows that saw a new attitude
     Index force_samples = 0;                   // of these, rows whose force was taken for gravity
     int offset_axes = 0;                       // directions in which the offset is determined
     bool full = false;                         // else hard iron only
@@ -50,6 +51,7 @@ enum class Refusal {
     none,
     no_memory,
     too_few_samples,
+    too_little_motion, // too few different attitudes
     constant_field,   // there is nothing to fit
     planar,           // turned about one axis only
     ill_conditioned,  // several ellipsoids fit

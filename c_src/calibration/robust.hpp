@@ -16,13 +16,15 @@ using Values = Eigen::Map<Eigen::VectorXd>;                           // one num
 // taken for outliers.
 constexpr double least_sigma = 1e-9;
 
-// Reorders values; NaN when there are none.
-inline double median(double* values, Index count) {
+// The value below which a share of the values lies. Reorders them; NaN when there are none.
+inline double quantile(double* values, Index count, double share) {
     if (count == 0) return std::nan("");
-    double* middle = values + count / 2;
-    std::nth_element(values, middle, values + count);
-    return *middle;
+    double* at = values + static_cast<Index>(share * static_cast<double>(count));
+    std::nth_element(values, at, values + count);
+    return *at;
 }
+
+inline double median(double* values, Index count) { return quantile(values, count, 0.5); }
 
 // Standard deviation about zero from the median of |residual|, right for a normal distribution and indifferent to up to
 // half of outliers (Huber and Ronchetti 2009, section 5.1). Where use is given, only residuals with use > 0 count.

@@ -40,8 +40,8 @@ private:
     Index n_;
 };
 
-// Takes over the rows that have a field: about their mean, in units of their root mean square distance from it.
-inline void gather(Index n, const double* field, const double* force, Samples& s, Vector3* middle, double* scale) {
+// Takes over the rows that have a field.
+inline void gather(Index n, const double* field, const double* force, Samples& s) {
     for (Index i = 0; i < n; ++i) s.count += !std::isnan(field[3 * i]);
     Columns z = s.z(), a = s.a();
     Index k = 0;
@@ -51,6 +51,11 @@ inline void gather(Index n, const double* field, const double* force, Samples& s
         a.col(k) = force ? Vector3(force + 3 * i) : Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
         ++k;
     }
+}
+
+// z <- (z - middle) / scale, with the mean and the root mean square distance from it.
+inline void normalise(Samples& s, Vector3* middle, double* scale) {
+    Columns z = s.z();
     middle->setZero();
     for (Index i = 0; i < s.count; ++i) *middle += z.col(i) / static_cast<double>(s.count);
     double mean_square = 0;
@@ -59,23 +64,39 @@ inline void gather(Index n, const double* field, const double* force, Samples& s
     for (Index i = 0; i < s.count; ++i) z.col(i) = (z.col(i) - *middle) / *scale;
 }
 
-// Gravity has one length: a force of another length holds acceleration as well. Returns how many rows are left.
-inline Index choose_forces(double tolerance, Samples& s) {
+// Gravity has one length: a force of another length holds acceleration as well and is not trusted.
+inline void choose_forces(double tolerance, Samples& s) {
     Columns a = s.a();
     Values trust = s.trust(), scratch = s.scratch();
     Index known = 0;
     for (Index i = 0; i < s.count; ++i)
         if (a.col(i).norm() > 0) scratch[known++] = a.col(i).norm(); // false for NaN too
     const double gravity = median(scratch.data(), known);
-    Index used = 0;
     for (Index i = 0; i < s.count; ++i) {
         const double norm = a.col(i).norm();
-        const bool near = norm > 0 && std::fabs(norm - gravity) <= tolerance * gravity;
-        trust[i] = near;
-        if (near) a.col(i) /= norm;
-        used += near;
+        trust[i] = norm > 0 && std::fabs(norm - gravity) <= tolerance * gravity;
+        if (trust[i] > 0) a.col(i) /= norm;
     }
-    return used;
+}
+
+// Leaves out samples that saw no new attitude: neither the field nor gravity has moved since the last one kept. A sensor
+// that lies still for half of the recording would else decide everything that rests on a median.
+inline void drop_rests(double step, Samples& s) {
+    Columns z = s.z(), a = s.a();
+    Values trust = s.trust();
+    Vector3 last_a = Vector3::Zero(); // of the newest force that was kept
+    Index kept = 0;
+    for (Index i = 0; i < s.count; ++i) {
+        const bool field_moved = kept == 0 || (z.col(i) - z.col(kept - 1)).norm() > step;
+        const bool force_moved = trust[i] > 0 && (a.col(i) - last_a).norm() > step;
+        if (!field_moved && !force_moved) continue;
+        if (trust[i] > 0) last_a = a.col(i);
+        z.col(kept) = z.col(i).eval();
+        a.col(kept) = a.col(i).eval();
+        trust[kept] = trust[i];
+        ++kept;
+    }
+    s.count = kept;
 }
 
 } // namespace hnav

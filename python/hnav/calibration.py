@@ -2,6 +2,7 @@
 
     calibration = calibrate_magnetometer(field, force)      # n x 3 each, of a sensor that was turned about all axes
     corrected = calibration.apply(field)
+    write_calibration("sensor.json", calibration)           # hnav filter --calibration sensor.json
 
 The mathematics is that of the C library; hnav.h, section calibration, is the reference.
 """
@@ -10,14 +11,16 @@ from __future__ import annotations
 
 import ctypes as C
 import json
-from dataclasses import asdict, dataclass, fields
+import math
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from hnav.library import HnavError, library
+from hnav.recordings import TESLA_PER, Recording
 
-FITS = ("full", "no rotation", "hard iron only")
+FITS = ("full", "without rotation", "hard iron only")
 
 
 class _Options(C.Structure):
@@ -34,7 +37,7 @@ class _Calibration(C.Structure):
         ("offset", C.c_double * 3), ("matrix", C.c_double * 9), ("strength", C.c_double), ("dip_rad", C.c_double),
         ("residual_before", C.c_double), ("residual_after", C.c_double), ("dip_spread_before_rad", C.c_double),
         ("dip_spread_after_rad", C.c_double), ("outlier_fraction", C.c_double), ("coverage", C.c_double),
-        ("condition", C.c_double), ("ambiguity", C.c_double), ("axis_ratio", C.c_double), ("direction_sigma_rad", C.c_double), ("samples", C.c_uint64),
+        ("condition", C.c_double), ("ambiguity", C.c_double), ("axis_ratio", C.c_double), ("direction_sigma_rad", C.c_double), ("samples", C.c_uint64), ("used_samples", C.c_uint64),
         ("force_samples", C.c_uint64), ("fit", C.c_int32), ("offset_axes", C.c_int32),
     ]  # fmt: skip
 
@@ -58,23 +61,33 @@ class MagnetometerCalibration:
     axis_ratio: float  # longest over shortest axis of the ellipsoid
     direction_sigma_rad: float  # standard error of the corrected direction, rms over the whole sphere
     samples: int
+    used_samples: int  # those that saw a new attitude
     force_samples: int  # those whose force was taken for gravity
     fit: str  # one of FITS
     offset_axes: int  # 3, or 2 when the samples lie in a plane
     note: str = ""  # why it is hard iron only
-    unit: str = "T"  # of offset and strength
+    unit: str = "T"  # of offset and strength: one of recordings.TESLA_PER
 
     def apply(self, field) -> np.ndarray:
         """The corrected field: n x 3 (or 3), in the unit of the calibration. NaN stays NaN."""
         return (np.asarray(field, float) - self.offset) @ self.matrix.T
 
+    def apply_to(self, recording: Recording) -> Recording:
+        """The recording, whose field is in tesla, with its field corrected. Raises HnavError when it has none."""
+        if recording.field_b_tesla is None:
+            raise HnavError(12, f"{recording.name}: has no magnetometer to calibrate")
+        tesla = TESLA_PER[self.unit]
+        return replace(recording, field_b_tesla=tesla * self.apply(recording.field_b_tesla / tesla))
+
 
 def calibrate_magnetometer(field, force_b_m_s2=None, unit: str = "T", **options) -> MagnetometerCalibration:
     """Calibrates from field (n x 3, any unit) and force (n x 3 of the same instants, or None); NaN rows are missing.
 
-    options: fields of hnav_magnetometer_options, such as robust=0 or allow_hard_iron_only=1. unit is kept for the
-    reader. Raises HnavError: "ill-conditioned" when the data do not determine the answer, with what to do.
+    options: fields of hnav_magnetometer_options, such as robust=0 or allow_hard_iron_only=1. unit: T, uT, G or au, says
+    what the field is in. Raises HnavError: "ill-conditioned" when the data do not determine the answer, with what to do.
     """
+    if unit not in TESLA_PER:
+        raise HnavError(2, f"unit = {unit}: choose one of {', '.join(TESLA_PER)}")
     lib = library()
     lib.hnav_magnetometer_defaults.restype = _Options
     lib.hnav_calibrate_magnetometer.argtypes = [C.c_size_t, *[C.c_void_p] * 5, C.c_size_t]
@@ -103,3 +116,45 @@ def _rows(values, name: str) -> np.ndarray:
     if array.ndim != 2 or array.shape[1] != 3:
         raise HnavError(13, f"{name} has the shape {array.shape}, expected (n, 3)")
     return array
+
+
+# --------------------------------------------------------------------------------------------- files
+
+
+def write_calibration(path: str | Path, calibration: MagnetometerCalibration) -> None:
+    """As JSON with the names of the fields; what is not known (NaN) becomes null. Raises HnavError."""
+    values = {"hnav": "magnetometer calibration"}
+    for name, value in asdict(calibration).items():
+        plain = value.tolist() if isinstance(value, np.ndarray) else value
+        values[name] = None if isinstance(plain, float) and math.isnan(plain) else plain
+    try:
+        Path(path).write_text(json.dumps(values, indent=1) + "\n")
+    except OSError as error:
+        raise HnavError(7, f"{path}: cannot be written: {error.strerror}") from None
+
+
+def read_calibration(path: str | Path) -> MagnetometerCalibration:
+    """What write_calibration wrote. Raises HnavError naming the file and what is wrong with it."""
+    try:
+        values = json.loads(Path(path).read_text())
+    except OSError as error:
+        raise HnavError(7, f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise HnavError(7, f"{path}: not a JSON file") from None
+    if not isinstance(values, dict) or values.pop("hnav", None) != "magnetometer calibration":
+        raise HnavError(7, f"{path}: not a magnetometer calibration by hnav calibrate")
+    for field in fields(MagnetometerCalibration):
+        if field.name not in values:
+            raise HnavError(7, f"{path}: {field.name} is missing")
+        if values[field.name] is None:
+            values[field.name] = math.nan
+    for name, shape in {"offset": (3,), "matrix": (3, 3)}.items():
+        try:
+            values[name] = np.array(values[name], float)
+        except (TypeError, ValueError):
+            values[name] = np.empty(0)
+        if values[name].shape != shape or not np.isfinite(values[name]).all():
+            raise HnavError(7, f"{path}: {name} is not {' x '.join(map(str, shape))} finite numbers")
+    if values["unit"] not in TESLA_PER:
+        raise HnavError(7, f"{path}: unit = {values['unit']}: choose one of {', '.join(TESLA_PER)}")
+    return MagnetometerCalibration(**{field.name: values[field.name] for field in fields(MagnetometerCalibration)})

@@ -408,7 +408,7 @@ typedef struct hnav_magnetometer_options {
     double axis_ratio_limit;      /* refuse it when axis_ratio exceeds it; > 1 */
     double direction_sigma_limit_rad; /* do without the rotation, then refuse, when direction_sigma_rad exceeds it; > 0 */
     double force_tolerance;       /* a force is gravity when its length is this near to the median, relative; (0, 1] */
-    int32_t samples_least;        /* field samples needed, and samples with gravity for the rotation; >= 13 */
+    int32_t samples_least;        /* attitudes needed, and attitudes with gravity for the rotation; >= 13 */
     int32_t robust;               /* 1: outliers lose their weight; 0: plain least squares */
     int32_t allow_hard_iron_only; /* 1: where the full fit is refused, answer with the offset alone */
     int32_t reserved;             /* 0 */
@@ -431,13 +431,14 @@ typedef struct hnav_magnetometer_calibration {
     double residual_after;        /* of |corrected| */
     double dip_spread_before_rad; /* robust standard deviation of the angle to gravity; NaN without force */
     double dip_spread_after_rad;
-    double outlier_fraction;      /* [0, 1] */
+    double outlier_fraction;      /* of the used samples, [0, 1] */
     double coverage;              /* 1: directions spread evenly over the sphere; 0: all in a plane */
     double condition;             /* largest over second smallest eigenvalue of the quadric's scatter; 0: not reached */
     double ambiguity;             /* smallest over second smallest: near 1, another ellipsoid fits as well */
-    double axis_ratio;            /* longest over shortest axis of the ellipsoid */
-    double direction_sigma_rad;   /* standard error of the corrected direction, rms over the whole sphere */
+    double axis_ratio;            /* longest over shortest axis of the ellipsoid; of the refused one, or 1 */
+    double direction_sigma_rad;   /* standard error of the corrected direction, rms over the sphere; NaN: offset_axes 2 */
     uint64_t samples;             /* rows with a field */
+    uint64_t used_samples;        /* of these, rows that saw a new attitude: a rest counts once */
     uint64_t force_samples;       /* of these, rows whose force was taken for gravity */
     int32_t fit;                  /* hnav_magnetometer_fit */
     int32_t offset_axes;          /* 3, or 2 when the samples lie in a plane: across it offset is zero */
