@@ -12,11 +12,12 @@
 namespace hnav {
 namespace {
 
-constexpr double thin = 0.1;      // out-of-plane over in-plane spread below which samples count as flat
+constexpr double thin = 0.1;          // out-of-plane over in-plane spread below which samples count as flat
 constexpr double new_attitude = 0.05; // change of field or gravity, relative, that makes a sample a new one
 constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron makes less
-constexpr double rotation_gain = 0.9; // dip spread with the rotation over that without, for it to be believed
-constexpr double gravity_spread_rad = 3 * M_PI / 180; // and largest dip spread, for the force to be believed
+// For force to be believed: largest dip spread with the rotation it gives, and that over the spread without.
+constexpr double gravity_spread_rad = 3 * M_PI / 180;
+constexpr double rotation_gain = 0.9;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Dip of a field u (n columns) where the force is trusted: median and robust standard deviation.

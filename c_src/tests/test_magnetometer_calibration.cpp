@@ -200,6 +200,21 @@ TEST(MagnetometerCalibration, MissingRowsAreAsIfTheyWereNotThere) {
     EXPECT_LT(direction_error(r, c), 1 * deg);
 }
 
+TEST(MagnetometerCalibration, ARestCountsAsOneSample) {
+    const Recording r = record({600, 54 * deg, 0.005, 0.01}, 12);
+    Recording rested = r;
+    for (int i = 0; i < 3000; ++i) {
+        rested.field.push_back(r.field.back());
+        rested.force.push_back(r.force.back());
+    }
+    const Answer a = calibrate(r), b = calibrate(rested);
+    ASSERT_EQ(b.status, HNAV_OK) << b.message;
+    EXPECT_EQ(b.c.samples, 3600u);
+    EXPECT_EQ(b.c.used_samples, a.c.used_samples);
+    EXPECT_LT(distance(a.matrix(), b.matrix()), 1e-8);
+    EXPECT_LT(distance(a.offset(), b.offset()), 1e-8);
+}
+
 TEST(MagnetometerCalibration, AnEllipsoidTwoAndAHalfTimesAsLongAsWideIsStillExact) {
     Recording r = record({}, 7);
     for (std::size_t i = 0; i < r.size(); ++i) r.field[i] = Vector3(0.4, 0.9, 1.0).asDiagonal() * r.truth[i] + r.offset;
@@ -391,6 +406,13 @@ TEST(MagnetometerCalibrationRefuses, DataThatDoNotTell) {
     Recording r = record({}, 1);
     for (Vector3& field : r.field) field = Vector3(1, 2, 3);
     expect_refusal(calibrate(r), HNAV_ERROR_ILL_CONDITIONED, "never changes");
+
+    r = record({}, 1);
+    for (std::size_t i = 0; i < r.size(); ++i) {
+        r.field[i] = r.field[i / 30 * 30];
+        r.force[i] = r.force[i / 30 * 30];
+    }
+    expect_refusal(calibrate(r), HNAV_ERROR_ILL_CONDITIONED, "only 20 of 600 rows saw a new attitude");
 
     r = record({}, 1);
     for (std::size_t i = 0; i < r.size(); ++i) r.field[i] = Vector3(0.2, 0.9, 1.0).asDiagonal() * r.truth[i];
