@@ -1,4 +1,4 @@
-"""The command line: hnav filter, hnav score, hnav options, hnav bench."""
+"""The command line: hnav filter, hnav score, hnav options, hnav bench, hnav calibrate."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from rich.table import Table
 from hnav import __version__
 from hnav.benchmark import DEFAULT_FILTERS, DEFAULT_PEERS, LAST_UNDISTURBED_TRIAL, Contender, Line, Row, benchmark, contenders, summary
 from hnav.benchmark import write_csv as write_rows
+from hnav.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
 from hnav.engines import ENGINES, Result, run_recording
 from hnav.library import HnavError, option_table, parse_setting, version
 from hnav.peers import PEERS, run_peer
-from hnav.recordings import RecordingError, find_trials, read_recording
+from hnav.recordings import TESLA_PER, RecordingError, find_trials, read_recording
 from hnav.scores import Score, nees, score
 from hnav.stress import SETS, variant_count
 
@@ -30,6 +31,7 @@ progress_console = Console(stderr=True)
 FilterName = Annotated[str, typer.Option("--filter", help="aligner (real sensors) or hrekf (the paper's)")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
 Settings = Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")]
+MagUnit = Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")]
 Preset = Annotated[str, typer.Option(help="default or paper")]
 
 CSV_HEADER = (
@@ -61,12 +63,15 @@ def filter_command(
     preset: Preset = "default",
     step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
-    mag_unit: Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")] = "T",
+    mag_unit: MagUnit = "T",
     smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (aligner, engine c)")] = False,
+    calibration: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")] = None,
 ):
     """Runs a filter over a recording and writes attitude, bias and sigmas."""
     settings = {"navigation_frame": frame} | parse_settings(set)
     data = read_recording(recording, mag_unit)
+    if calibration is not None:
+        data = read_calibration(calibration).apply_to(data)
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
         result = run_recording(
@@ -266,6 +271,68 @@ def draw_picture(path: Path, rows: list[Row], entered: list[Contender]) -> None:
     if not lines:
         raise UsageError("--picture: no filter finished a trial")
     save(draw_benchmark(lines, entered), path)
+
+
+@app.command("calibrate")
+def calibrate_command(
+    recording: Annotated[Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")],
+    out: Annotated[Optional[Path], typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")] = None,
+    picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
+    allow_hard_iron_only: Annotated[bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")] = False,
+    mag_unit: MagUnit = "T",
+):
+    """Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity."""
+    data = read_recording(recording, mag_unit)
+    if data.field_b_tesla is None:
+        raise UsageError(f"{recording}: has no magnetometer")
+    unit = mag_unit if recording.suffix == ".csv" else "uT"  # the unit in the file is the one to answer in
+    field = data.field_b_tesla / TESLA_PER[unit]
+    try:
+        found = calibrate_magnetometer(field, data.force_b_m_s2, unit, allow_hard_iron_only=allow_hard_iron_only)
+    except HnavError as error:
+        if error.status != "ill-conditioned":
+            raise
+        hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
+        raise UsageError(f"{recording}: {error}{hint}") from None
+    if out is not None:
+        write_calibration(out, found)
+    if picture is not None:
+        from hnav.calibration_picture import draw_calibration
+        from hnav.plots import save
+
+        try:
+            save(draw_calibration(field, found, data.name), picture)
+        except (OSError, ValueError) as error:  # ValueError: an ending that is no picture format
+            raise UsageError(f"{picture}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    print_calibration(found, data.name)
+
+
+def print_calibration(found: MagnetometerCalibration, name: str) -> None:
+    unit = "" if found.unit == "au" else f" {found.unit}"
+
+    def change(before: float, after: float, unit: str) -> str:
+        return "-" if np.isnan(before) else f"{before:.2f} -> {after:.2f} {unit}"
+
+    table = Table("", "value", "meaning", title=f"{name}: {found.fit}", show_header=False)
+    rows = [
+        ("offset", ", ".join(f"{v:.5g}" for v in found.offset) + unit, "hard iron"),
+        ("matrix", "\n".join("  ".join(f"{v: .5f}" for v in row) for row in found.matrix), "corrected = matrix (field - offset)"),
+        ("strength", f"{found.strength:.5g}{unit}", "of the corrected field"),
+        ("dip", "-" if np.isnan(found.dip_rad) else f"{np.degrees(found.dip_rad):.2f} deg", "below the horizon"),
+        ("residual", change(100 * found.residual_before, 100 * found.residual_after, "%"), "scatter of the length, outliers left out"),
+        ("dip spread", change(np.degrees(found.dip_spread_before_rad), np.degrees(found.dip_spread_after_rad), "deg"), "robust standard deviation"),
+        ("uncertainty", "-" if np.isnan(found.direction_sigma_rad) else f"{np.degrees(found.direction_sigma_rad):.2f} deg", "of the corrected direction, over the whole sphere"),
+        ("outliers", f"{100 * found.outlier_fraction:.1f} %", f"of {found.used_samples} attitudes in {found.samples} samples; {found.force_samples} with gravity"),
+        ("coverage", f"{found.coverage:.2f}", "1: all directions alike, 0: in a plane"),
+        ("condition", f"{found.condition:.0f}, ambiguity {found.ambiguity:.3f}", "full fit up to 1000 and 0.1"),
+        ("axis ratio", f"{found.axis_ratio:.3f}" if found.fit != "hard iron only" else "-", "longest over shortest axis of the ellipsoid"),
+    ]  # fmt: skip
+    for row in rows:
+        table.add_row(*row)
+    (console if console.is_terminal else Console(width=140)).print(table)
+    if found.note:
+        axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"
+        console.print(f"hard iron only{axes}: {found.note}", highlight=False, soft_wrap=True)
 
 
 def show_version(wanted: bool) -> None:

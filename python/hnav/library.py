@@ -21,7 +21,7 @@ import numpy as np
 STATUS = (
     "ok", "null argument", "option", "options stamp", "out of memory", "non-finite", "zero vector", "out of range",
     "late sample", "queue full", "time backwards", "not started", "no data", "size", "state corrupt", "solver",
-    "unsupported",
+    "unsupported", "ill-conditioned",
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.

@@ -1,0 +1,180 @@
+// The C boundary of the calibration: checks samples and options, and puts every refusal into words.
+#include "calibration/magnetometer.hpp"
+
+#include "hnav/hnav.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace {
+
+using hnav::Refusal;
+
+constexpr std::uint64_t magnetometer_cookie = 0x686e61760001'0101ull; // "hnav", options layout 1, calibration 1
+constexpr double deg = M_PI / 180;
+constexpr double largest_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
+
+bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
+
+// The name of the first option out of its range, or null.
+const char* impossible(const hnav_magnetometer_options& o) {
+    // Written so that NaN is outside.
+    if (!(o.outlier_sigma >= 1 && o.outlier_sigma <= 100)) return "outlier_sigma must be in [1, 100]";
+    if (!(o.condition_limit > 1)) return "condition_limit must be above 1";
+    if (!(o.ambiguity_limit > 0 && o.ambiguity_limit <= 1)) return "ambiguity_limit must be in (0, 1]";
+    if (!(o.coverage_limit >= 0 && o.coverage_limit < 1)) return "coverage_limit must be in [0, 1)";
+    if (!(o.axis_ratio_limit > 1)) return "axis_ratio_limit must be above 1";
+    if (!(o.direction_sigma_limit_rad > 0)) return "direction_sigma_limit_rad must be above 0";
+    if (!(o.force_tolerance > 0 && o.force_tolerance <= 1)) return "force_tolerance must be in (0, 1]";
+    if (o.samples_least < 13) return "samples_least must be at least 13, the number of unknowns";
+    if (o.robust != 0 && o.robust != 1) return "robust must be 0 or 1";
+    if (o.allow_hard_iron_only != 0 && o.allow_hard_iron_only != 1) return "allow_hard_iron_only must be 0 or 1";
+    return nullptr;
+}
+
+void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
+              size_t size) {
+    switch (refusal) {
+    case Refusal::none: break;
+    case Refusal::no_memory: std::snprintf(text, size, "no memory for the samples"); break;
+    case Refusal::too_few_samples:
+        std::snprintf(text, size, "too few samples: %lld rows have a field, samples_least = %d", static_cast<long long>(c.samples),
+                      o.samples_least);
+        break;
+    case Refusal::too_little_motion:
+        std::snprintf(text, size, "too little motion: only %lld of %lld rows saw a new attitude, samples_least = %d; turn the sensor about all axes",
+                      static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.samples_least);
+        break;
+    case Refusal::constant_field:
+        std::snprintf(text, size, "the field never changes: turn the sensor about all axes while recording");
+        break;
+    case Refusal::planar:
+        std::snprintf(text, size, "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes");
+        break;
+    case Refusal::ill_conditioned:
+        std::snprintf(text, size, "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
+                      c.condition, o.condition_limit, c.ambiguity, o.ambiguity_limit);
+        break;
+    case Refusal::not_an_ellipsoid:
+        std::snprintf(text, size, "the field is no ellipsoid: record again far from iron that does not turn with the sensor");
+        break;
+    case Refusal::stretched:
+        std::snprintf(text, size, "the fitted ellipsoid is stretched by %.3g, axis_ratio_limit = %.3g: record again far from iron that does not turn with the sensor",
+                      c.axis_ratio, o.axis_ratio_limit);
+        break;
+    case Refusal::uncertain:
+        std::snprintf(text, size, "the corrected direction would be uncertain by %.3g deg, direction_sigma_limit_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
+                      c.direction_sigma_rad / deg, o.direction_sigma_limit_rad / deg);
+        break;
+    case Refusal::worse:
+        std::snprintf(text, size, "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
+        break;
+    case Refusal::little_coverage:
+        std::snprintf(text, size, "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
+                      c.coverage, o.coverage_limit);
+        break;
+    }
+}
+
+void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration* out) {
+    *out = hnav_magnetometer_calibration{};
+    for (int i = 0; i < 3; ++i) {
+        out->offset[i] = c.offset[i];
+        for (int j = 0; j < 3; ++j) out->matrix[3 * i + j] = c.matrix(i, j);
+    }
+    out->strength = c.strength;
+    out->dip_rad = c.dip_rad;
+    out->residual_before = c.residual_before;
+    out->residual_after = c.residual_after;
+    out->dip_spread_before_rad = c.dip_spread_before_rad;
+    out->dip_spread_after_rad = c.dip_spread_after_rad;
+    out->outlier_fraction = c.outlier_fraction;
+    out->coverage = c.coverage;
+    out->condition = c.condition;
+    out->ambiguity = c.ambiguity;
+    out->axis_ratio = c.axis_ratio;
+    out->direction_sigma_rad = c.direction_sigma_rad;
+    out->samples = static_cast<std::uint64_t>(c.samples);
+    out->used_samples = static_cast<std::uint64_t>(c.used_samples);
+    out->force_samples = static_cast<std::uint64_t>(c.force_samples);
+    out->fit = !c.full ? HNAV_MAGNETOMETER_HARD_IRON_ONLY : c.aligned ? HNAV_MAGNETOMETER_FULL : HNAV_MAGNETOMETER_NO_ROTATION;
+    out->offset_axes = c.offset_axes;
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_magnetometer_options hnav_magnetometer_defaults(void) {
+    hnav_magnetometer_options o{};
+    o.cookie = magnetometer_cookie;
+    o.outlier_sigma = 3;
+    o.condition_limit = 1e3;
+    o.ambiguity_limit = 0.1;
+    o.coverage_limit = 0.05;
+    o.axis_ratio_limit = 3;
+    // Indoors, where the field differs from place to place, the true error came out several times larger than stated
+    // (BROAD against optical truth), and a chip as it comes is good to a degree or two.
+    o.direction_sigma_limit_rad = 0.5 * deg;
+    o.force_tolerance = 0.05;
+    o.samples_least = 50;
+    o.robust = 1;
+    return o;
+}
+
+hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,
+                                        const hnav_magnetometer_options* options,
+                                        hnav_magnetometer_calibration* calibration, char* message, size_t message_size) {
+    const auto say = [&](hnav_status status, const char* format, auto... arguments) {
+        if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
+        return status;
+    };
+    if (message && message_size > 0) message[0] = '\0';
+    if (!field) return say(HNAV_ERROR_NULL_ARGUMENT, "field is null");
+    if (!calibration) return say(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
+    const hnav_magnetometer_options o = options ? *options : hnav_magnetometer_defaults();
+    if (o.cookie != magnetometer_cookie)
+        return say(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_magnetometer_defaults of hnav %s", hnav_version());
+    if (const char* reason = impossible(o)) return say(HNAV_ERROR_OPTION, "%s", reason);
+
+    for (const double* rows : {field, force_b_m_s2}) {
+        const char* name = rows == field ? "field" : "force_b_m_s2";
+        for (size_t i = 0; rows && i < n; ++i) {
+            const double* v = rows + 3 * i;
+            if (missing(v)) continue;
+            for (int k = 0; k < 3; ++k) {
+                if (!std::isfinite(v[k]))
+                    return say(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
+                if (std::fabs(v[k]) > largest_reading)
+                    return say(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k], largest_reading);
+            }
+        }
+    }
+
+    hnav::MagnetometerSettings settings{};
+    settings.robust = o.robust != 0;
+    settings.outlier_sigma = o.outlier_sigma;
+    settings.condition_limit = o.condition_limit;
+    settings.ambiguity_limit = o.ambiguity_limit;
+    settings.coverage_limit = o.coverage_limit;
+    settings.axis_ratio_limit = o.axis_ratio_limit;
+    settings.direction_sigma_limit_rad = o.direction_sigma_limit_rad;
+    settings.force_tolerance = o.force_tolerance;
+    settings.samples_least = o.samples_least;
+    settings.allow_hard_iron_only = o.allow_hard_iron_only != 0;
+    hnav::MagnetometerCalibration c;
+    Refusal refusal;
+    const bool answered =
+        hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, settings, &c, &refusal);
+    char reason[320] = "";
+    describe(refusal, c, o, reason, sizeof reason);
+    if (answered) {
+        store(c, calibration);
+        return say(HNAV_OK, "%s", reason);
+    }
+    const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.samples_least;
+    return say(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
+                tried_hard_iron ? "; nor is hard iron alone determined" : "");
+}
+
+} // extern "C"

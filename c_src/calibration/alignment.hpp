@@ -1,0 +1,25 @@
+// The rotation that the ellipsoid leaves open, from specific force.
+//
+// The ellipsoid says |B (m - o)| = 1, and so does any rotation of B. But field and gravity keep their angle, whatever the
+// attitude: with a = -down the direction of specific force at rest,  a . R u = -sin(dip)  for u = B (m - o)
+// (Kok, Hol, Schon, Gustafsson, Luinge, "Calibration of a magnetometer in combination with inertial sensors", 2012,
+// section 4.2).
+#pragma once
+
+#include "attitude/rotation.hpp"
+#include "calibration/robust.hpp"
+
+namespace hnav {
+
+struct Alignment {
+    Matrix3 R;        // turns u into the axes of the force
+    double sin_dip;
+    double condition; // of the linear problem: largest over second smallest eigenvalue
+};
+
+// u: fields of length about 1; a: directions of force; use: 0 leaves a sample out. outlier_sigma as for the ellipsoid.
+// False when no sample is in use.
+bool align(const Columns& u, const Columns& a, const Values& use, double outlier_sigma, Values& residual, Values& scratch,
+           Alignment* alignment);
+
+} // namespace hnav

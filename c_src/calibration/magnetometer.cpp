@@ -1,0 +1,253 @@
+#include "calibration/magnetometer.hpp"
+
+#include "calibration/alignment.hpp"
+#include "calibration/ellipsoid.hpp"
+#include "calibration/joint_fit.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <limits>
+
+namespace hnav {
+namespace {
+
+constexpr double thin = 0.1;          // out-of-plane over in-plane spread below which samples count as flat
+constexpr double new_attitude = 0.05; // change of field or gravity, relative, that makes a sample a new one
+constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron makes less
+// For force to be believed: largest dip spread with the rotation it gives, and that over the spread without.
+constexpr double gravity_spread_rad = 3 * M_PI / 180;
+constexpr double rotation_gain = 0.9;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// Dip of a field u (n columns) where the force is trusted: median and robust standard deviation.
+void dip_figures(const Columns& u, const Samples& s, double* dip_rad, double* spread_rad) {
+    const Columns a = s.a();
+    const Values trust = s.trust();
+    Values angle = s.angle(), scratch = s.scratch();
+    Index known = 0;
+    for (Index i = 0; i < s.count; ++i) {
+        const double length = u.col(i).norm();
+        if (!(trust[i] > 0) || !(length > 0)) continue;
+        angle[known] = std::asin(std::fmin(1, std::fmax(-1, -a.col(i).dot(u.col(i)) / length)));
+        scratch[known] = angle[known];
+        ++known;
+    }
+    *dip_rad = *spread_rad = not_a_number;
+    if (known == 0) return;
+    *dip_rad = median(scratch.data(), known);
+    for (Index i = 0; i < known; ++i) scratch[i] = std::fabs(angle[i] - *dip_rad);
+    // The upper quartile, over its value for a normal distribution: three quarters must agree, not only half, because a
+    // sensor in motion is often at one attitude for half of its time.
+    *spread_rad = quantile(scratch.data(), known, 0.75) / 1.1503;
+}
+
+// Scatter of |u| about its mean, relative to it, over the samples that are no outliers.
+double length_scatter(const Columns& u, const Values& inlier) {
+    double count = 0, sum = 0, squares = 0;
+    for (Index i = 0; i < u.cols(); ++i)
+        if (inlier[i] > 0) sum += u.col(i).norm(), ++count;
+    const double mean = sum / count;
+    for (Index i = 0; i < u.cols(); ++i)
+        if (inlier[i] > 0) squares += (u.col(i).norm() / mean - 1) * (u.col(i).norm() / mean - 1);
+    return std::sqrt(squares / count);
+}
+
+// 1 for directions spread evenly over the sphere, 0 for directions in a plane.
+double coverage_of(const Columns& u) {
+    Matrix3 moment = Matrix3::Zero();
+    double count = 0;
+    for (Index i = 0; i < u.cols(); ++i) {
+        const double length = u.col(i).norm();
+        if (!(length > 0)) continue;
+        const Vector3 direction = u.col(i) / length;
+        moment += direction * direction.transpose();
+        ++count;
+    }
+    return 3 * Eigen::SelfAdjointEigenSolver<Matrix3>(moment / count, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+// True when the samples lie near a plane.
+bool is_flat(const Columns& z) {
+    Matrix3 covariance = Matrix3::Zero();
+    for (Index i = 0; i < z.cols(); ++i) covariance += z.col(i) * z.col(i).transpose();
+    const Vector3 spread = Eigen::SelfAdjointEigenSolver<Matrix3>(covariance, Eigen::EigenvaluesOnly).eigenvalues();
+    return !(spread[0] > thin * thin * spread[2]);
+}
+
+double dip_spread(const Correction& correction, const Samples& s) {
+    const Columns z = s.z();
+    Columns u = s.u();
+    for (Index i = 0; i < s.count; ++i) u.col(i) = correction.M * (z.col(i) - correction.o);
+    double dip_rad, spread_rad;
+    dip_figures(u, s, &dip_rad, &spread_rad);
+    return spread_rad;
+}
+
+// The factor of the same ellipsoid that turns the field least: P of the polar decomposition M = R P.
+Matrix3 symmetric_factor(const Matrix3& M) {
+    const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullV);
+    return svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+}
+
+// Marks the samples within the limit in s.weight and fills in what the user judges the answer by. u: corrected fields.
+void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Columns& z, MagnetometerCalibration* c) {
+    Values inlier = s.weight(), residual = s.residual(), scratch = s.scratch();
+    const double limit = outlier_sigma * robust_sigma(residual, scratch);
+    double outliers = 0;
+    for (Index i = 0; i < s.count; ++i) {
+        inlier[i] = std::fabs(residual[i]) <= limit;
+        outliers += !(inlier[i] > 0);
+    }
+    c->outlier_fraction = outliers / static_cast<double>(s.count);
+    const Columns u = s.u();
+    c->residual_after = length_scatter(u, inlier);
+    c->coverage = coverage_of(u);
+    dip_figures(u, s, &c->dip_rad, &c->dip_spread_after_rad);
+    Columns raw = s.u();
+    for (Index i = 0; i < s.count; ++i) raw.col(i) = z.col(i) + middle;
+    c->residual_before = length_scatter(raw, inlier);
+    double dip_before;
+    dip_figures(raw, s, &dip_before, &c->dip_spread_before_rad);
+}
+
+// middle: mean of the field, scale: what z was divided by.
+Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
+                 MagnetometerCalibration* c) {
+    const Columns z = s.z();
+    Columns u = s.u();
+    Values weight = s.weight(), residual = s.residual(), scratch = s.scratch(), angle = s.angle();
+    const double loss_sigma = settings.robust ? settings.outlier_sigma : 0;
+    if (is_flat(z)) return Refusal::planar;
+
+    Ellipsoid ellipsoid{};
+    const bool fits = fit_ellipsoid(z, loss_sigma, weight, residual, scratch, &ellipsoid);
+    c->condition = ellipsoid.condition;
+    c->ambiguity = ellipsoid.ambiguity;
+    if (c->condition > settings.condition_limit || c->ambiguity > settings.ambiguity_limit) return Refusal::ill_conditioned;
+    if (!fits) return Refusal::not_an_ellipsoid;
+    for (Index i = 0; i < s.count; ++i) u.col(i) = ellipsoid.root * (z.col(i) - ellipsoid.centre);
+
+    Correction correction{ellipsoid.root, ellipsoid.centre, 0};
+    Alignment alignment{};
+    const Values trust = s.trust();
+    c->aligned = c->force_samples >= settings.samples_least &&
+                 align(u, s.a(), trust, loss_sigma, angle, scratch, &alignment) &&
+                 alignment.condition <= settings.condition_limit;
+    refine(loss_sigma, false, s, &correction);
+    if (!(correction.M.allFinite() && correction.o.allFinite() && correction.M.determinant() > 0))
+        return Refusal::not_an_ellipsoid;
+    correction.M = symmetric_factor(correction.M);
+    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, correction);
+    if (c->aligned) {
+        Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
+        refine(loss_sigma, true, s, &turned);
+        const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
+        // A force that stays far from one angle to the field is not gravity. A rotation that explains little of the
+        // scatter has been fitted to what else is in it (places with another field, accelerations), and one that is
+        // badly known does harm: chips are rarely misaligned by much.
+        c->aligned = turned.M.determinant() > 0 && sigma <= settings.direction_sigma_limit_rad &&
+                     dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(correction, s));
+        if (c->aligned) {
+            correction = turned;
+            c->direction_sigma_rad = sigma;
+        }
+    }
+
+    const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
+    c->axis_ratio = inverse_axes[0] / inverse_axes[2];
+    if (!(c->axis_ratio <= settings.axis_ratio_limit)) return Refusal::stretched;
+    if (!(c->direction_sigma_rad <= settings.direction_sigma_limit_rad)) return Refusal::uncertain;
+
+    for (Index i = 0; i < s.count; ++i) {
+        u.col(i) = correction.M * (z.col(i) - correction.o);
+        residual[i] = u.col(i).norm() - 1;
+    }
+    judge(settings.outlier_sigma, middle / scale, s, z, c);
+    if (c->coverage < settings.coverage_limit) return Refusal::little_coverage;
+    if (c->residual_after > c->residual_before) return Refusal::worse;
+
+    // The ellipsoid has no unit: a determinant of 1 keeps the strength on the mean over all directions.
+    const double size = std::cbrt(correction.M.determinant());
+    c->offset = middle + scale * correction.o;
+    c->matrix = correction.M / size;
+    c->strength = scale / size;
+    c->offset_axes = 3;
+    c->full = true;
+    return Refusal::none;
+}
+
+// False when not even the centre of a circle is determined, or too badly.
+bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
+                   MagnetometerCalibration* c) {
+    const Columns z = s.z();
+    Values weight = s.weight(), residual = s.residual(), scratch = s.scratch();
+    const double loss_sigma = settings.robust ? settings.outlier_sigma : 0;
+    const Sphere sphere = fit_sphere(z, loss_sigma, thin, weight, residual, scratch);
+    if (sphere.axes < 2 || !sphere.centre.allFinite()) return false;
+    // Across the plane of flat samples the field is left as it was.
+    c->offset = sphere.plane * (middle + scale * sphere.centre);
+    c->matrix.setIdentity();
+    c->offset_axes = sphere.axes;
+    c->full = c->aligned = false;
+    Columns u = s.u();
+    for (Index i = 0; i < s.count; ++i) scratch[i] = residual[i] = (sphere.plane * (z.col(i) - sphere.centre)).norm();
+    const double radius = median(scratch.data(), s.count);
+    for (Index i = 0; i < s.count; ++i) {
+        residual[i] = residual[i] / radius - 1;
+        u.col(i) = z.col(i) + (middle - c->offset) / scale;
+        scratch[i] = u.col(i).norm();
+    }
+    c->strength = scale * median(scratch.data(), s.count);
+    judge(settings.outlier_sigma, middle / scale, s, z, c);
+    // Through samples that fill a disc or a cap a sphere fits as badly as any other.
+    if (!(robust_sigma(residual, scratch) < round_enough) || c->residual_after > c->residual_before) return false;
+    c->direction_sigma_rad = not_a_number; // in a plane the direction out of it is not known
+    if (sphere.axes < 3) return true;
+    const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
+    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::centre_and_radius, s, correction);
+    return c->direction_sigma_rad <= settings.direction_sigma_limit_rad;
+}
+
+} // namespace
+
+bool calibrate_magnetometer(Index n, const double* field, const double* force, const MagnetometerSettings& settings,
+                            MagnetometerCalibration* c, Refusal* refusal) {
+    Samples s(n);
+    if (!s) {
+        *refusal = Refusal::no_memory;
+        return false;
+    }
+    gather(n, field, force, s);
+    c->samples = s.count;
+    Vector3 middle;
+    double scale;
+    normalise(s, &middle, &scale);
+    if (s.count < settings.samples_least) {
+        *refusal = Refusal::too_few_samples;
+        return false;
+    }
+    // Below lies rounding.
+    if (!(scale > 1e-9 * middle.norm()) || !(scale > 1e-100)) {
+        *refusal = Refusal::constant_field;
+        return false;
+    }
+    choose_forces(settings.force_tolerance, s);
+    drop_rests(new_attitude, s);
+    c->used_samples = s.count;
+    c->force_samples = static_cast<Index>(s.trust().sum());
+    if (s.count < settings.samples_least) {
+        *refusal = Refusal::too_little_motion;
+        return false;
+    }
+    Vector3 middle_left;
+    double scale_left;
+    normalise(s, &middle_left, &scale_left);
+    middle += scale * middle_left;
+    scale *= scale_left;
+    *refusal = full_fit(settings, middle, scale, s, c);
+    if (*refusal == Refusal::none) return true;
+    return settings.allow_hard_iron_only && hard_iron_fit(settings, middle, scale, s, c);
+}
+
+} // namespace hnav

@@ -1,0 +1,70 @@
+// Magnetometer calibration: hard iron, soft iron, scale and misalignment from field and force of a sensor that was turned
+// about all axes.
+//
+//   measured field  y = D R' m_n + o     corrected field  D^-1 (y - o), in the axes of the force
+//
+// Three steps, as in Kok, Hol, Schon, Gustafsson, Luinge (2012): an ellipsoid gives o and D up to a rotation; gravity
+// gives the rotation, because the field keeps its angle to it; both equations together are refined.
+#pragma once
+
+#include "attitude/rotation.hpp"
+#include "calibration/robust.hpp"
+
+namespace hnav {
+
+struct MagnetometerSettings {
+    bool robust;             // samples beyond outlier_sigma lose their weight
+    double outlier_sigma;    // in robust standard deviations
+    double condition_limit;
+    double ambiguity_limit;
+    double coverage_limit;
+    double axis_ratio_limit;
+    double direction_sigma_limit_rad;
+    double force_tolerance;
+    Index samples_least;
+    bool allow_hard_iron_only;
+};
+
+struct MagnetometerCalibration {
+    Vector3 offset = Vector3::Zero();          // unit of the input
+    Matrix3 matrix = Matrix3::Identity();      // corrected = matrix (field - offset); determinant 1
+    double strength = 0;                       // of the corrected field
+    double dip_rad = 0;                        // NaN without force
+    double residual_before = 0;                // scatter of |field|, relative, over the samples that are no outliers
+    double residual_after = 0;
+    double dip_spread_before_rad = 0;          // robust standard deviation; NaN without force
+    double dip_spread_after_rad = 0;
+    double outlier_fraction = 0;               // of the used samples
+    double coverage = 0;                       // 1: directions spread evenly over the sphere, 0: in a plane
+    double condition = 0, ambiguity = 0;       // of the ellipsoid (ellipsoid.hpp)
+    double axis_ratio = 1;                     // longest over shortest axis of the ellipsoid
+    double direction_sigma_rad = 0;            // standard error of the corrected direction (joint_fit.hpp)
+    Index samples = 0;                         // rows with a field
+    Index used_samples = 0;                    // of these, rows that saw a new attitude
+    Index force_samples = 0;                   // of these, rows whose force was taken for gravity
+    int offset_axes = 0;                       // directions in which the offset is determined
+    bool full = false;                         // else hard iron only
+    bool aligned = false;                      // the rotation was found from force
+};
+
+enum class Refusal {
+    none,
+    no_memory,
+    too_few_samples,
+    too_little_motion, // too few different attitudes
+    constant_field,   // there is nothing to fit
+    planar,           // turned about one axis only
+    ill_conditioned,  // several ellipsoids fit
+    not_an_ellipsoid,
+    stretched,        // an ellipsoid that no sensor has
+    uncertain,        // an ellipsoid, but not known well enough
+    little_coverage,
+    worse,            // the corrected field would be less constant than the measured one
+};
+
+// field: n x 3, finite, a row of three NaN is missing; force: the same, or null. refusal: why the answer is hard iron only
+// where it is, or why there is none. True when there is an answer.
+bool calibrate_magnetometer(Index n, const double* field, const double* force, const MagnetometerSettings& settings,
+                            MagnetometerCalibration* calibration, Refusal* refusal);
+
+} // namespace hnav

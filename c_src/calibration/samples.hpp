@@ -1,0 +1,102 @@
+// The samples of a calibration, made ready: missing rows left out, field centred and scaled, forces judged.
+#pragma once
+
+#include "attitude/rotation.hpp"
+#include "calibration/robust.hpp"
+
+#include <cstdlib>
+#include <limits>
+#include <memory>
+
+namespace hnav {
+
+// What all steps work on: normalised samples and a few numbers for each, in one block.
+class Samples {
+public:
+    explicit Samples(Index n)
+        : block_(static_cast<double*>(std::calloc(static_cast<std::size_t>(n) + 1, columns * sizeof(double)))), n_(n) {}
+    explicit operator bool() const { return block_ != nullptr; }
+
+    Columns z() const { return Columns(at(0), 3, count); }  // field, centred and scaled
+    Columns u() const { return Columns(at(3), 3, count); }  // field, corrected to length 1
+    Columns a() const { return Columns(at(6), 3, count); }  // direction of force
+    Values trust() const { return Values(at(9), count); }   // 1 where the force may be gravity
+    Values weight() const { return Values(at(10), count); } // of the field
+    Values residual() const { return Values(at(11), count); }
+    Values angle() const { return Values(at(12), count); }  // residual of the dip
+    Values angle_weight() const { return Values(at(13), count); }
+    Values scratch() const { return Values(at(14), count); }
+
+    Index count = 0; // rows with a field
+
+private:
+    static constexpr std::size_t columns = 15;
+    double* at(Index column) const { return block_.get() + column * n_; }
+
+    struct Free {
+        void operator()(double* p) const { std::free(p); }
+    };
+    std::unique_ptr<double[], Free> block_;
+    Index n_;
+};
+
+// Takes over the rows that have a field.
+inline void gather(Index n, const double* field, const double* force, Samples& s) {
+    for (Index i = 0; i < n; ++i) s.count += !std::isnan(field[3 * i]);
+    Columns z = s.z(), a = s.a();
+    Index k = 0;
+    for (Index i = 0; i < n; ++i) {
+        if (std::isnan(field[3 * i])) continue;
+        z.col(k) = Vector3(field + 3 * i);
+        a.col(k) = force ? Vector3(force + 3 * i) : Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+        ++k;
+    }
+}
+
+// z <- (z - middle) / scale, with the mean and the root mean square distance from it.
+inline void normalise(Samples& s, Vector3* middle, double* scale) {
+    Columns z = s.z();
+    middle->setZero();
+    for (Index i = 0; i < s.count; ++i) *middle += z.col(i) / static_cast<double>(s.count);
+    double mean_square = 0;
+    for (Index i = 0; i < s.count; ++i) mean_square += (z.col(i) - *middle).squaredNorm() / static_cast<double>(s.count);
+    *scale = std::sqrt(mean_square);
+    for (Index i = 0; i < s.count; ++i) z.col(i) = (z.col(i) - *middle) / *scale;
+}
+
+// Gravity has one length: a force of another length holds acceleration as well and is not trusted.
+inline void choose_forces(double tolerance, Samples& s) {
+    Columns a = s.a();
+    Values trust = s.trust(), scratch = s.scratch();
+    Index known = 0;
+    for (Index i = 0; i < s.count; ++i)
+        if (a.col(i).norm() > 0) scratch[known++] = a.col(i).norm(); // false for NaN too
+    const double gravity = median(scratch.data(), known);
+    for (Index i = 0; i < s.count; ++i) {
+        const double norm = a.col(i).norm();
+        trust[i] = norm > 0 && std::fabs(norm - gravity) <= tolerance * gravity;
+        if (trust[i] > 0) a.col(i) /= norm;
+    }
+}
+
+// Leaves out samples that saw no new attitude: neither the field nor gravity has moved since the last one kept. A sensor
+// that lies still for half of the recording would else decide everything that rests on a median.
+inline void drop_rests(double step, Samples& s) {
+    Columns z = s.z(), a = s.a();
+    Values trust = s.trust();
+    Vector3 last_a = Vector3::Zero(); // of the newest force that was kept
+    Index kept = 0;
+    for (Index i = 0; i < s.count; ++i) {
+        const bool field_moved = kept == 0 || (z.col(i) - z.col(kept - 1)).norm() > step;
+        const bool force_moved = trust[i] > 0 && (a.col(i) - last_a).norm() > step;
+        if (!field_moved && !force_moved) continue;
+        if (trust[i] > 0) last_a = a.col(i);
+        z.col(kept) = z.col(i).eval();
+        a.col(kept) = a.col(i).eval();
+        trust[kept] = trust[i];
+        ++kept;
+    }
+    s.count = kept;
+}
+
+} // namespace hnav
