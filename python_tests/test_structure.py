@@ -1,4 +1,4 @@
-"""Who may know whom: python -> fmu -> include -> api -> attitude, calibration, coloured -> hybrid, linalg."""
+"""Who may know whom: python -> fmu -> include -> api -> attitude, calibration, coloured, world -> hybrid, linalg."""
 
 import re
 from pathlib import Path
@@ -13,12 +13,13 @@ ALLOWED = {
     "c_src/attitude": {"attitude", "hybrid", "linalg"},
     "c_src/calibration": {"calibration", "linalg"},  # and attitude/rotation.hpp, see below
     "c_src/coloured": {"coloured", "linalg"},
-    "c_src/api": {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "hnav"},
+    "c_src/world": {"world", "linalg"},  # likewise
+    "c_src/api": {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "world", "hnav"},
     "c_src/include": set(),
     "fmu": {"adapter", "attitude", "hnav"},
 }
-ALLOWED_FILES = {"c_src/calibration": {"attitude/rotation.hpp"}}
-LIBRARY_FOLDERS = {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "hnav", "adapter"}
+ALLOWED_FILES = {"c_src/calibration": {"attitude/rotation.hpp"}, "c_src/world": {"attitude/rotation.hpp"}}
+LIBRARY_FOLDERS = {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "world", "hnav", "adapter"}
 
 
 def includes(path: Path) -> list[str]:
