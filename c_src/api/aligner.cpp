@@ -23,7 +23,7 @@ AlignerModel::Settings settings_of(const hnav_aligner_options& o, const hnav::Fr
     s.correction_interval_s = o.correction_interval_s;
     s.interval_limit_s = o.interval_limit_s;
     s.unseen_acceleration_m_s2 = o.unseen_acceleration_m_s2;
-    s.unseen_turn_rad_s2 = o.unseen_turn_rad_s2;
+    s.unseen_turn_factor = o.unseen_turn_factor;
     s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
     s.robust.mode = static_cast<hnav::GammaMode>(o.gamma_mode);
     s.robust.gamma = o.gamma;
@@ -76,7 +76,7 @@ hnav_aligner_options hnav_aligner_defaults(hnav_preset preset) {
     o.gyro_bias_walk_rad_s_per_sqrt_s = 1.4e-4;
     o.velocity_noise_m_s_per_sqrt_hz = 0.52;
     o.unseen_acceleration_m_s2 = 2;
-    o.unseen_turn_rad_s2 = 10;
+    o.unseen_turn_factor = 1.5;
     o.mag_azimuth_noise_per_sqrt_hz = 0.026;
     o.mag_intensity_noise_per_sqrt_hz = 0.018;
     o.mag_rest_factor = 1.5;

@@ -37,6 +37,7 @@ public:
     enum Error : int { velocity = 0, calibration = 2, rotation = 11, bias = 14, reference = 17, latency = 19 };
     static constexpr int considered = rotation + 2;
     static constexpr double gravity_m_s2 = 9.80665;
+    static constexpr double rate_change_memory_s = 2; // longer than a swing of the arm
 
     using Covariance = Square<errors>;
     using Vector = Eigen::Matrix<double, errors, 1>;
@@ -58,7 +59,7 @@ public:
         double correction_interval_s;
         double interval_limit_s;
         double unseen_acceleration_m_s2; // that may go by while samples of force are missing
-        double unseen_turn_rad_s2;       // and while those of rate are
+        double unseen_turn_factor;       // and while those of rate are, in units of its usual change
         bool backward_hold;
         RobustSettings robust; // while aligning
         RestSettings rest;
@@ -79,6 +80,7 @@ public:
         double P[errors * (errors + 1) / 2]; // just after the last correction
         double bias[3], calibration[9], velocity[2], reference[2], latency;
         double rate[3];     // held, as measured
+        double rate_change_power; // running mean square of its change per second, of one axis
         double strength;    // of the field, T
         // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
         double lever[27], rate_power, turned[9], turned_s;
@@ -192,14 +194,13 @@ public:
         // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
         // too, it takes its place; if samples of rate are missing in between, the mean of both does.
         const double went_on_s = s.last_event_s - s.last_s[gyro];
+        const Vector3 before = turn_rate(s);
+        hold(s, event);
         if (s.started && went_on_s > 0) {
-            const Vector3 before = turn_rate(s);
-            hold(s, event);
             const Vector3 after = gap(s, gyro, event.t_s) ? Vector3(0.5 * (turn_rate(s) + before)) : turn_rate(s);
             const Quaternion instead = multiply(rotation_quaternion(before * -went_on_s), rotation_quaternion(after * went_on_s));
             Eigen::Map<Quaternion>(s.x) = multiply(Quaternion(s.x), instead);
         }
-        hold(s, event);
     }
 
     // For a state that an integrator outside has brought over T seconds under the rate of before: the rate that came with
@@ -218,7 +219,7 @@ public:
             Eigen::Map<Quaternion>(s.x).normalize();
             take_turn(s);
         }
-        if (event.has(gyro)) hold(s, event);
+        if (event.has(gyro) && !settings_.backward_hold) hold(s, event);
         if (!s.started) {
             start(s, event);
         } else {
@@ -305,8 +306,15 @@ public:
 private:
     static constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i; } // i <= j, of pack()
 
+    // How fast the rate changes tells how far off the turn may be while samples of it are missing.
     static void hold(State& s, const Event& event) {
-        for (int i = 0; i < 3; ++i) s.rate[i] = event.value[gyro][i];
+        const Vector3 rate(event.value[gyro]);
+        const double T = event.t_s - s.last_s[gyro];
+        if (s.has_rate && T > 0 && !gap(s, gyro, event.t_s)) {
+            const double power = (rate - Vector3(s.rate)).squaredNorm() / (3 * T * T);
+            s.rate_change_power += T / (T + rate_change_memory_s) * (power - s.rate_change_power);
+        }
+        Eigen::Map<Vector3>(s.rate) = rate;
         s.has_rate = 1;
     }
 
@@ -451,11 +459,11 @@ private:
     }
 
     // While samples of rate are missing the turn is not known: after T seconds to within a T^2 / 2 by the last rate, and
-    // to a T^2 / 8 by the mean of the last and the next.
+    // to a T^2 / 8 by the mean of the last and the next, with an angular acceleration a as it was before.
     void miss_turn(State& s, const Event& event) const {
         if (!gap(s, gyro, event.t_s)) return;
-        const double T = event.t_s - s.last_s[gyro], angle = (event.has(gyro) ? 0.125 : 0.5) * settings_.unseen_turn_rad_s2 * T * T;
-        s.missing_rotation += angle * angle;
+        const double T = event.t_s - s.last_s[gyro], share = (event.has(gyro) ? 0.125 : 0.5) * settings_.unseen_turn_factor * T * T;
+        s.missing_rotation += share * share * s.rate_change_power;
     }
 
     // L += dG (x) y for the turn since the last event, which went on under one rate.

@@ -30,7 +30,7 @@ AlignerModel::Settings settings() {
     s.correction_interval_s = 0.035;
     s.interval_limit_s = 0.1;
     s.unseen_acceleration_m_s2 = 2;
-    s.unseen_turn_rad_s2 = 10;
+    s.unseen_turn_factor = 1.5;
     s.backward_hold = true;
     s.rest = {2 * deg, 0.5, 2 * deg, 1.5, 0.5};
     s.field = {0.035, 60, 3, 0.35, 0.35, 0.17, 5, 1.6, 0.4, 60, 0.13, 3.75, 0.12};
@@ -202,6 +202,7 @@ TEST(AlignerCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
     motion.rate_b = {2, -1, 3};
     Event first{};
     first.add(Sample{0, gyro, {2, -1, 3}});
+    model.before_flow(s, first);
     model.jump(s, first);
     model.flow_exactly(s, 0.5);
     const Matrix3 claimed = model.rotation_covariance(s);

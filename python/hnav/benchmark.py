@@ -31,7 +31,7 @@ LAST_UNDISTURBED_TRIAL = 23
 SMOOTH = "-smooth"
 # Peers in pure Python take minutes for what the others do in seconds; they run when they are named.
 DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "ahrs")
-DEFAULT_FILTERS = (*FILTERS, f"aligner{SMOOTH}")
+DEFAULT_FILTERS = (*FILTERS, "aligner:solver=closed_form", f"aligner{SMOOTH}")
 
 
 @dataclass(frozen=True)

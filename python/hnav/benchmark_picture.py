@@ -30,7 +30,7 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender]) -> plots
         errors, times = fig.subplots(1, 2, sharey=True, width_ratios=[1.75, 1.0])
         _draw_errors(errors, ranked, place, ours)
         _draw_times(times, ranked, place, ours, looped)
-        errors.set_yticks(place, [line.filter for line in ranked])
+        errors.set_yticks(place, [line.filter.replace(":solver=", ", ").replace("_", " ") for line in ranked])
         for label, line in zip(errors.get_yticklabels(), ranked):
             label.set(fontweight="bold" if line.filter in ours else "normal", color=plots.INK)
         if gap:

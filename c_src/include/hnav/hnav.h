@@ -215,7 +215,7 @@ typedef struct hnav_aligner_options {
     /* Accelerometer: velocity stays bounded. */
     double velocity_noise_m_s_per_sqrt_hz;
     double unseen_acceleration_m_s2;        /* while samples of force are missing */
-    double unseen_turn_rad_s2;              /* while samples of rate are missing */
+    double unseen_turn_factor;              /* while samples of rate are missing, of its usual change */
 
     /* Magnetometer. */
     double mag_azimuth_noise_per_sqrt_hz;   /* across the reference */
