@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hnav import benchmark as bench
 from hnav import peers
-from hnav.benchmark import Contender, Estimate, Row, contenders, run_trial, summary
+from hnav.benchmark import DEFAULT_FILTERS, Contender, Estimate, Row, contenders, run_trial, summary
 from hnav.benchmark_picture import draw_benchmark
 from hnav.library import FILTERS, HnavError
 from hnav.peers import PEERS, Peer, run_peer, samples_of
@@ -253,7 +253,7 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
         assert word in done.stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
     rows = list(csv.DictReader(out.open()))
-    assert len(rows) == 2 * 2 * 4 and not any(r["failure"] for r in rows)
+    assert len(rows) == 2 * 2 * (len(DEFAULT_FILTERS) + 1) and not any(r["failure"] for r in rows)
     assert hnav("score", folder, "--filter", "aligner", "--json", scores).returncode == 0
     figures = json.loads(scores.read_text())
     for trial in figures["trials"].values():
