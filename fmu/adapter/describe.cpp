@@ -210,9 +210,13 @@ void write_structure(const Writer& w) {
     } else {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
-        w.text("    </Outputs>\n    <Derivatives>\n");
-        each("Unknown", false, derivatives);
-        w.text("    </Derivatives>\n    <InitialUnknowns>\n");
+        w.text("    </Outputs>\n");
+        if (w.info.nx > 0) { // the schema has no empty list
+            w.text("    <Derivatives>\n");
+            each("Unknown", false, derivatives);
+            w.text("    </Derivatives>\n");
+        }
+        w.text("    <InitialUnknowns>\n");
         each("Unknown", true, calculated);
         w.text("    </InitialUnknowns>\n");
     }
