@@ -118,15 +118,17 @@ void write_units(const Writer& w) {
 }
 
 void write_choices(const Writer& w) {
-    w.text("  <TypeDefinitions>\n");
+    bool any = false; // the schema has no empty list
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
         if (v.type != Type::enumeration) continue;
+        if (!any) w.text("  <TypeDefinitions>\n");
+        any = true;
         std::fprintf(w.file, w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>", v.name);
         for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"/>", v.choices[k], k);
         w.text(w.fmi3 ? "</EnumerationType>\n" : "</Enumeration></SimpleType>\n");
     }
-    w.text("  </TypeDefinitions>\n");
+    if (any) w.text("  </TypeDefinitions>\n");
 }
 
 // ------------------------------------------------------------------------------------------------ variables

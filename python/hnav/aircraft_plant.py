@@ -171,11 +171,9 @@ class AircraftPlant:
         self._call("load", state, len(state))
 
 
-def normal_numbers(seed: int, stream: int, first: int, count: int) -> np.ndarray:
-    """Numbers first to first + count - 1 of a stream of c_src/world/random.hpp: Philox and Box-Muller."""
-    skipped = first // 2 * 2
-    words = np.random.Philox(key=[seed, stream]).random_raw(first + count + 1)[skipped:]
-    pairs = (words[: len(words) // 2 * 2] >> np.uint64(11)).reshape(-1, 2) * 2.0**-53
+def normal_numbers(seed: int, stream: int, count: int) -> np.ndarray:
+    """The first numbers of a stream of c_src/world/random.hpp: Philox, then Box and Muller."""
+    words = np.random.Philox(key=[seed, stream]).random_raw(count + count % 2)
+    pairs = (words >> np.uint64(11)).reshape(-1, 2) * 2.0**-53
     radius, angle = np.sqrt(-2 * np.log(1 - pairs[:, 0])), 2 * np.pi * pairs[:, 1]
-    numbers = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1).ravel()
-    return numbers[first - skipped :][:count]
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1).ravel()[:count]
