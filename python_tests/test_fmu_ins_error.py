@@ -358,8 +358,7 @@ def test_lost_samples_pass_as_steps_without_a_measurement_and_are_counted(axis, 
     flight = AircraftPlant(axis.aircraft, seed=2).run(31)
     kept = np.zeros(flight.z.shape, bool)
     kept[::3] = True
-    u = np.repeat(flight.u[::3], 3, axis=0)[: len(flight.u)]
-    u = np.vstack([u[:1], np.repeat(flight.u[3::3], 3, axis=0)])  # a lost step is made with the control of the next sample
+    u = np.vstack([flight.u[:1], np.repeat(flight.u[3::3], 3, axis=0)])  # a lost step is made with the control of the next sample
     run = InsErrorFilter(AircraftPlant(axis.aircraft).filter_model()).run(u, flight.z, kept)
     with opened(axis.filter, version, sampling_mode=mode) as fmu:
         fmu.initialise()
@@ -417,9 +416,8 @@ def test_a_control_that_is_no_number_is_counted_and_the_one_before_is_held(axis,
         fmu.initialise()
         for k in range(10):
             deliver(fmu, axis, flight, k)
-            for control in axis.controls:
-                if k == 5:
-                    fmu.set(f"u.{control}", math.nan)
+            for control in axis.controls if k == 5 else ():
+                fmu.set(f"u.{control}", math.nan)
             fmu.do_step(0.1 * k, 0.1)
         assert fmu.get("count.non_finite") == len(axis.controls)
         assert read(fmu, [f"estimate.{s}" for s in axis.states]) == run.x[-1].tolist()

@@ -100,7 +100,7 @@ typedef struct hnav_aircraft_sample {
 HNAV_API hnav_status hnav_aircraft_get_sample(const hnav_aircraft *aircraft, hnav_aircraft_sample *sample);
 
 /* n samples from the present one on, each a row: command n x nu (null for zero), row k held from sample k to k + 1;
- * arrays of output hold n rows each, k and t_s those of the last. Leaves the aircraft one sample behind the last row. */
+ * arrays of output hold n rows each, k and t_s those of the last. Afterwards the sample after the last row is present. */
 HNAV_API hnav_status hnav_aircraft_run(hnav_aircraft *aircraft, size_t n, const double *command, hnav_aircraft_sample *output);
 
 /* The discrete model for hnav_ins_error_filter_create; its pointers belong to the aircraft and live as long. lambda of
