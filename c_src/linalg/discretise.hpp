@@ -16,6 +16,12 @@ using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bound, 
 using Small = Bounded<largest_dimension>;
 using Pair = Bounded<2 * largest_dimension>;
 
+namespace {
+// Eigen asks once, in a function-local static, how large the caches of the processor are. Asked when the library is loaded,
+// the answer stands before there are threads.
+[[maybe_unused]] const std::ptrdiff_t cache_size_is_known = Eigen::l1CacheSize();
+} // namespace
+
 struct Discrete {
     Small A, B, Q;
 };

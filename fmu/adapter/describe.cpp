@@ -118,15 +118,17 @@ void write_units(const Writer& w) {
 }
 
 void write_choices(const Writer& w) {
-    w.text("  <TypeDefinitions>\n");
+    bool any = false; // the schema has no empty list
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
         if (v.type != Type::enumeration) continue;
+        if (!any) w.text("  <TypeDefinitions>\n");
+        any = true;
         std::fprintf(w.file, w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>", v.name);
         for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"/>", v.choices[k], k);
         w.text(w.fmi3 ? "</EnumerationType>\n" : "</Enumeration></SimpleType>\n");
     }
-    w.text("  </TypeDefinitions>\n");
+    if (any) w.text("  </TypeDefinitions>\n");
 }
 
 // ------------------------------------------------------------------------------------------------ variables
@@ -210,9 +212,13 @@ void write_structure(const Writer& w) {
     } else {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
-        w.text("    </Outputs>\n    <Derivatives>\n");
-        each("Unknown", false, derivatives);
-        w.text("    </Derivatives>\n    <InitialUnknowns>\n");
+        w.text("    </Outputs>\n");
+        if (w.info.nx > 0) { // the schema has no empty list
+            w.text("    <Derivatives>\n");
+            each("Unknown", false, derivatives);
+            w.text("    </Derivatives>\n");
+        }
+        w.text("    <InitialUnknowns>\n");
         each("Unknown", true, calculated);
         w.text("    </InitialUnknowns>\n");
     }

@@ -312,26 +312,26 @@ Status Instance::set_time(double t_s) {
 
 Status Instance::set_states(const double* x, std::size_t n) {
     if (!allowed(Call::set_continuous_states)) return Status::error;
-    if (!x || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     for (std::size_t i = 0; i < n; ++i)
         if (!std::isfinite(x[i])) return fail("continuous state %zu = %g is not finite", i + 1, x[i]);
-    std::memcpy(states_, x, n * sizeof(double));
+    if (n > 0) std::memcpy(states_, x, n * sizeof(double));
     stale_ = ~0u;
     return Status::ok;
 }
 
 Status Instance::get_states(double* x, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (!x || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
-    std::memcpy(x, states_, n * sizeof(double));
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if (n > 0) std::memcpy(x, states_, n * sizeof(double));
     return Status::ok;
 }
 
 Status Instance::get_derivatives(double* dx, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (!dx || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!dx && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     if (!has_model_) {
-        std::memset(dx, 0, n * sizeof(double));
+        if (n > 0) std::memset(dx, 0, n * sizeof(double));
         return Status::ok;
     }
     return model_->derivatives(time_s_, states_, dx) ? Status::ok : fail("the derivatives at t = %g are not defined", time_s_);
@@ -339,7 +339,7 @@ Status Instance::get_derivatives(double* dx, std::size_t n) {
 
 Status Instance::get_nominals(double* nominals, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (!nominals || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!nominals && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     if (has_model_)
         model_->get_nominals(nominals);
     else
@@ -367,8 +367,7 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     }
     if (!has_model_) return fail("GetDirectionalDerivative needs an initialised model");
     refresh(state_group);
-    double* x = values_ + first_state_;
-    model_->derivatives_along(time_s_, x, direction, along);
+    if (nx > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
     bool outputs = false;
     for (std::size_t k = 0; k < n_unknowns; ++k) {
         const unsigned row = unknowns[k];

@@ -30,6 +30,7 @@ constexpr Unit units[] = {
     {"m/s", true, 0, 1, -1, 0, 0, {}},
     {"m/s2", true, 0, 1, -2, 0, 0, {}},
     {"T", true, 1, 0, -2, -1, 0, {{"uT", 1e6}, {}}},
+    {"m/s/sqrt(s)", false, 0, 0, 0, 0, 0, {}},
     {"rad/sqrt(s)", false, 0, 0, 0, 0, 0, {}},
     {"rad/s/sqrt(s)", false, 0, 0, 0, 0, 0, {}},
     {"rad/s/sqrt(Hz)", false, 0, 0, 0, 0, 0, {}},

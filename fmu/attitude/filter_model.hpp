@@ -166,12 +166,6 @@ private:
     };
     enum Command { command_reset = 1, command_realign = 2 };
 
-    static bool rising(double level, double* last) {
-        const bool edge = level != 0 && *last == 0;
-        *last = level;
-        return edge;
-    }
-
     // A counter that went up by more than one says that samples came and went between two communication points.
     bool counter_changed(int s, const double* values, double* stamp_s) {
         const double now = values[at_.sensor[s].sample];

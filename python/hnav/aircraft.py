@@ -11,6 +11,7 @@ white noise and a first-order Gauss-Markov error. Faults multiply the standard d
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,21 +114,30 @@ class Flight:
 
 def simulate(aircraft: Aircraft, runs: int, steps: int, seed: int) -> Flight:
     """Truth and measurements of `runs` flights with equal controls. The truth starts where the filter's prior says."""
-    m = aircraft.model().discrete()
     rng = np.random.default_rng(seed)
+    size = (runs, len(aircraft.channels))
+    return fly(aircraft, steps, lambda source, k: rng.normal(size=size), aircraft.model())
+
+
+def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], model: LinearModel) -> Flight:
+    """The flights that noise makes. draw(source, k): standard normal numbers, runs x n, of step k and one of the sources
+    process, colour (both make the start when k is 0) and measurement."""
+    m = model.discrete()
     u, factor = aircraft.inputs(steps), aircraft.noise_factors(steps)
-    w_sigma, U_sigma, v_sigma = (np.sqrt(np.diag(Q)) for Q in (m.Qw, m.QU, m.Qv))
-    x = np.empty((runs, steps + 1, m.nx))
-    z = np.empty_like(x)
-    state = rng.normal(size=(runs, m.nx)) * aircraft.start_sigma
-    error = rng.normal(size=(runs, m.nz)) * aircraft.ins_error_sigma
+    diagonal = np.count_nonzero(m.Qw - np.diag(np.diag(m.Qw))) == 0
+    w_factor = np.diag(np.sqrt(np.diag(m.Qw))) if diagonal else np.linalg.cholesky(m.Qw)
+    U_sigma, v_sigma = (np.sqrt(np.diag(Q)) for Q in (m.QU, m.Qv))
+    x, z = [], []
     for k in range(steps + 1):
-        if k > 0:
-            state = state @ m.A.T + m.B @ u[k] + rng.normal(size=state.shape) * w_sigma
-            error = error @ m.An.T + rng.normal(size=error.shape) * U_sigma
-        x[:, k] = state
-        z[:, k] = state @ m.H.T + error + rng.normal(size=error.shape) * v_sigma * factor[k]
-    return Flight(u, x, z, factor)
+        n_process, n_colour = draw("process", k), draw("colour", k)
+        if k == 0:
+            state, error = n_process * aircraft.start_sigma, n_colour * aircraft.ins_error_sigma
+        else:
+            state = state @ m.A.T + m.B @ u[k] + n_process @ w_factor.T
+            error = error @ m.An.T + n_colour * U_sigma
+        x.append(state)
+        z.append(state @ m.H.T + error + draw("measurement", k) * v_sigma * factor[k])
+    return Flight(u, np.stack(x, axis=1), np.stack(z, axis=1), factor)
 
 
 # --------------------------------------------------------------------------------------------- model files

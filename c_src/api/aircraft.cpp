@@ -1,0 +1,340 @@
+// The C boundary of the aircraft with an INS.
+#include "hnav/hnav_world.h"
+
+#include "world/aircraft_flight.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+using hnav::AircraftFlight;
+using hnav::RowMajor;
+
+struct hnav_aircraft {
+    AircraftFlight flight;
+    // What a filter of this aircraft is made from, row-major.
+    RowMajor H, An, Qv, QU, Lambda0, P0;
+    std::uint64_t fingerprint;
+    mutable char message[320];
+
+    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        va_list arguments;
+        va_start(arguments, format);
+        std::vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        return status;
+    }
+};
+
+namespace {
+
+constexpr std::uint64_t aircraft_cookie = 0x686e61760001'0101ull; // "hnav", options layout, plant
+
+#define REQUIRE(a, pointer)                                                                                          \
+    do {                                                                                                             \
+        if (!(a)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
+        if (!(pointer)) return (a)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
+    } while (0)
+
+std::uint64_t hash(const void* data, std::size_t bytes, std::uint64_t seed = 14695981039346656037ull) {
+    for (std::size_t i = 0; i < bytes; ++i) seed = (seed ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
+    return seed;
+}
+
+// Checks the entries of a model one after the other and keeps the first complaint.
+class Check {
+public:
+    Check(char* message, std::size_t size) : message_(message), size_(size) {}
+
+    hnav_status status = HNAV_OK;
+
+    // The entry and where it lies belong together: every number inside [min, max], or above min when that is open.
+    void numbers(const char* name, const double* value, int count, double min, bool open, double max = no_bound) {
+        if (status != HNAV_OK) return;
+        if (!value) return refuse(HNAV_ERROR_NULL_ARGUMENT, "%s is null", name);
+        for (int i = 0; i < count; ++i) number(name, value[i], i, min, open, max);
+    }
+
+    void number(const char* name, double value, int i, double min, bool open, double max = no_bound) {
+        if (status != HNAV_OK) return;
+        if (!std::isfinite(value)) return refuse(HNAV_ERROR_NON_FINITE, "%s[%d] = %g is not finite", name, i, value);
+        if (value < min || value > max || (open && value == min))
+            refuse(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible: it must be %s %g", name, i, value,
+                   value > max ? "at most" : open ? "above" : "at least", value > max ? max : min);
+    }
+
+    void size(const char* name, int value, int least) {
+        if (status == HNAV_OK && (value < least || value > hnav::largest_dimension))
+            refuse(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, least, hnav::largest_dimension);
+    }
+
+    void flag(const char* name, int value) {
+        if (status == HNAV_OK && value != 0 && value != 1) refuse(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
+    }
+
+    __attribute__((format(printf, 3, 4))) void refuse(hnav_status why, const char* format, ...) {
+        status = why;
+        va_list arguments;
+        va_start(arguments, format);
+        if (message_ && size_ > 0) std::vsnprintf(message_, size_, format, arguments);
+        va_end(arguments);
+    }
+
+    static constexpr double no_bound = 1e300;
+
+private:
+    char* message_;
+    std::size_t size_;
+};
+
+void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& is) {
+    constexpr double any = -Check::no_bound;
+    is.flag("euler_colour", o.euler_colour);
+    is.flag("exact_process_noise", o.exact_process_noise);
+    is.size("nx", m.nx, 1);
+    is.size("nu", m.nu, 0);
+    if (is.status != HNAV_OK) return;
+    is.numbers("interval_s", &m.interval_s, 1, 0, true);
+    is.numbers("A_1_s", m.A_1_s, m.nx * m.nx, any, false);
+    if (m.nu > 0) is.numbers("B_1_s", m.B_1_s, m.nx * m.nu, any, false);
+    is.numbers("process_noise_per_sqrt_s", m.process_noise_per_sqrt_s, m.nx, 0, false);
+    is.numbers("measurement_sigma", m.measurement_sigma, m.nx, 0, false);
+    if (m.start) is.numbers("start", m.start, m.nx, any, false);
+    is.numbers("start_sigma", m.start_sigma, m.nx, 0, false);
+    const struct {
+        const char *sigma, *time_constant;
+        const hnav_gauss_markov& error;
+    } errors[] = {{"accelerometer_error.sigma", "accelerometer_error.time_constant_s", m.accelerometer_error},
+                  {"gravity_error.sigma", "gravity_error.time_constant_s", m.gravity_error}};
+    for (const auto& e : errors) {
+        if (!e.error.sigma) continue;
+        is.numbers(e.sigma, e.error.sigma, m.nx, 0, false);
+        is.numbers(e.time_constant, e.error.time_constant_s, m.nx, 0, true);
+        for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
+            if (o.euler_colour && !(m.interval_s < 2 * e.error.time_constant_s[i]))
+                is.refuse(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
+                          e.time_constant, i, e.error.time_constant_s[i], m.interval_s);
+    }
+    for (int j = 0; m.commands && j < m.nu; ++j) {
+        is.number("commands.amplitude", m.commands[j].amplitude, j, any, false);
+        is.number("commands.period_s", m.commands[j].period_s, j, 0, true);
+        is.number("commands.phase_rad", m.commands[j].phase_rad, j, any, false);
+    }
+    for (int i = 0; m.faults && i < m.nx; ++i) {
+        is.number("faults.start_s", m.faults[i].start_s, i, any, false);
+        is.number("faults.stop_s", m.faults[i].stop_s, i, any, false);
+        is.number("faults.factor", m.faults[i].factor, i, 0, false);
+    }
+    if (is.status != HNAV_OK) return;
+    const std::complex<double> growth = hnav::LinearAircraft::fastest_growth(m.nx, m.A_1_s);
+    if (growth.real() > 1e-9)
+        is.refuse(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
+}
+
+void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircraft_model& m) {
+    f.nx = m.nx;
+    f.nu = m.nu;
+    f.interval_s = m.interval_s;
+    f.seed = o.seed;
+    f.aircraft.assign(m.nx, m.nu, m.A_1_s, m.B_1_s, m.process_noise_per_sqrt_s, m.interval_s, o.exact_process_noise != 0);
+    for (int i = 0; i < m.nx; ++i) {
+        const auto process = [&](const hnav_gauss_markov& e) {
+            return e.sigma ? hnav::GaussMarkov::over(m.interval_s, e.sigma[i], e.time_constant_s[i], o.euler_colour != 0) : hnav::GaussMarkov{};
+        };
+        f.accelerometer[i] = process(m.accelerometer_error);
+        f.gravity[i] = process(m.gravity_error);
+        if (m.faults) f.faults[i] = {m.faults[i].start_s, m.faults[i].stop_s, m.faults[i].factor};
+        f.measurement_sigma[i] = m.measurement_sigma[i];
+        f.start[i] = m.start ? m.start[i] : 0;
+        f.start_sigma[i] = m.start_sigma[i];
+    }
+    for (int j = 0; m.commands && j < m.nu; ++j) f.commands[j] = {m.commands[j].amplitude, m.commands[j].period_s, m.commands[j].phase_rad};
+}
+
+void prepare_filter_model(hnav_aircraft& a) {
+    const AircraftFlight& f = a.flight;
+    for (RowMajor* M : {&a.H, &a.An, &a.Qv, &a.QU, &a.Lambda0, &a.P0}) *M = RowMajor::Zero(f.nx, f.nx);
+    for (int i = 0; i < f.nx; ++i) {
+        const hnav::GaussMarkov& error = f.accelerometer[i];
+        a.H(i, i) = 1;
+        a.An(i, i) = error.phi;
+        a.Qv(i, i) = f.measurement_sigma[i] * f.measurement_sigma[i];
+        a.QU(i, i) = error.drive_variance();
+        a.Lambda0(i, i) = error.sigma * error.sigma;
+        a.P0(i, i) = f.start_sigma[i] * f.start_sigma[i];
+    }
+}
+
+// Equal options and model, equal fingerprint.
+std::uint64_t fingerprint(const hnav_aircraft& a) {
+    const AircraftFlight& f = a.flight;
+    std::uint64_t h = hash(&f.interval_s, sizeof f.interval_s);
+    h = hash(&f.seed, sizeof f.seed, h);
+    for (const RowMajor* M : {&f.aircraft.A, &f.aircraft.B, &f.aircraft.factor, &a.An, &a.Qv, &a.Lambda0, &a.P0})
+        h = hash(M->data(), M->size() * sizeof(double), h);
+    h = hash(f.gravity, f.nx * sizeof *f.gravity, h);
+    h = hash(f.faults, f.nx * sizeof *f.faults, h);
+    h = hash(f.start, f.nx * sizeof *f.start, h);
+    return hash(f.commands, f.nu * sizeof *f.commands, h);
+}
+
+void write(const AircraftFlight& f, const hnav_aircraft_sample& out, std::size_t row) {
+    const auto put = [row](double* to, int count, auto&& value) {
+        for (int i = 0; to && i < count; ++i) to[row * count + i] = value(i);
+    };
+    put(out.x, f.nx, [&](int i) { return f.state.x[i]; });
+    put(out.lambda, f.nx, [&](int i) { return f.lambda(i); });
+    put(out.z, f.nx, [&](int i) { return f.state.z[i]; });
+    put(out.u, f.nu, [&](int j) { return f.state.u[j]; });
+    put(out.noise_factor, f.nx, [&](int i) { return f.noise_factor(i); });
+}
+
+hnav_status step(hnav_aircraft* a, const double* command) {
+    for (int j = 0; command && j < a->flight.nu; ++j)
+        if (!std::isfinite(command[j])) return a->fail(HNAV_ERROR_NON_FINITE, "command[%d] = %g is not finite in step %.0f", j, command[j], a->flight.state.k);
+    a->flight.step(command);
+    return HNAV_OK;
+}
+
+// Saved: this header, then the numbers.
+struct SavedHeader {
+    std::uint64_t magic;
+    std::uint64_t fingerprint;
+    std::uint64_t checksum;
+};
+constexpr std::uint64_t magic = 0x7263'76616e68ull; // "hnavcr"
+constexpr std::size_t saved_bytes = sizeof(SavedHeader) + sizeof(AircraftFlight::State);
+
+} // namespace
+
+extern "C" {
+
+hnav_aircraft_options hnav_aircraft_defaults(void) {
+    hnav_aircraft_options o{};
+    o.cookie = aircraft_cookie;
+    return o;
+}
+
+hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options, const hnav_aircraft_model* model,
+                                 char* message, size_t message_size) {
+    Check is(message, message_size);
+    if (message && message_size > 0) message[0] = '\0';
+    if (aircraft) *aircraft = nullptr;
+    if (!aircraft) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
+    else if (!options) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    else if (!model) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    else if (options->cookie != aircraft_cookie)
+        is.refuse(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
+    else check(*options, *model, is);
+    if (is.status != HNAV_OK) return is.status;
+
+    void* memory = std::malloc(sizeof(hnav_aircraft));
+    if (!memory) {
+        is.refuse(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
+        return is.status;
+    }
+    auto* self = new (memory) hnav_aircraft;
+    self->message[0] = '\0';
+    assign(self->flight, *options, *model);
+    if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() || !self->flight.aircraft.factor.allFinite()) {
+        hnav_aircraft_destroy(self);
+        is.refuse(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
+        return is.status;
+    }
+    prepare_filter_model(*self);
+    self->fingerprint = fingerprint(*self);
+    self->flight.reset();
+    *aircraft = self;
+    return HNAV_OK;
+}
+
+void hnav_aircraft_destroy(hnav_aircraft* aircraft) {
+    if (!aircraft) return;
+    aircraft->~hnav_aircraft();
+    std::free(aircraft);
+}
+
+hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft) {
+    if (!aircraft) return HNAV_ERROR_NULL_ARGUMENT;
+    aircraft->flight.reset();
+    return HNAV_OK;
+}
+
+const char* hnav_aircraft_message(const hnav_aircraft* aircraft) { return aircraft ? aircraft->message : "aircraft is null"; }
+
+hnav_status hnav_aircraft_step(hnav_aircraft* aircraft, const double* command) {
+    if (!aircraft) return HNAV_ERROR_NULL_ARGUMENT;
+    return step(aircraft, command);
+}
+
+hnav_status hnav_aircraft_get_sample(const hnav_aircraft* aircraft, hnav_aircraft_sample* sample) {
+    REQUIRE(aircraft, sample);
+    sample->k = static_cast<std::uint64_t>(aircraft->flight.state.k);
+    sample->t_s = aircraft->flight.time_s();
+    write(aircraft->flight, *sample, 0);
+    return HNAV_OK;
+}
+
+hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* command, hnav_aircraft_sample* output) {
+    REQUIRE(aircraft, output);
+    const int nu = aircraft->flight.nu;
+    for (size_t i = 0; i < n; ++i) {
+        output->k = static_cast<std::uint64_t>(aircraft->flight.state.k);
+        output->t_s = aircraft->flight.time_s();
+        write(aircraft->flight, *output, i);
+        const hnav_status status = step(aircraft, command && nu > 0 ? command + i * nu : nullptr);
+        if (status != HNAV_OK) return status;
+    }
+    return HNAV_OK;
+}
+
+hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_error_model* model) {
+    REQUIRE(aircraft, model);
+    const AircraftFlight& f = aircraft->flight;
+    *model = {};
+    model->nx = model->nz = model->nw = model->nl = f.nx;
+    model->nu = f.nu;
+    model->A = f.aircraft.A.data();
+    model->B = f.nu > 0 ? f.aircraft.B.data() : nullptr;
+    model->Qw = f.aircraft.Qw.data();
+    model->H = aircraft->H.data();
+    model->An = aircraft->An.data();
+    model->Qv = aircraft->Qv.data();
+    model->QU = aircraft->QU.data();
+    model->Lambda0 = aircraft->Lambda0.data();
+    model->x0 = f.start;
+    model->P0 = aircraft->P0.data();
+    return HNAV_OK;
+}
+
+hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* bytes) {
+    REQUIRE(aircraft, bytes);
+    *bytes = saved_bytes;
+    return HNAV_OK;
+}
+
+hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes) {
+    REQUIRE(aircraft, buffer);
+    if (bytes < saved_bytes) return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, saved_bytes);
+    const AircraftFlight::State& state = aircraft->flight.state;
+    const SavedHeader header = {magic, aircraft->fingerprint, hash(&state, sizeof state)};
+    std::memcpy(buffer, &header, sizeof header);
+    std::memcpy(static_cast<char*>(buffer) + sizeof header, &state, sizeof state);
+    return HNAV_OK;
+}
+
+hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {
+    REQUIRE(aircraft, buffer);
+    if (bytes != saved_bytes)
+        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this aircraft has %zu", bytes, saved_bytes);
+    SavedHeader header;
+    std::memcpy(&header, buffer, sizeof header);
+    const char* numbers = static_cast<const char*>(buffer) + sizeof header;
+    if (header.magic != magic || header.fingerprint != aircraft->fingerprint || header.checksum != hash(numbers, sizeof(AircraftFlight::State)))
+        return aircraft->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of an aircraft with other options or another model");
+    std::memcpy(&aircraft->flight.state, numbers, sizeof(AircraftFlight::State));
+    return HNAV_OK;
+}
+
+} // extern "C"

@@ -1,0 +1,32 @@
+// A state or control of an aircraft, as the variables that belong to it are named.
+#pragma once
+
+#include "adapter/rows.hpp"
+
+namespace hnav::fmu::aircraft {
+
+struct Quantity {
+    const char* name;
+    const char* unit;
+    const char* display_unit; // "" when it is the unit itself
+    const char* noise_unit;   // of a random walk: unit per root second
+};
+
+// One row prefix.name for each quantity, in its unit; the number of the first row. start: one for each, null for 0.
+template <int n>
+int add_each(Table& table, const char* prefix, const Quantity (&quantities)[n], const Variable& pattern, const double* start = nullptr) {
+    const int first = table.size();
+    for (int i = 0; i < n; ++i) {
+        Variable v = pattern;
+        std::snprintf(v.name, sizeof v.name, "%.28s.%.28s", prefix, quantities[i].name);
+        if (v.type == Type::real && !*v.unit) {
+            v.unit = quantities[i].unit;
+            v.display_unit = quantities[i].display_unit;
+        }
+        if (start) v.start = start[i];
+        table.add(v);
+    }
+    return first;
+}
+
+} // namespace hnav::fmu::aircraft
