@@ -199,7 +199,7 @@ hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor* sensor, double t_s, 
         !finite(truth->field_b_tesla, 3))
         return HNAV_ERROR_NON_FINITE;
     const Quaternion q(truth->q_nb);
-    if (!(q.norm() > 0.5)) return HNAV_OK;
+    if (!(q.norm() > 0.5)) return HNAV_ERROR_ZERO_VECTOR;
     const Quaternion unit = q.normalized();
     const Vector3 force(truth->force_b_m_s2);
     const double* inputs[] = {truth->rate_b_rad_s, truth->force_b_m_s2, truth->field_b_tesla};

@@ -367,8 +367,7 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     }
     if (!has_model_) return fail("GetDirectionalDerivative needs an initialised model");
     refresh(state_group);
-    double* x = values_ + first_state_;
-    model_->derivatives_along(time_s_, x, direction, along);
+    if (nx > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
     bool outputs = false;
     for (std::size_t k = 0; k < n_unknowns; ++k) {
         const unsigned row = unknowns[k];

@@ -12,8 +12,7 @@
 //     static void keep_on_realign(const double* x, double* replaced)    states that a realignment leaves as they are
 #pragma once
 
-#include "adapter/model.hpp"
-#include "hnav/hnav.h"
+#include "adapter/option_row.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -49,103 +48,12 @@ struct Places {
     int field, latency, latency_sigma, evidence, heading_trust, adopted, field_gate, at_rest, gyro_calibration; // has_field
 };
 
-namespace rows {
-
-inline Variable input(const char* name, const char* unit, const char* display, double start, const char* text) {
-    Variable v = variable(name, Type::real, Causality::input, Variability::discrete, text);
-    v.unit = unit;
-    v.display_unit = display;
-    v.start = start;
-    return v;
-}
-
-inline Variable input(const char* name, Type type, double start, const char* text) {
-    Variable v = variable(name, type, Causality::input, Variability::discrete, text);
-    v.start = start;
-    return v;
-}
-
-inline Variable output(const char* name, const char* unit, const char* display, Group group, Variability variability,
-                       DependsOn depends_on, const char* text) {
-    Variable v = variable(name, Type::real, Causality::output, variability, text);
-    v.unit = unit;
-    v.display_unit = display;
-    v.group = group;
-    v.depends_on = depends_on;
-    return v;
-}
-
-inline Variable output(const char* name, Type type, Group group, const char* text) {
-    Variable v = variable(name, type, Causality::output, Variability::discrete, text);
-    v.group = group;
-    return v;
-}
-
-inline Variable parameter(const char* name, const char* unit, double start, double min, double max, const char* text) {
-    Variable v = variable(name, Type::real, Causality::parameter, Variability::fixed, text);
-    v.unit = unit;
-    v.start = start;
-    v.min = min;
-    v.max = max;
-    return v;
-}
-
-inline Variable choice(const char* name, const char* const* choices, int count, double start, const char* text) {
-    Variable v = variable(name, Type::enumeration, Causality::parameter, Variability::fixed, text);
-    v.choices = choices;
-    v.choice_count = count;
-    v.start = start;
-    v.min = 0;
-    v.max = count - 1;
-    return v;
-}
-
-} // namespace rows
-
-// The value of one component of an option.
-inline double option_value(const hnav_option_info& option, const void* options, int component) {
-    const char* field = static_cast<const char*>(options) + option.offset;
-    if (option.kind == HNAV_OPTION_REAL) {
-        double value;
-        std::memcpy(&value, field + component * sizeof value, sizeof value);
-        return value;
-    }
-    std::int32_t value;
-    std::memcpy(&value, field, sizeof value);
-    return value;
-}
-
-inline void set_option(const hnav_option_info& option, void* options, int component, double value) {
-    char* field = static_cast<char*>(options) + option.offset;
-    if (option.kind == HNAV_OPTION_REAL) {
-        std::memcpy(field + component * sizeof value, &value, sizeof value);
-        return;
-    }
-    const auto integer = static_cast<std::int32_t>(value);
-    std::memcpy(field, &integer, sizeof integer);
-}
-
 template <class Kind>
 void describe_options(Table& table, Places& at) {
     const typename Kind::Options defaults = Kind::defaults(HNAV_PRESET_DEFAULT);
     at.options = table.size();
     for (int k = 0; const hnav_option_info* option = Kind::option(k); ++k)
-        for (int i = 0; i < option->count; ++i) {
-            Variable v = variable(option->name, Type::real, Causality::parameter, Variability::fixed, option->description);
-            if (option->count > 1) std::snprintf(v.name, sizeof v.name, "%.50s[%d]", option->name, i + 1);
-            if (option->kind == HNAV_OPTION_INTEGER) v.type = Type::integer;
-            if (option->kind == HNAV_OPTION_CHOICE) v.type = Type::enumeration;
-            v.unit = option->unit;
-            if (!std::strcmp(option->unit, "rad")) v.display_unit = "deg";
-            if (!std::strcmp(option->unit, "rad/s")) v.display_unit = "deg/s";
-            if (!std::strcmp(option->unit, "T")) v.display_unit = "uT";
-            v.choices = option->choices;
-            v.choice_count = option->choice_count;
-            v.min = option->min;
-            v.max = option->max;
-            v.start = option_value(*option, &defaults, i);
-            table.add(v);
-        }
+        for (int i = 0; i < option->count; ++i) table.add(option_row(*option, &defaults, i));
 }
 
 inline void describe_inputs(Table& table, Places& at) {

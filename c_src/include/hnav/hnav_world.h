@@ -219,8 +219,8 @@ HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor *sensor);
 HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor *sensor);
 
 /* A communication point: the sensors that are due sample truth, stamped t_s; of several samples that are due the newest is
- * taken and the others are missed. Calling it twice takes nothing twice. A truth without attitude (q_nb of zero length) is
- * none yet: nothing is taken. Errors: NON_FINITE, nothing is taken. */
+ * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE;
+ * ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
 HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor *sensor, double t_s, const hnav_truth *truth);
 /* Delivers what has arrived by t_s. */
 HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor *sensor, double t_s);
