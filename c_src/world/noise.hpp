@@ -18,8 +18,9 @@ struct NoiseDensities {
     double walk = 0;  // unit/sqrt(s)
 };
 
-constexpr int flicker_processes = 6;
-constexpr double flicker_shortest_s = 1, flicker_ratio = 4; // 1 s ... 1024 s
+// 1/4 s ... 4096 s: the floor is flat within 5 % from 2 s to 1000 s.
+constexpr int flicker_processes = 8;
+constexpr double flicker_shortest_s = 0.25, flicker_ratio = 4;
 
 class Noise {
 public:

@@ -98,8 +98,8 @@ HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable *table, const
  * A sample that is due is taken at the next communication point and stamped with the time of that point; it is delivered
  * latency_s later. Noise belongs to k: neither communication steps nor the other sensors change it. Noise terms after
  * IEEE Std 952 and 1139: a white density N gives samples of variance N^2/period; bias instability is flicker noise,
- * given by the floor of the Allan deviation and made of six first-order Gauss-Markov processes with correlation times
- * 1, 4, ..., 1024 s, so the floor is flat from about 2 s to 1000 s; the random walk has variance K^2 t.
+ * given by the floor of the Allan deviation and made of eight first-order Gauss-Markov processes with correlation times
+ * 1/4, 1, ..., 4096 s, so the floor is flat within 5 % from 2 s to 1000 s; the random walk has variance K^2 t.
  * Whatever ends in _sigma is drawn once from seed, zero mean normal.
  *
  *     hnav_imu_mag_sensor_sample(sensor, t_s, &truth);
