@@ -17,7 +17,7 @@ from xml.sax.saxutils import quoteattr
 import fmpy
 
 from hnav.fmus import fmu_path
-from hnav.parameter_sets import BASE_UNITS, unit_elements, write_parameter_set
+from hnav.parameter_sets import BASE_UNITS, unit_elements, value_element, write_parameter_set
 from hnav.sensors import GRADES, read_grade
 
 DEG = math.pi / 180
@@ -40,6 +40,7 @@ OFF, RELATIVE = 0, 2  # gamma_mode
 PAPER = 1  # adaptation, and preset
 FROM_ATTITUDE, GIVEN = 1, 1  # start_mode, reference_mode
 EULER, ERKSTEP = 3, 0  # solver
+COUNTER = 1  # sampling_mode
 
 # --------------------------------------------------------------------------------------------- scenarios
 
@@ -200,14 +201,21 @@ def _component(name: str, variables: dict, parameters: list[str]) -> str:
         elif v.name in parameters or v.name == "seed" or (name in FILTERS and v.name == "sampling_mode"):
             lines.append(_connector(v, "parameter"))
     lines.append("        </ssd:Connectors>\n")
+    # Bound at the component, because that is where every importer looks; all of one name, because some ask for it.
+    nominal = {key.partition(".")[2]: value for key, value in SCENARIOS["nominal"][1].items() if key.startswith(name + ".")}
     if name in FILTERS:
-        lines.append(
-            "        <ssd:ParameterBindings>\n          <ssd:ParameterBinding>\n            <ssd:ParameterValues>\n"
-            f'              <ssv:ParameterSet version="1.0" name="{name}">\n                <ssv:Parameters>\n'
-            '                  <ssv:Parameter name="sampling_mode"><ssv:Integer value="1"/></ssv:Parameter>\n'
-            "                </ssv:Parameters>\n              </ssv:ParameterSet>\n            </ssd:ParameterValues>\n"
-            "          </ssd:ParameterBinding>\n        </ssd:ParameterBindings>\n"
-        )
+        nominal = {"sampling_mode": COUNTER} | nominal
+    lines.append(
+        "        <ssd:ParameterBindings>\n          <ssd:ParameterBinding>\n            <ssd:ParameterValues>\n"
+        '              <ssv:ParameterSet version="1.0" name="nominal">\n                <ssv:Parameters>\n'
+    )
+    for key, value in nominal.items():
+        element = value_element(value, variables[key].unit or "")
+        lines.append(f"                  <ssv:Parameter name={quoteattr(key)}>{element}</ssv:Parameter>\n")
+    lines.append(
+        "                </ssv:Parameters>\n              </ssv:ParameterSet>\n            </ssd:ParameterValues>\n"
+        "          </ssd:ParameterBinding>\n        </ssd:ParameterBindings>\n"
+    )
     lines.append("      </ssd:Component>\n")
     return "".join(lines)
 
@@ -224,9 +232,7 @@ def structure() -> str:
         '    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"\n'
         '    xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"\n'
         '    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">\n'
-        '  <ssd:System name="turntable">\n    <ssd:ParameterBindings>\n'
-        '      <ssd:ParameterBinding type="application/x-ssp-parameter-set" source="scenarios/nominal.ssv"/>\n'
-        "    </ssd:ParameterBindings>\n    <ssd:Elements>\n"
+        '  <ssd:System name="turntable">\n    <ssd:Elements>\n'
     ]
     for name, variables in every.items():
         lines.append(_component(name, variables, [key.partition(".")[2] for key in bound if key.startswith(name + ".")]))
