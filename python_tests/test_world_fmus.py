@@ -1,6 +1,7 @@
 """The FMUs of the plants: Turntable and ImuMagSensor."""
 
 import ctypes as C
+import inspect
 import math
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+import test_fmu
 from closed_loop import REALS
 from fmpy.validation import validate_fmu
 from hnav.fmus import Fmu, fmu_path
@@ -96,6 +98,47 @@ def test_the_noise_density_is_published_in_si(version):
         assert fmu.get("gyro.noise_psd") == pytest.approx(math.radians(0.5 / 60) ** 2, rel=1e-12)
         assert fmu.get("accel.noise_psd") == pytest.approx((1e-4 * 9.80665) ** 2, rel=1e-12)
         assert fmu.get("mag.noise_psd") == pytest.approx(50e-9**2, rel=1e-12)
+
+
+# What holds for every FMU, as the tests of the filters say it.
+GENERAL = (
+    test_fmu.test_the_binary_is_self_contained_and_tells_nothing_of_its_build,
+    test_fmu.test_a_token_of_another_version_is_turned_away,
+    test_fmu.test_two_hundred_instances_leave_no_memory_behind,
+)
+
+
+@versions
+@plants
+@pytest.mark.parametrize("law", GENERAL, ids=lambda law: law.__name__.removeprefix("test_"))
+def test_what_holds_for_every_fmu(law, name, version, monkeypatch, tmp_path):
+    monkeypatch.setattr(test_fmu, "MODEL", name)
+    arguments = {"version": version, "tmp_path": tmp_path}
+    law(**{key: arguments[key] for key in inspect.signature(law).parameters})
+
+
+@versions
+@plants
+def test_the_archive_holds_documentation_and_licences(name, version):
+    with zipfile.ZipFile(fmu_path(name, version)) as archive:
+        names = set(archive.namelist())
+        page = archive.read("documentation/index.html").decode()
+    assert {"documentation/licenses/license.txt", "documentation/licenses/SUNDIALS.txt"} <= names
+    assert ("resources/example_input.csv" in names) == (name == "ImuMagSensor")
+    assert "truth.q[1]" in page
+
+
+@versions
+def test_simulate_fmu_runs_both(version):
+    for kind in ("CoSimulation", "ModelExchange"):
+        result = fmpy.simulate_fmu(str(fmu_path("Turntable", version)), fmi_type=kind, stop_time=8, output_interval=0.1, output=["truth.euler[3]"])
+        assert np.degrees(result["truth.euler[3]"][-1]) == pytest.approx(40, abs=1e-4)
+    path = fmu_path("ImuMagSensor", version)
+    with zipfile.ZipFile(path) as archive:
+        signal = np.genfromtxt(archive.open("resources/example_input.csv"), delimiter=",", names=True, deletechars="")
+    result = fmpy.simulate_fmu(str(path), stop_time=1, input=signal, output_interval=0.01, output=["gyro.rate[3]", "mag.sample", "mag.valid"])
+    assert np.degrees(result["gyro.rate[3]"][-1]) == pytest.approx(20)
+    assert result["mag.valid"][-1] and result["mag.sample"][-1] == 100
 
 
 # --------------------------------------------------------------------------------------------- turntable
