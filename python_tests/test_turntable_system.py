@@ -167,6 +167,16 @@ def test_in_the_fitted_regime_the_robust_filter_is_better_by_the_factor_of_the_p
     assert 3.2 < np.mean(square["hekf"]) / np.mean(square["hrekf"]) < 4.0  # the paper: 3.61
 
 
+@pytest.mark.slow
+def test_in_the_fitted_regime_an_honest_start_covariance_does_better_than_either():
+    square = {"hekf": [], "hrekf": []}
+    for seed in range(200):
+        run = closed_run(SCENARIOS["fitted_honest"][1], 60, {"turntable": TRUE_EULER, "hekf": EULER, "hrekf": EULER}, seed=seed, filters=("hekf", "hrekf"))
+        for name in square:
+            square[name].append((error_deg(run, name)[3:, 2] ** 2).mean())
+    assert max(np.mean(values) for values in square.values()) < 0.1
+
+
 def test_fmpy_runs_the_system_with_a_scenario(ssp):
     parameters = read_ssv(ssp, resource=_resource(ssp, "scenarios/nominal.ssv"))
     result = simulate_ssp(ssp, stop_time=3, step_size=0.01, parameter_set=parameters)

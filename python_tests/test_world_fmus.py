@@ -5,6 +5,7 @@ import inspect
 import math
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 import zipfile
 from pathlib import Path
 
@@ -88,6 +89,19 @@ def test_outputs_bear_the_names_types_and_units_of_the_inputs_they_feed(version)
         assert wanted == set(SAMPLES)
         for name in wanted:
             assert inputs[name] == sensor_out[name], name
+
+
+def test_plugs_of_the_sensor_have_the_members_of_the_filters_plugs():
+    def plugs(name: str) -> dict:
+        with zipfile.ZipFile(fmu_path(name, 3)) as archive:
+            root = ElementTree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        return {t.get("name"): [m.get("memberName") for m in t] for t in root.iter("Terminal")}
+
+    sensor, hrekf = plugs("ImuMagSensor"), plugs("Hrekf")
+    assert list(sensor) == ["truth", "gyro", "accel", "mag"]
+    for name in ("gyro", "accel", "mag"):
+        assert sensor[name] == hrekf[name]
+    assert set(sensor["truth"]) < set(plugs("Turntable")["truth"])
 
 
 @versions
@@ -330,7 +344,7 @@ def test_a_coarse_step_is_told(version):
     with opened("ImuMagSensor", version) as fmu:
         fmu.initialise()
         run_sensor(fmu, 0, 10, 0.05)
-        assert fmu.get("gyro.missed") == 36  # 46 samples are due up to 0.45 s
+        assert fmu.get("count.gyro.missed") == 36  # 46 samples are due up to 0.45 s
         assert fmu.get("gyro.sample") == 10
         assert fmu.get("gyro.t_meas") == pytest.approx(0.45)
 

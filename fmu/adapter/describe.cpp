@@ -280,6 +280,7 @@ void write_terminals(const Writer& w) {
         if (!plugged || !dot) continue;
         char prefix[64];
         std::snprintf(prefix, sizeof prefix, "%.*s", static_cast<int>(dot - v.name), v.name);
+        if (!std::strcmp(prefix, "count")) continue; // nothing connects to statistics
         if (std::strcmp(prefix, open)) {
             if (*open) w.text("    </Terminal>\n");
             std::fprintf(w.file, "    <Terminal name=\"%s\" matchingRule=\"plug\">\n", prefix);

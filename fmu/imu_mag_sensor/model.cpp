@@ -56,8 +56,11 @@ public:
             place.sample = table.add(output(named(d.prefix, "sample"), Type::integer, reading_group, "Samples delivered: a change marks a new sample"));
             place.t_meas = table.add(output(named(d.prefix, "t_meas"), "s", "ms", reading_group, held, DependsOn::nothing, "Time at which the sample was measured"));
             place.valid = table.add(output(named(d.prefix, "valid"), Type::boolean, reading_group, "There is a sample"));
-            place.missed = table.add(output(named(d.prefix, "missed"), Type::integer, reading_group, "Samples that a coarse communication step lost"));
-            place.dropped = table.add(output(named(d.prefix, "dropped"), Type::integer, reading_group, "Samples taken and never delivered"));
+            // Not beside the sample: a plug of a filter has the members above and no others.
+            std::snprintf(name, sizeof name, "count.%s.missed", d.prefix);
+            place.missed = table.add(output(name, Type::integer, reading_group, "Samples that a coarse communication step lost"));
+            std::snprintf(name, sizeof name, "count.%s.dropped", d.prefix);
+            place.dropped = table.add(output(name, Type::integer, reading_group, "Samples taken and never delivered"));
         }
     }
 
