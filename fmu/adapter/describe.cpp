@@ -53,13 +53,23 @@ const char* type_element(Type type, bool fmi3) {
 }
 
 const char* name_of(Causality causality) {
-    constexpr const char* names[] = {"independent", "parameter", "input", "output", "local"};
+    constexpr const char* names[] = {"independent", "parameter", "calculatedParameter", "input", "output", "local"};
     return names[static_cast<int>(causality)];
 }
 
 const char* name_of(Variability variability) {
     constexpr const char* names[] = {"fixed", "discrete", "continuous"};
     return names[static_cast<int>(variability)];
+}
+
+bool is_calculated(const Variable& v) {
+    return v.causality == Causality::output || v.causality == Causality::local || v.causality == Causality::calculated;
+}
+
+bool has_inputs(const Table& table) {
+    for (int i = 0; i < table.size(); ++i)
+        if (table[i].causality == Causality::input) return true;
+    return false;
 }
 
 // ------------------------------------------------------------------------------------------------ head
@@ -166,7 +176,7 @@ void write_variables(const Writer& w) {
         w.attribute("causality", name_of(v.causality));
         w.attribute("variability", name_of(v.variability));
         if (v.causality == Causality::parameter) w.attribute("initial", "exact");
-        if (v.causality == Causality::output || v.causality == Causality::local) w.attribute("initial", "calculated");
+        if (is_calculated(v)) w.attribute("initial", "calculated");
         if (w.fmi3) {
             write_value(w, v);
             w.text("/>\n");
@@ -203,12 +213,11 @@ void write_structure(const Writer& w) {
     };
     const auto outputs = [](const Variable& v) { return v.causality == Causality::output; };
     const auto derivatives = [](const Variable& v) { return v.derivative_of >= 0; };
-    const auto calculated = [](const Variable& v) { return v.causality == Causality::output || v.causality == Causality::local; };
     w.text("  <ModelStructure>\n");
     if (w.fmi3) {
         each("Output", false, outputs);
         each("ContinuousStateDerivative", false, derivatives);
-        each("InitialUnknown", true, calculated);
+        each("InitialUnknown", true, is_calculated);
     } else {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
@@ -219,7 +228,7 @@ void write_structure(const Writer& w) {
             w.text("    </Derivatives>\n");
         }
         w.text("    <InitialUnknowns>\n");
-        each("Unknown", true, calculated);
+        each("Unknown", true, is_calculated);
         w.text("    </InitialUnknowns>\n");
     }
     w.text("  </ModelStructure>\n");
@@ -256,7 +265,8 @@ void write_model_description(const Writer& w, const char* version) {
 
 // ------------------------------------------------------------------------------------------------ terminals, documentation
 
-// Inputs that share the part of the name before the dot are one plug: gyro, accel, mag, aid.
+// Inputs that share the part of the name before the dot are one plug: gyro, accel, mag, aid. So are the outputs of a
+// plant, which bear the names of a filter's inputs.
 void write_terminals(const Writer& w) {
     w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
            "  <GraphicalRepresentation>\n    <CoordinateSystem x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\" suggestedScalingFactorTo_mm=\"0.1\"/>\n"
@@ -265,9 +275,11 @@ void write_terminals(const Writer& w) {
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
         const char* dot = std::strchr(v.name, '.');
-        if (v.causality != Causality::input || !dot) continue;
+        const bool plugged = v.causality == Causality::input || (w.info.is_plant && v.causality == Causality::output);
+        if (!plugged || !dot) continue;
         char prefix[64];
         std::snprintf(prefix, sizeof prefix, "%.*s", static_cast<int>(dot - v.name), v.name);
+        if (!std::strcmp(prefix, "count")) continue; // nothing connects to statistics
         if (std::strcmp(prefix, open)) {
             if (*open) w.text("    </Terminal>\n");
             std::fprintf(w.file, "    <Terminal name=\"%s\" matchingRule=\"plug\">\n", prefix);
@@ -346,7 +358,7 @@ int main(int argc, char** argv) {
     bool documented = true;
     const bool ok = write("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
                     write("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
-                    write("resources/example_input.csv", [&] { write_example_input(w.file); }) &&
+                    (!has_inputs(table) || write("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
                     (!w.fmi3 || write("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }));
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
     model->destroy();

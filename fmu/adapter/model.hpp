@@ -21,6 +21,7 @@ struct ModelInfo {
     int nx;           // continuous states in Model Exchange
     int first_states; // DependsOn::first_states: that many of them
     bool model_exchange; // offered at all
+    bool is_plant = false; // its outputs are what others connect to
 };
 
 // Group of the rows that are continuous states or their derivatives: the adapter fills them itself.

@@ -16,7 +16,7 @@ namespace hnav::fmu {
 constexpr double no_bound = std::numeric_limits<double>::infinity();
 
 enum class Type { real, integer, boolean, enumeration };
-enum class Causality { independent, parameter, input, output, local };
+enum class Causality { independent, parameter, calculated, input, output, local };
 enum class Variability { fixed, discrete, continuous };
 
 // What a row depends on in Model Exchange, in terms of the continuous states. Inputs are discrete: nothing depends on

@@ -113,6 +113,240 @@ HNAV_API hnav_status hnav_aircraft_save(const hnav_aircraft *aircraft, void *buf
 /* SIZE, STATE_CORRUPT: the aircraft is as it was. */
 HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft *aircraft, const void *buffer, size_t bytes);
 
+/* ------------------------------------------------------------------------------------------------ truth
+ *
+ * What a body does and what error-free sensors at its centre would read. */
+typedef struct hnav_truth {
+    double t_s;
+    double q_nb[4];            /* body to north-east-down of true north, scalar first */
+    double euler_rad[3];       /* roll, pitch, yaw (rotation order z y x) */
+    double rate_b_rad_s[3];    /* of the body against the navigation frame */
+    double force_b_m_s2[3];    /* specific force */
+    double field_b_tesla[3];
+} hnav_truth;
+
+/* ------------------------------------------------------------------------------------------------ turntable
+ *
+ * Three axes, yaw outermost, roll innermost, each with a motion of its own in closed form. The body turns about its
+ * centre: specific force is gravity alone. The rate is right-continuous where a motion has corners.
+ *
+ *     hnav_turntable *table;
+ *     hnav_turntable_options options = hnav_turntable_defaults();
+ *     hnav_turntable_create(&table, &options, message, sizeof message);
+ *     hnav_turntable_at(table, t_s, &truth); */
+typedef struct hnav_turntable hnav_turntable;
+
+typedef enum hnav_motion {
+    HNAV_MOTION_CONSTANT = 0, /* angle_rad */
+    HNAV_MOTION_STEP = 1,     /* from start_s it turns by amplitude_rad at rate_rad_s, then stands */
+    HNAV_MOTION_SINE = 2,     /* from start_s: angle_rad + amplitude_rad sin(2 pi (t - start_s)/period_s) */
+    HNAV_MOTION_TRIANGLE = 3  /* from start_s to and fro between angle_rad +- amplitude_rad at rate_rad_s */
+} hnav_motion;
+
+typedef struct hnav_axis_options {
+    double angle_rad;     /* before start_s, and the middle of sine and triangle */
+    double amplitude_rad; /* may be negative: the other way first */
+    double rate_rad_s;    /* STEP, TRIANGLE; above 0 */
+    double period_s;      /* SINE; above 0 */
+    double start_s;
+    double unknown_rad;   /* the axis stands off by an angle drawn from seed, uniform within +- this */
+    int32_t motion;       /* hnav_motion */
+    int32_t reserved;     /* 0 */
+} hnav_axis_options;
+
+/* hnav_turntable_option() tells unit, range and meaning of every field. */
+typedef struct hnav_turntable_options {
+    uint64_t cookie; /* set by hnav_turntable_defaults */
+    hnav_axis_options roll, pitch, yaw;
+    double gravity_m_s2;
+    double field_strength_tesla;
+    double field_dip_rad;   /* positive when the field points down */
+    double declination_rad; /* of the field, east of true north */
+    int32_t seed;           /* of unknown_rad */
+    int32_t reserved;       /* 0 */
+} hnav_turntable_options;
+
+/* The experiment of the filter's source: yaw to and fro between +-60 deg at 10 deg/s, level; 50 uT with a dip of 60 deg. */
+HNAV_API hnav_turntable_options hnav_turntable_defaults(void);
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info *hnav_turntable_option(int32_t index);
+
+/* On failure *table is null and the reason stands in message (may be null). */
+HNAV_API hnav_status hnav_turntable_create(hnav_turntable **table, const hnav_turntable_options *options, char *message,
+                                           size_t message_size);
+/* Null is allowed. */
+HNAV_API void hnav_turntable_destroy(hnav_turntable *table);
+
+HNAV_API hnav_status hnav_turntable_at(const hnav_turntable *table, double t_s, hnav_truth *truth);
+/* The next corner after t_s, where a rate jumps; infinity if there is none. */
+HNAV_API hnav_status hnav_turntable_next_corner_s(const hnav_turntable *table, double t_s, double *corner_s);
+/* For an integrator that steps across corners before it finds them: truth at t_s if the motion that holds at piece_s
+ * went on without a corner. */
+HNAV_API hnav_status hnav_turntable_in_piece(const hnav_turntable *table, double piece_s, double t_s, hnav_truth *truth);
+/* Specific force and field (3 each) as a body in attitude q_nb (normalised on use) reads them. */
+HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable *table, const double *q_nb, double *force_b_m_s2,
+                                              double *field_b_tesla);
+
+/* ------------------------------------------------------------------------------------------------ inertial and magnetic sensor
+ *
+ * Gyroscope, accelerometer and magnetometer by their datasheets. Each of them samples truth at its period, index
+ * k = 0, 1, ... from start_s:
+ *
+ *     reading = quantise( (I + scale factor + misalignment) x  + turn-on bias + drift t + bias instability
+ *                         + random walk + white noise )
+ *     x       = rate + g-sensitivity force | force | (I + soft iron) field + hard iron
+ *
+ * A sample that is due is taken at the next communication point and stamped with the time of that point; it is delivered
+ * latency_s later. Noise belongs to k: neither communication steps nor the other sensors change it. Noise terms after
+ * IEEE Std 952 and 1139: a white density N gives samples of variance N^2/period; bias instability is flicker noise,
+ * given by the floor of the Allan deviation and made of eight first-order Gauss-Markov processes with correlation times
+ * 1/4, 1, ..., 4096 s, so the floor is flat within 5 % from 2 s to 1000 s; the random walk has variance K^2 t.
+ * Whatever ends in _sigma is drawn once from seed, zero mean normal.
+ *
+ *     hnav_imu_mag_sensor_sample(sensor, t_s, &truth);
+ *     hnav_imu_mag_sensor_advance(sensor, t_s);
+ *     hnav_imu_mag_sensor_reading(sensor, HNAV_SENSOR_GYRO, &reading); */
+typedef struct hnav_imu_mag_sensor hnav_imu_mag_sensor;
+
+typedef struct hnav_gyro_options {
+    double period_s;
+    double latency_s;             /* from sample to delivery, at most 30 periods */
+    double jitter_s;              /* the sample is due uniformly within +- this of its time; below half a period */
+    double dropout;               /* probability that a sample is never delivered */
+    double noise_deg_per_sqrt_h;  /* angle random walk */
+    double bias_instability_rad_s;
+    double random_walk_deg_per_h_per_sqrt_h; /* rate random walk */
+    double bias_rad_s[3];
+    double bias_sigma_rad_s;      /* turn-on */
+    double drift_rad_s2[3];
+    double drift_sigma_rad_s2;
+    double scale_factor[3];       /* 0: exact */
+    double scale_factor_sigma;
+    double misalignment_rad[6];   /* xy xz yx yz zx zy: of y seen in x, ... */
+    double misalignment_sigma_rad;
+    double g_sensitivity_deg_per_h_per_g; /* of each axis to the force along it */
+    double range_rad_s;           /* readings end there; 0: unlimited */
+    double resolution_rad_s;      /* readings are multiples of it; 0: continuous */
+} hnav_gyro_options;
+
+typedef struct hnav_accel_options {
+    double period_s, latency_s, jitter_s, dropout;
+    double noise_ug_per_sqrt_hz;
+    double bias_instability_m_s2;
+    double random_walk_ug_per_sqrt_h;
+    double bias_m_s2[3];
+    double bias_sigma_m_s2;
+    double drift_m_s3[3];
+    double drift_sigma_m_s3;
+    double scale_factor[3];
+    double scale_factor_sigma;
+    double misalignment_rad[6];
+    double misalignment_sigma_rad;
+    double range_m_s2;
+    double resolution_m_s2;
+} hnav_accel_options;
+
+typedef struct hnav_mag_options {
+    double period_s, latency_s, jitter_s, dropout;
+    double noise_nt_per_sqrt_hz;
+    double bias_instability_tesla;
+    double random_walk_nt_per_sqrt_h;
+    double bias_tesla[3];
+    double bias_sigma_tesla;
+    double drift_tesla_s[3];
+    double drift_sigma_tesla_s;
+    double scale_factor[3];
+    double scale_factor_sigma;
+    double misalignment_rad[6];
+    double misalignment_sigma_rad;
+    double hard_iron_tesla[3];    /* iron and currents that turn with the sensor */
+    double hard_iron_sigma_tesla;
+    double soft_iron[9];          /* 3 x 3, row-major; 0: none */
+    double soft_iron_sigma;
+    double range_tesla;
+    double resolution_tesla;
+} hnav_mag_options;
+
+typedef enum hnav_stuck_sensor { HNAV_STUCK_NONE = 0, HNAV_STUCK_GYRO = 1, HNAV_STUCK_ACCEL = 2, HNAV_STUCK_MAG = 3 } hnav_stuck_sensor;
+
+/* Faults work on samples stamped in [start_s, stop_s). An empty window: no fault. */
+typedef struct hnav_sensor_faults {
+    struct {
+        double start_s, stop_s;
+        double field_n_tesla[3];  /* added to the field outside, in navigation axes */
+        double strength_tesla;    /* and this much in a direction drawn from seed */
+    } mag_disturbance;
+    struct {
+        double start_s, stop_s;
+        double probability;       /* of each sample of each sensor */
+        double gyro_sigma_rad_s, accel_sigma_m_s2, mag_sigma_tesla; /* normal, on all three axes */
+    } outliers;
+    struct {
+        double start_s, stop_s;
+        int32_t sensor;           /* hnav_stuck_sensor */
+        int32_t axis;             /* 1 to 3: repeats its last reading */
+    } stuck;
+    struct {
+        double start_s, stop_s;
+        double gyro_rad_s[3], accel_m_s2[3], mag_tesla[3];
+    } bias_jump;
+    struct {
+        double start_s, stop_s;
+        double gyro_factor, accel_factor, mag_factor; /* on the white noise */
+    } noise_increase;
+} hnav_sensor_faults;
+
+/* hnav_imu_mag_sensor_option() tells unit, range and meaning of every field. */
+typedef struct hnav_imu_mag_sensor_options {
+    uint64_t cookie; /* set by hnav_imu_mag_sensor_defaults */
+    hnav_gyro_options gyro;
+    hnav_accel_options accel;
+    hnav_mag_options mag;
+    hnav_sensor_faults fault;
+    int32_t seed;
+    int32_t reserved; /* 0 */
+} hnav_imu_mag_sensor_options;
+
+/* Sensors without any error, 100 Hz. */
+HNAV_API hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void);
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info *hnav_imu_mag_sensor_option(int32_t index);
+
+HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor **sensor, const hnav_imu_mag_sensor_options *options,
+                                                double start_s, char *message, size_t message_size);
+/* Null is allowed. */
+HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor *sensor);
+/* Back to the moment after create. */
+HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor *sensor);
+
+/* A communication point: the sensors that are due sample truth, stamped t_s; of several samples that are due the newest is
+ * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE;
+ * ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
+HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor *sensor, double t_s, const hnav_truth *truth);
+/* Delivers what has arrived by t_s. */
+HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor *sensor, double t_s);
+/* When a sample is due or delivered next. */
+HNAV_API hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor *sensor, double *next_s);
+
+typedef struct hnav_reading {
+    double value[3]; /* rad/s, m/s2 or T */
+    double t_meas_s; /* when it was sampled */
+    uint64_t count;  /* samples delivered so far; 0: none, the rest is zero */
+    uint64_t missed; /* samples that the distance of the communication points lost */
+    uint64_t dropped; /* samples taken that are never delivered */
+} hnav_reading;
+/* sensor_kind: GYRO, ACCEL or MAG. */
+HNAV_API hnav_status hnav_imu_mag_sensor_reading(const hnav_imu_mag_sensor *sensor, hnav_sensor sensor_kind,
+                                                 hnav_reading *reading);
+/* Two-sided spectral density of the white noise: rad2/s, m2/s3 or T2 s. */
+HNAV_API hnav_status hnav_imu_mag_sensor_noise_psd(const hnav_imu_mag_sensor *sensor, hnav_sensor sensor_kind, double *psd);
+
+/* Numbers only; fits sensors made with equal options and start. */
+HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor *sensor, size_t *bytes);
+HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor *sensor, void *buffer, size_t bytes);
+/* SIZE, STATE_CORRUPT: the sensor is as it was. */
+HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor *sensor, const void *buffer, size_t bytes);
+
 #ifdef __cplusplus
 }
 #endif

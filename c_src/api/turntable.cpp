@@ -1,0 +1,124 @@
+// The C boundary of the turntable.
+#include "api/world_creation.hpp"
+#include "world/motion.hpp"
+#include "world/random.hpp"
+#include "world/streams.hpp"
+
+#include <cstdlib>
+#include <new>
+
+using hnav::Quaternion;
+using hnav::Vector3;
+
+struct hnav_turntable {
+    hnav::TurntableMotion motion;
+};
+
+namespace {
+
+hnav::AxisMotion axis_of(const hnav_axis_options& o, double chance) {
+    hnav::AxisMotion axis;
+    axis.kind = static_cast<hnav::Motion>(o.motion);
+    axis.angle_rad = o.angle_rad + o.unknown_rad * (2 * chance - 1);
+    axis.amplitude_rad = o.amplitude_rad;
+    axis.rate_rad_s = o.rate_rad_s;
+    axis.period_s = o.period_s;
+    axis.start_s = o.start_s;
+    return axis;
+}
+
+void store(const hnav::Truth& from, double t_s, hnav_truth* truth) {
+    truth->t_s = t_s;
+    const Vector3 euler = hnav::roll_pitch_yaw(from.q);
+    for (int i = 0; i < 4; ++i) truth->q_nb[i] = from.q[i];
+    for (int i = 0; i < 3; ++i) {
+        truth->euler_rad[i] = euler[i];
+        truth->rate_b_rad_s[i] = from.rate[i];
+        truth->force_b_m_s2[i] = from.force[i];
+        truth->field_b_tesla[i] = from.field[i];
+    }
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_turntable_options hnav_turntable_defaults(void) {
+    hnav_turntable_options o{};
+    o.cookie = hnav::turntable_cookie;
+    for (hnav_axis_options* axis : {&o.roll, &o.pitch, &o.yaw}) {
+        axis->rate_rad_s = 10 * M_PI / 180;
+        axis->period_s = 10;
+    }
+    o.yaw.motion = HNAV_MOTION_TRIANGLE;
+    o.yaw.amplitude_rad = 60 * M_PI / 180;
+    o.gravity_m_s2 = 9.80665;
+    o.field_strength_tesla = 5e-5;
+    o.field_dip_rad = 60 * M_PI / 180;
+    return o;
+}
+
+const hnav_option_info* hnav_turntable_option(int32_t index) {
+    const hnav::OptionTable table = hnav::turntable_option_table();
+    return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
+}
+
+hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message, size_t message_size) {
+    const hnav::WorldCreation creation{message, message_size};
+    if (message && message_size > 0) message[0] = '\0';
+    if (!table) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
+    *table = nullptr;
+    if (!options) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    const hnav_status status = creation.check(options, options->cookie, hnav::turntable_cookie, "hnav_turntable_defaults",
+                                              hnav::turntable_option_table());
+    if (status != HNAV_OK) return status;
+    void* memory = std::malloc(sizeof(hnav_turntable));
+    if (!memory) return creation.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
+    auto* self = new (memory) hnav_turntable;
+    const hnav::RandomStream random(static_cast<std::uint64_t>(options->seed), hnav::streams::turntable);
+    const hnav_axis_options* axes[] = {&options->roll, &options->pitch, &options->yaw};
+    for (int i = 0; i < 3; ++i) self->motion.axes[i] = axis_of(*axes[i], random.uniform(static_cast<std::uint64_t>(i)));
+    self->motion.force_n = {0, 0, -options->gravity_m_s2};
+    const double dip = options->field_dip_rad, declination = options->declination_rad;
+    self->motion.field_n = options->field_strength_tesla *
+                           Vector3(std::cos(dip) * std::cos(declination), std::cos(dip) * std::sin(declination), std::sin(dip));
+    *table = self;
+    return HNAV_OK;
+}
+
+void hnav_turntable_destroy(hnav_turntable* table) { std::free(table); }
+
+hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_truth* truth) {
+    return hnav_turntable_in_piece(table, t_s, t_s, truth);
+}
+
+hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s, double t_s, hnav_truth* truth) {
+    if (!table || !truth) return HNAV_ERROR_NULL_ARGUMENT;
+    if (!std::isfinite(t_s) || !std::isfinite(piece_s)) return HNAV_ERROR_NON_FINITE;
+    store(table->motion.at(t_s, table->motion.pieces(piece_s)), t_s, truth);
+    return HNAV_OK;
+}
+
+hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s, double* corner_s) {
+    if (!table || !corner_s) return HNAV_ERROR_NULL_ARGUMENT;
+    if (!std::isfinite(t_s)) return HNAV_ERROR_NON_FINITE;
+    *corner_s = table->motion.next_corner_s(t_s);
+    return HNAV_OK;
+}
+
+hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2, double* field_b_tesla) {
+    if (!table || !q_nb || !force_b_m_s2 || !field_b_tesla) return HNAV_ERROR_NULL_ARGUMENT;
+    const double length = Quaternion(q_nb).norm();
+    if (!std::isfinite(length)) return HNAV_ERROR_NON_FINITE;
+    if (!(length > 1e-150)) return HNAV_ERROR_ZERO_VECTOR;
+    hnav::Truth truth;
+    truth.q = Quaternion(q_nb) / length;
+    table->motion.see(&truth);
+    for (int i = 0; i < 3; ++i) {
+        force_b_m_s2[i] = truth.force[i];
+        field_b_tesla[i] = truth.field[i];
+    }
+    return HNAV_OK;
+}
+
+} // extern "C"

@@ -1,0 +1,50 @@
+// Samples on their way: taken, but not delivered before their latency has passed.
+#pragma once
+
+#include "attitude/rotation.hpp"
+
+#include <limits>
+
+namespace hnav {
+
+constexpr int most_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
+constexpr double longest_latency_periods = 30;
+
+class Delivery {
+public:
+    struct Sample {
+        double t_meas_s, arrives_s;
+        double value[3];
+    };
+
+    // Plain numbers, oldest sample first.
+    struct State {
+        double waiting;
+        Sample queue[most_in_flight];
+        Sample newest; // delivered
+        double count;
+    };
+
+    static void send(State* s, const Vector3& value, double t_s, double latency_s) {
+        s->queue[static_cast<int>(s->waiting++)] = {t_s, t_s + latency_s, {value[0], value[1], value[2]}};
+    }
+
+    static void advance(State* s, double t_s) {
+        const double tolerance = 1e-9 * std::fmax(1, std::fabs(t_s));
+        const int waiting = static_cast<int>(s->waiting);
+        int arrived = 0;
+        while (arrived < waiting && s->queue[arrived].arrives_s <= t_s + tolerance) ++arrived;
+        if (arrived == 0) return;
+        s->newest = s->queue[arrived - 1];
+        s->count += arrived;
+        for (int i = arrived; i < waiting; ++i) s->queue[i - arrived] = s->queue[i];
+        for (int i = waiting - arrived; i < waiting; ++i) s->queue[i] = {}; // equal states, equal bytes
+        s->waiting -= arrived;
+    }
+
+    static double next_s(const State& s) {
+        return s.waiting > 0 ? s.queue[0].arrives_s : std::numeric_limits<double>::infinity();
+    }
+};
+
+} // namespace hnav

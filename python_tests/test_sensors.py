@@ -1,0 +1,107 @@
+"""Grades of sensors: read, checked, turned into parameters."""
+
+import json
+import math
+
+import fmpy
+import pytest
+from hnav.fmus import fmu_path
+from hnav.library import HnavError
+from hnav.sensors import ENTRIES, GRADES, models_folder, read_grade
+
+
+def test_every_file_in_the_folder_is_a_grade_that_can_be_read():
+    assert sorted(path.stem for path in models_folder().glob("*.json")) == sorted(GRADES)
+    for name in GRADES:
+        assert read_grade(name).name == name
+
+
+@pytest.mark.parametrize("name", GRADES)
+def test_parameters_are_those_of_the_sensor_fmu_and_within_their_ranges(name):
+    variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path("ImuMagSensor", 2))).modelVariables}
+    for parameter, value in read_grade(name).parameters().items():
+        assert variables[parameter].causality == "parameter"
+        assert float(variables[parameter].min) <= value <= float(variables[parameter].max), parameter
+
+
+def test_every_entry_that_a_file_may_hold_is_a_parameter_of_the_sensor_fmu():
+    variables = {v.name for v in fmpy.read_model_description(str(fmu_path("ImuMagSensor", 2))).modelVariables}
+    for sensor, entries in ENTRIES.items():
+        for parameter, _ in entries.values():
+            assert f"{sensor}.{parameter}" in variables
+
+
+def test_a_better_grade_is_better_in_every_figure():
+    figures = [{k: v for k, v in read_grade(name).values.items() if not k.endswith(("period_s", "range_rad_s", "range_m_s2", "range_tesla"))} for name in GRADES]
+    for worse, better in zip(figures, figures[1:], strict=False):
+        assert set(worse) == set(better)
+        for key in worse:
+            assert better[key] <= worse[key], key
+
+
+@pytest.mark.parametrize(
+    "sensor, entry, equal",
+    [
+        ("gyro", "noise", [(0.6, "deg/sqrt(h)"), (0.01, "deg/s/sqrt(Hz)"), (10, "mdeg/s/sqrt(Hz)"), (36, "deg/h/sqrt(Hz)"), (math.radians(0.01), "rad/s/sqrt(Hz)")]),
+        ("gyro", "bias_instability", [(3600, "deg/h"), (1, "deg/s"), (1000, "mdeg/s"), (math.radians(1), "rad/s")]),
+        ("gyro", "random_walk", [(216000, "deg/h/sqrt(h)"), (1, "deg/s/sqrt(s)"), (math.radians(1), "rad/s/sqrt(s)")]),
+        ("gyro", "g_sensitivity", [(3600, "deg/h/g"), (1, "deg/s/g"), (math.radians(1) / 9.80665, "rad/s/(m/s2)")]),
+        ("accel", "noise", [(100, "ug/sqrt(Hz)"), (0.1, "mg/sqrt(Hz)"), (9.80665e-4, "m/s2/sqrt(Hz)"), (9.80665e-4 * 60, "m/s/sqrt(h)")]),
+        ("accel", "random_walk", [(60, "ug/sqrt(h)"), (0.06, "mg/sqrt(h)"), (9.80665e-6, "m/s2/sqrt(s)")]),
+        ("accel", "range", [(2, "g"), (2000, "mg"), (2e6, "ug"), (19.6133, "m/s2")]),
+        ("mag", "noise", [(20, "nT/sqrt(Hz)"), (0.02, "uT/sqrt(Hz)"), (2e-8, "T/sqrt(Hz)")]),
+        ("mag", "random_walk", [(60, "nT/sqrt(h)"), (0.06, "uT/sqrt(h)"), (1e-9, "T/sqrt(s)")]),
+        ("mag", "hard_iron", [(1, "uT"), (1000, "nT"), (10, "mG"), (0.01, "G"), (1e-6, "T")]),
+        ("mag", "soft_iron", [(1, "%"), (0.01, "1"), (10000, "ppm")]),
+        ("mag", "misalignment", [(1, "deg"), (math.radians(1), "rad"), (math.radians(1000), "mrad")]),
+        ("mag", "latency", [(5, "ms"), (0.005, "s"), (5000, "us")]),
+    ],
+)
+def test_equal_figures_in_different_units_are_equal_parameters(tmp_path, sensor, entry, equal):
+    assert {unit for _, unit in equal} == set(ENTRIES[sensor][entry][1])
+    values = []
+    for value, unit in equal:
+        file = tmp_path / "grade.json"
+        file.write_text(json.dumps({"name": "x", "source": "x", "assumed": "x", sensor: {entry: {"value": value, "unit": unit}}}))
+        (parsed,) = read_grade(file).values.values()
+        values.append(parsed)
+    assert values == pytest.approx([values[0]] * len(values), rel=1e-12)
+
+
+def test_noise_for_the_filter_is_that_of_the_sensor_in_its_units():
+    noise = read_grade("industrial").filter_parameters(strength_tesla=4e-5)
+    assert noise["gyro_noise_rad_per_sqrt_s"] == pytest.approx(math.radians(0.2 / 60))
+    assert noise["accel_noise_per_sqrt_hz"] == pytest.approx(50e-6)
+    assert noise["mag_noise_per_sqrt_hz"] == pytest.approx(20e-9 / 4e-5)
+    assert noise["gyro_bias_walk_rad_s_per_sqrt_s"] == pytest.approx(math.radians(math.hypot(6 / 3600 / 60, 3 / 3600 / math.sqrt(1000))))
+
+
+GOOD = {"name": "x", "source": "x", "assumed": "x"}
+
+
+@pytest.mark.parametrize(
+    "content, reason",
+    [
+        ("{", "grade.json: no JSON"),
+        ("[]", "grade.json: no object of sensors"),
+        (GOOD | {"source": ""}, "grade.json: source is missing"),
+        (GOOD | {"baro": {}}, "grade.json: there is no sensor baro; there are gyro, accel, mag"),
+        (GOOD | {"gyro": {"noize": {"value": 1, "unit": "1"}}}, "grade.json: gyro.noize is unknown"),
+        (GOOD | {"gyro": {"noise": 1}}, "grade.json: gyro.noise must have value and unit"),
+        (GOOD | {"gyro": {"noise": {"value": 1, "unit": "deg/s"}}}, "grade.json: gyro.noise: unit deg/s is not one of deg/sqrt(h), "),
+        (GOOD | {"mag": {"range": {"value": -1, "unit": "uT"}}}, "grade.json: mag.range = -1 uT must be a number of at least 0"),
+        (GOOD | {"mag": {"range": {"value": "8", "unit": "uT"}}}, "grade.json: mag.range = 8 uT must be a number of at least 0"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(tmp_path, content, reason):
+    file = tmp_path / "grade.json"
+    file.write_text(content if isinstance(content, str) else json.dumps(content))
+    with pytest.raises(HnavError) as error:
+        read_grade(file)
+    assert str(error.value).startswith(reason)
+    assert "\n" not in str(error.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(HnavError, match="nothing.json"):
+        read_grade(tmp_path / "nothing.json")
