@@ -1,4 +1,4 @@
-"""The command line: hnav filter, hnav score, hnav options, hnav bench, hnav calibrate."""
+"""The command line: hnav filter, score, options, bench, calibrate, simulate, report, montecarlo."""
 
 from __future__ import annotations
 
@@ -333,6 +333,58 @@ def print_calibration(found: MagnetometerCalibration, name: str) -> None:
     if found.note:
         axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"
         console.print(f"hard iron only{axes}: {found.note}", highlight=False, soft_wrap=True)
+
+
+@app.command("simulate")
+def simulate_command(
+    system: Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
+    scenario: Annotated[Optional[str], typer.Option(help="A scenario of the system")] = None,
+    grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
+    set: Annotated[Optional[list[str]], typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")] = None,
+    seed: Annotated[Optional[int], typer.Option(help="Seed of every component that has one")] = None,
+    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
+    stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of the run; default: the system's")] = None,
+):
+    """Runs a system of FMUs in closed co-simulation."""
+    from hnav.simulation import simulate, write_run
+
+    with bar() as progress:
+        task = progress.add_task(system, total=None)
+        run = simulate(system, scenario, grade, set or [], seed, step, stop,
+                       progress=lambda done, total: progress.update(task, completed=done, total=total))  # fmt: skip
+    write_run(run, out)
+    wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
+    text = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s, {len(run.columns)} signals to {out}; us/step: {wall}"
+    console.print(text, highlight=False, soft_wrap=True)
+    for name, lost in run.about["lost"].items():
+        if lost:
+            console.print(f"{name} lost {lost} samples between the communication points: take a finer --step", highlight=False, soft_wrap=True)
+    if run.about["failure"]:
+        raise UsageError(f"{run.about['failure']}; the samples until then are in {out}")
+
+
+@app.command("report")
+def report_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that hnav simulate wrote")],
+    out: Annotated[Optional[Path], typer.Option(metavar="FILE", help="HTML to write; default: DIR/report.html")] = None,
+    pictures: Annotated[Optional[Path], typer.Option(metavar="DIR", help="Also draw the main panels as PNG there")] = None,
+    open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
+):
+    """One self-contained HTML page about a simulation."""
+    from hnav.report import write_report
+    from hnav.simulation import read_run
+
+    run, file = read_run(folder), out or folder / "report.html"
+    panels = write_report(run, file)
+    console.print(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}", highlight=False, soft_wrap=True)
+    if pictures is not None:
+        from hnav.report_pictures import write_pictures
+
+        for picture in write_pictures(run, pictures):
+            console.print(str(picture), highlight=False, soft_wrap=True)
+    if open:
+        typer.launch(str(file))
 
 
 def show_version(wanted: bool) -> None:
