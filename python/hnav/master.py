@@ -27,7 +27,7 @@ from hnav.systems import Component, System
 
 # Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.
 RECORDED, UNRECORDED = ("*",), re.compile(r".*\.cov\.P\[\d,[456]\]")
-LOST = "count.missed"
+LOST = re.compile(r"(.+\.)?missed")  # counters of samples that fell between two communication points
 STEP_SLACK = 1e-9  # of a step: a stop time that is a whole number of steps but for rounding
 PROGRESS_PARTS = 200
 
@@ -91,7 +91,7 @@ def run_system(
         columns={".".join(key): np.ascontiguousarray(table[:done, place[key]]) for key in names},
         units={".".join(key): variable.unit for key, variable in names.items()},
         wall_s={part.name: part.wall_s for part in parts},
-        lost={part.name: int(table[done - 1, place[part.name, LOST]]) for part in parts if LOST in part.read},
+        lost={p.name: int(sum(table[done - 1, place[p.name, n]] for n in p.counters)) for p in parts if p.counters},
         failure=failure,
     )
 
@@ -134,7 +134,8 @@ class _Part:
         self.component, self.name, self.wall_s = component, component.name, 0.0
         outputs = [v for v in component.variables.values() if v.causality == "output" and v.kind != "String"]
         self.recorded = [v.name for v in outputs if _matches(f"{self.name}.{v.name}", record)]
-        wanted = {*self.recorded, *(c.start[1] for c in system.connections if c.start[0] == self.name), LOST}
+        self.counters = [v.name for v in outputs if LOST.fullmatch(v.name)]
+        wanted = {*self.recorded, *self.counters, *(c.start[1] for c in system.connections if c.start[0] == self.name)}
         # By type, so that each type is one block of the vector of all values.
         blocks = [[v.name for v in outputs if v.name in wanted and _block(v.kind) == block] for block in range(3)]
         self.read = [name for block in blocks for name in block]
