@@ -26,8 +26,10 @@ except ImportError:
 STYLE = "report.css"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 LAYOUT = dict(
-    template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=44, b=44), paper_bgcolor="rgba(0,0,0,0)",
-    plot_bgcolor="rgba(0,0,0,0)", hoverlabel=dict(font=dict(family=FONT)), legend=dict(font=dict(size=12), itemsizing="constant"),
+    template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=58, b=44), paper_bgcolor="rgba(0,0,0,0)",
+    plot_bgcolor="rgba(0,0,0,0)", hoverlabel=dict(font=dict(family=FONT)), modebar=dict(bgcolor="rgba(255,255,255,0.9)", color="#B8B8B8", activecolor="#0072B2"),
+    # One row above the axes, where it hides no data.
+    legend=dict(orientation="h", yref="container", yanchor="top", y=1.0, xanchor="left", x=0.0, font=dict(size=12), itemsizing="constant"),
 )  # fmt: skip
 AXIS = dict(gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True)
 CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
@@ -103,6 +105,9 @@ def _number(value: float, unit: str = "") -> str:
 def section(panel: Panel, run: Run) -> str:
     drawn = panel.draw(run)
     style(drawn)
+    for axis in drawn.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
+        # Markers would make the axis begin before the run.
+        axis.range = [run.t_s[0], run.t_s[-1]]
     body = drawn.to_html(full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%")
     return f'<section id="{panel.name}"><h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{body}</section>'
 

@@ -23,9 +23,10 @@ AXES = ("north", "east", "down")
 # A browser stays quick with this many points a line; the files hold all.
 POINTS = 1500
 ROW_PX = 190
+SHOWN_SHARE = 0.998  # of the errors lies within the axis
 PROBABILITY = 0.95
 MICROTESLA = 1e6
-LEGEND = dict(orientation="h", yanchor="bottom", y=1.0, xanchor="right", x=1.0, yref="container")
+NORMALISED_FLOOR = 1e-8  # the axis of normalised squares ends here: noise that was never there gives any small number
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,9 @@ def translucent(colour: str, alpha: float) -> str:
 def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: int = ROW_PX, **options) -> go.Figure:
     """Empty axes that share time, with the titles above the columns."""
     titles = None if titles is None else titles + [""] * (rows * columns - len(titles))
-    figure = make_subplots(rows, columns, shared_xaxes=True, vertical_spacing=0.12 / rows, horizontal_spacing=0.06, subplot_titles=titles, **options)
-    figure.update_layout(height=110 + row_px * rows, legend=LEGEND)
+    spacing = dict(vertical_spacing=0.12 / rows, horizontal_spacing=0.06)
+    figure = make_subplots(rows, columns, shared_xaxes=True, subplot_titles=titles, **spacing, **options)
+    figure.update_layout(height=120 + row_px * rows)
     figure.update_xaxes(title_text="time / s", row=rows)
     return figure
 
@@ -100,12 +102,14 @@ def band(t_s: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, name: 
 
 def line(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool, **style) -> go.Scatter:
     rows = thinned(len(t_s))
-    return go.Scatter(x=t_s[rows], y=values[rows], mode="lines", name=name, legendgroup=name, showlegend=shown, line=dict(color=colour, width=1.4) | style)
+    return go.Scatter(x=t_s[rows], y=values[rows], mode="lines", name=name, legendgroup=name, showlegend=shown,
+                      line=dict(color=colour, width=1.4) | style)  # fmt: skip
 
 
 def dots(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
     rows = thinned(len(t_s))
-    return go.Scatter(x=t_s[rows], y=values[rows], mode="markers", name=name, legendgroup=name, showlegend=shown, marker=dict(color=colour, size=2.6, opacity=0.55))
+    return go.Scatter(x=t_s[rows], y=values[rows], mode="markers", name=name, legendgroup=name, showlegend=shown,
+                      marker=dict(color=colour, size=2.6, opacity=0.55))  # fmt: skip
 
 
 # --------------------------------------------------------------------------------------------- panels
@@ -135,13 +139,18 @@ def draw_error(run: Run) -> go.Figure:
     filters = estimates(run)
     figure = grid_of(3, len(filters), [e.name for e in filters], shared_yaxes="rows")
     for axis, name in enumerate(AXES):
-        widest = 0.0
+        widest, narrowest = 0.0, np.inf
         for column, estimate in enumerate(filters, start=1):
             rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
             error, sigma = np.degrees(estimate.error_rad[:, axis]), np.degrees(estimate.vector("att.sigma", 3)[:, axis])
             figure.add_trace(band(run.t_s[rows], -3 * sigma[rows], 3 * sigma[rows], colour, f"{estimate.name} ±3σ", axis == 0), axis + 1, column)
             figure.add_trace(line(run.t_s, error, colour, estimate.name, axis == 0), axis + 1, column)
-            widest = max(widest, np.nanmax(np.abs(error), initial=0.0), 1.5 * 3 * np.nanmin(sigma) if np.isfinite(sigma).any() else 0.0)
+            # The first row may stand anywhere: a start that knows no heading is wrong by up to half a turn.
+            if np.isfinite(error).any():
+                widest = max(widest, np.nanquantile(np.abs(error), SHOWN_SHARE))
+            narrowest = min(narrowest, 3 * np.nanmin(sigma, initial=np.inf))
+        # Errors far inside every band would be a line of zero: the narrowest band is seen in any case.
+        widest = max(widest, 1.5 * narrowest if np.isfinite(narrowest) else 0.0)
         figure.update_yaxes(range=[-1.15 * widest, 1.15 * widest] if widest else None, row=axis + 1)
         figure.update_yaxes(title_text=f"{name} / deg", row=axis + 1, col=1)
     return figure
@@ -184,7 +193,7 @@ def draw_field(run: Run) -> go.Figure:
                                                 colorbar=dict(title="t / s", thickness=10, len=0.9) if column == 3 else None)), 1, column)  # fmt: skip
         figure.update_xaxes(title_text=f"{'xyz'[i]} / µT", row=1, col=column, constrain="domain")
         figure.update_yaxes(title_text=f"{'xyz'[j]} / µT", row=1, col=column, scaleanchor=f"x{column if column > 1 else ''}")
-    figure.update_layout(height=400, legend=LEGEND)
+    figure.update_layout(height=400)
     return figure
 
 
@@ -216,6 +225,7 @@ def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str
     """Normalised squares on a logarithmic axis with the two-sided chi-square interval and the expectation."""
     filters = estimates(run)
     figure = grid_of(len(names), len(filters), [e.name for e in filters], shared_yaxes="rows")
+    floor, top = 1e-2, 1e2
     for row, name in enumerate(names, start=1):
         for column, estimate in enumerate(filters, start=1):
             t_s, values, dimension = series(estimate, name)
@@ -225,9 +235,11 @@ def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str
             figure.add_trace(band(ends, np.full(2, low), np.full(2, high), FAINT, f"{PROBABILITY:.0%} of χ²", first), row, column)
             figure.add_trace(line(ends, np.full(2, float(dimension)), INK, "expectation", first, dash="dash", width=1), row, column)
             shown = np.isfinite(values) & (values > 0)
+            if shown.any():
+                floor, top = min(floor, np.quantile(values[shown], 0.02)), max(top, 2 * np.quantile(values[shown], SHOWN_SHARE))
             figure.add_trace(dots(t_s[shown], values[shown], colour_of(run, estimate.name), estimate.name, row == 1), row, column)
         figure.update_yaxes(title_text=name, row=row, col=1)
-    figure.update_yaxes(type="log", range=[-4, 2], exponentformat="power", dtick=2)
+    figure.update_yaxes(type="log", range=[np.log10(max(floor, NORMALISED_FLOOR)), np.log10(top)], exponentformat="power", dtick=2)
     return figure
 
 
@@ -262,7 +274,7 @@ def draw_gamma(run: Run) -> go.Figure:
         used = gamma > 0
         figure.add_trace(line(run.t_s[used], gamma[used], colour, estimate.name, True), 1, 1)
         figure.add_trace(line(run.t_s[used], run[f"{estimate.name}.hinf.margin"][used], colour, estimate.name, False), 2, 1)
-    figure.update_yaxes(title_text="γ", type="log", row=1)
+    figure.update_yaxes(title_text="γ", type="log", dtick=1, exponentformat="power", row=1)
     figure.update_yaxes(title_text="margin", range=[-0.03, 1.03], row=2)
     return figure
 

@@ -3,7 +3,7 @@
 A system is an archive NAME.ssp or a folder with SystemStructure.ssd; FMUs that a folder names and does not hold are
 those of the build. Parameter sets (SSV) come from bindings in the SSD, of the system or of a component, and from files
 *.ssv beside it: `grade_NAME.ssv` or `grades/NAME.ssv` is a grade, `scenario_NAME.ssv` or `scenarios/NAME.ssv` a
-scenario. What comes later overrides: component, system, grade, scenario, the caller.
+scenario. What comes later overrides: component, system, grade, scenario, the caller; see System.choose.
 
 The standard library parses: fmpy's reader drops the types and units that are to be checked and takes archives only;
 pyssp-standard reads well, but brings a unit package and a schema package along for the dozen attributes used here.
@@ -122,14 +122,24 @@ class System:
             component.parameters[name] = parameter_value(component, name, parameter, where)
 
     def choose(self, grade: str | None = None, scenario: str | None = None) -> None:
-        """Applies a grade and a scenario by name; the scenario comes last, for it may depend on a special sensor."""
+        """Applies a grade and a scenario by name. A scenario that names sensors too lays over a grade only what it changes
+        against the sets bound in the SSD: the disturbance stays, the sensor is the grade's.
+        """
         for kind, name, sets in (("grade", grade, self.grades), ("scenario", scenario, self.scenarios)):
-            if name is None:
-                continue
-            if name not in sets:
+            if name is not None and name not in sets:
                 known = f"it has {', '.join(sorted(sets))}" if sets else "it has none"
                 raise HnavError(2, f"system {self.name} has no {kind} {name}: {known}")
-            self.apply(sets[name], f"{kind} {name}")
+        bound = self.parameters()
+        if grade is not None:
+            self.apply(self.grades[grade], f"grade {grade}")
+        if scenario is not None:
+            graded = self.parameters()
+            self.apply(self.scenarios[scenario], f"scenario {scenario}")
+            if grade is not None:
+                for name, value in self.parameters().items():
+                    if value == bound.get(name) and name in graded:
+                        component, _, parameter = name.partition(".")
+                        self.components[component].parameters[parameter] = graded[name]
 
     def seed(self, seed: int) -> None:
         """Sets the parameter `seed` of every component that has one."""
