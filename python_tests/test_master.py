@@ -108,13 +108,17 @@ def test_every_value_carries_the_time_at_which_it_was_put_out(turntable):
 
 
 def test_inputs_of_the_system_are_held_over_the_step(needed, tmp_path):
-    folder = make_system(tmp_path, {"filter": "Hrekf"}, [("heading", "filter.aid.heading"), ("count", "filter.aid.sample"), ("good", "filter.aid.valid")],
-                         {"filter.sampling_mode": 1}, {"heading": "Real", "count": "Integer", "good": "Boolean"})  # fmt: skip
+    connections = [("heading", "filter.aid.heading"), ("good", "filter.aid.valid")]
+    folder = make_system(tmp_path, {"filter": "Hrekf"}, connections, inputs={"heading": "Real", "good": "Boolean"})
     steps = 20
     with read_system(folder) as system:
-        counter = np.arange(1.0, steps + 1)
-        record = run_system(system, steps * STEP_S, STEP_S, ["*.count.heading_used", "*.innov.heading"], {"count": counter, "good": np.ones(steps), "heading": np.zeros(steps)})
-        assert set(record.columns) == {"filter.count.heading_used", "filter.innov.heading"}
+        good = np.arange(steps) < 12
+        record = run_system(system, steps * STEP_S, STEP_S, ["*.count.heading_used", "*.att.euler[3]"], {"good": good, "heading": np.full(steps, 0.1)})
+        assert set(record.columns) == {"filter.count.heading_used", "filter.att.euler[3]"}
+        used = record.columns["filter.count.heading_used"]
+        assert used[12] == used[-1] == 12
+        # The filter starts by the first heading that it gets.
+        assert record.columns["filter.att.euler[3]"][1] == pytest.approx(0.1, abs=1e-12)
         with pytest.raises(HnavError, match="system made has no input height"):
             run_system(system, 1, STEP_S, inputs={"height": np.zeros(100)})
         with pytest.raises(HnavError, match=r"input heading has shape \(3,\); \(100,\) is wanted"):
