@@ -282,17 +282,16 @@ def draw_gamma(run: Run) -> go.Figure:
 @panel("states", "Gates and ready states", "Filled: true. A gate that closes for a single sample shows as a gap.", has_filters)
 def draw_states(run: Run) -> go.Figure:
     filters = estimates(run)
-    # The least of each block: no closed gate falls between the drawn points.
+    # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
     starts = np.arange(0, len(run.t_s), thinned(len(run.t_s)).step)
-    rows = [(f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name)) for e in filters for state, text in STATES.items()]
+    rows = [(f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name)) for e in filters for state, text in STATES.items()][::-1]
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
         top = np.where(values > 0.5, 0.72, 0.0) + level
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="none", showlegend=False, hoverinfo="skip"))
+        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="lines", line=dict(width=0), showlegend=False, hoverinfo="skip"))
         figure.add_trace(go.Scatter(x=run.t_s[starts], y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
                                     line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
-    figure.update_yaxes(tickvals=np.arange(len(rows)) + 0.36, ticktext=[name for name, _, _ in rows], autorange="reversed", showgrid=False, zeroline=False)
-    figure.update_yaxes(range=[-0.3, len(rows)], autorange=False)
+    figure.update_yaxes(tickvals=np.arange(len(rows)) + 0.36, ticktext=[name for name, _, _ in rows], range=[-0.3, len(rows)], showgrid=False, zeroline=False)
     figure.update_xaxes(title_text="time / s")
     figure.update_layout(height=90 + 26 * len(rows))
     return figure
