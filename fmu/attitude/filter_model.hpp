@@ -245,6 +245,7 @@ private:
             i.accepted = 1;
             hnav_filter_innovation(filter_, static_cast<hnav_sensor>(s), &i); // stays zero before the first
             put(values, place.value, i.value, place.dimension);
+            for (int row = 0; row < place.dimension; ++row) values[place.sigma + row] = std::sqrt(i.S[3 * row + row]);
             values[place.nis] = i.nis;
             values[place.gate_ok] = i.accepted;
         }

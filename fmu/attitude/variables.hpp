@@ -38,7 +38,7 @@ struct Places {
     int att_q, att_euler, att_heading, att_sigma, near_singular, tilt_ready, heading_ready, started;
     int rate, bias, bias_sigma;
     struct Innovation {
-        int value, nis, gate_ok, used, gated;
+        int value, sigma, nis, gate_ok, used, gated;
         int dimension;
     } innovation[HNAV_SENSOR_COUNT]; // of the gyro: used only
     int gamma, margin, bias_walk, raised, repaired, late, non_finite, zero, missed, corrections, rhs_evals;
@@ -148,6 +148,10 @@ void describe_outputs(Table& table, Places& at) {
         const Variable value = output(named("innov", sensors[s]), unit, s == HNAV_SENSOR_HEADING ? "deg" : "", innovation_group,
                                       held, none, "Innovation of the last correction: measured minus expected (directions and fields without unit)");
         place.value = place.dimension == 1 ? table.add(value) : table.add_vector(value, place.dimension);
+        std::snprintf(counted, sizeof counted, "%s_sigma", sensors[s]);
+        const Variable sigma = output(named("innov", counted), unit, value.display_unit, innovation_group, held, none,
+                                      "Standard deviation that the filter expects of the innovation, sqrt(S_ii), noise as parametrised");
+        place.sigma = place.dimension == 1 ? table.add(sigma) : table.add_vector(sigma, place.dimension);
         place.nis = table.add(output(named("nis", sensors[s]), "", "", innovation_group, held, none, "Normalised innovation squared of the last sample; its expectation is the dimension"));
         std::snprintf(counted, sizeof counted, "gate.%s_ok", sensors[s]);
         place.gate_ok = table.add(output(counted, Type::boolean, innovation_group, "The last sample was within its gate"));

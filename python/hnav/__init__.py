@@ -9,6 +9,11 @@
     ins_error_filter     linear models with time-correlated INS errors: MDKF, AMDKF and better
     reference_ins_error  the same in NumPy
     ins_error_table      Monte Carlo comparison of its forms
+    systems     systems of FMUs by SSP, checked
+    master      steps them
+    simulation  runs them and keeps what they put out; read_run
+    report      one page about a run; report_panels has its panels, run_views what they draw
+    montecarlo  many runs of a system
     aircraft    linear aircraft from files, flown with INS errors and faults
 """
 

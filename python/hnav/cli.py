@@ -1,4 +1,4 @@
-"""The command line: hnav filter, hnav score, hnav options, hnav bench, hnav calibrate."""
+"""The command line: hnav filter, score, options, bench, calibrate, simulate, report, montecarlo."""
 
 from __future__ import annotations
 
@@ -333,6 +333,129 @@ def print_calibration(found: MagnetometerCalibration, name: str) -> None:
     if found.note:
         axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"
         console.print(f"hard iron only{axes}: {found.note}", highlight=False, soft_wrap=True)
+
+
+@app.command("simulate")
+def simulate_command(
+    system: Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
+    scenario: Annotated[Optional[str], typer.Option(help="A scenario of the system")] = None,
+    grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
+    set: Annotated[Optional[list[str]], typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")] = None,
+    seed: Annotated[Optional[int], typer.Option(help="Seed of every component that has one")] = None,
+    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
+    stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of the run; default: the system's")] = None,
+):
+    """Runs a system of FMUs in closed co-simulation."""
+    from hnav.simulation import simulate, write_run
+
+    with bar() as progress:
+        task = progress.add_task(system, total=None)
+        run = simulate(system, scenario, grade, set or [], seed, step, stop,
+                       progress=lambda done, total: progress.update(task, completed=done, total=total))  # fmt: skip
+    write_run(run, out)
+    wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
+    text = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s, {len(run.columns)} signals to {out}; us/step: {wall}"
+    console.print(text, highlight=False, soft_wrap=True)
+    for name, lost in run.about["lost"].items():
+        if lost:
+            console.print(f"{name} lost {lost} samples between the communication points: take a finer --step", highlight=False, soft_wrap=True)
+    if run.about["failure"]:
+        raise UsageError(f"{run.about['failure']}; the samples until then are in {out}")
+
+
+@app.command("report")
+def report_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that hnav simulate wrote")],
+    out: Annotated[Optional[Path], typer.Option(metavar="FILE", help="HTML to write; default: DIR/report.html")] = None,
+    pictures: Annotated[Optional[Path], typer.Option(metavar="DIR", help="Also draw the main panels as PNG there")] = None,
+    open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
+):
+    """One self-contained HTML page about a simulation."""
+    from hnav.report import write_report
+    from hnav.simulation import read_run
+
+    run, file = read_run(folder), out or folder / "report.html"
+    panels = write_report(run, file)
+    console.print(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}", highlight=False, soft_wrap=True)
+    if pictures is not None:
+        from hnav.report_pictures import write_pictures
+
+        for picture in write_pictures(run, pictures):
+            console.print(str(picture), highlight=False, soft_wrap=True)
+    if open:
+        typer.launch(str(file))
+
+
+@app.command("montecarlo")
+def montecarlo_command(
+    system: Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Parquet, a row for each filter and run")],
+    runs: Annotated[int, typer.Option(help="Runs of each scenario")] = 200,
+    scenarios: Annotated[Optional[str], typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
+    grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
+    set: Annotated[Optional[list[str]], typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")] = None,
+    first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
+    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
+    stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of each run; default: the system's")] = None,
+    workers: Annotated[int, typer.Option(help="Processes on this machine")] = 1,
+    scheduler: Annotated[Optional[str], typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
+):
+    """Many runs of a system, and their table with 95 % confidence intervals."""
+    from hnav.montecarlo import jobs, run_jobs, write_table
+    from hnav.systems import read_system, system_path
+
+    named = scenarios.split(",") if scenarios else [None]
+    # What is wrong with all runs is said at once, not once for each.
+    for scenario in named:
+        with read_system(system_path(system)) as read:
+            read.choose(grade, scenario)
+            read.seed(first_seed)
+    work = jobs(system, named, runs, first_seed, grade=grade, settings=tuple(set or ()), step_s=step, stop_s=stop)
+    with bar() as progress:
+        task = progress.add_task(system, total=len(work))
+        table = run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done))
+    write_table(table, out)
+    print_montecarlo(table)
+    failed = table[table["failure"] != ""]
+    for row in failed.itertuples():
+        console.print(f"failed: {row.scenario}, seed {row.seed}: {row.failure}", highlight=False, soft_wrap=True)
+    console.print(f"{len(work) - len(failed)} of {len(work)} runs to {out}", highlight=False, soft_wrap=True)
+    if len(failed) == len(work):
+        raise UsageError(f"no run came to its end; the first said: {failed.iloc[0]['failure']}")
+
+
+def print_montecarlo(runs) -> None:
+    """A line for each scenario and filter: means over the runs with their intervals, NEES at times beside its bounds.
+
+    first / this: mean squared error about down of the scenario's first filter over that of this one, above 1 a win.
+    """
+    from hnav.montecarlo import mean_interval, nees_bounds, ratio_interval
+
+    good = runs[runs["failure"] == ""]
+    if good.empty:
+        return
+    times = [name for name in good.columns if name.startswith("nees_") and good[name].notna().any()]
+    heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES", *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s"]
+    table = Table(*heads, title="means over the runs [95 % interval]")
+    for scenario, of_scenario in good.groupby("scenario", sort=False):
+        first = None
+        for name, rows in of_scenario.groupby("filter", sort=False):
+            first = rows if first is None else first
+            paired = first.merge(rows, on="seed", suffixes=("_first", ""))
+            ratio = ratio_interval(paired["mse_down_deg2_first"], paired["mse_down_deg2"])
+            low, high = nees_bounds(len(rows))
+            ready = rows["heading_ready_s"].dropna()
+            table.add_row(
+                str(scenario), str(name), str(len(rows)), _interval(mean_interval(rows["mse_deg2"])), _interval(mean_interval(rows["mse_down_deg2"])),
+                "1" if rows is first else _interval(ratio), _interval(mean_interval(rows["nees"])), *(f"{rows[t].mean():.3g}" for t in times),
+                f"{low:.2f} to {high:.2f}", f"{ready.median():.3g} ({len(ready)})" if len(ready) else "never",
+            )  # fmt: skip
+    (console if console.is_terminal else Console(width=200)).print(table)
+
+
+def _interval(found: tuple[float, float, float]) -> str:
+    return "{:.3g} [{:.3g}, {:.3g}]".format(*found)
 
 
 def show_version(wanted: bool) -> None:

@@ -107,9 +107,9 @@ class Fmu:
             raise HnavError(2, f"the FMU has no variable {name}")
         kind = variable.type
         if not self.fmi3:
-            setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean}.get(kind, self.fmu.setInteger)
+            setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean, "String": self.fmu.setString}.get(kind, self.fmu.setInteger)
         else:
-            setter = {"Float64": self.fmu.setFloat64, "Boolean": self.fmu.setBoolean, "Int32": self.fmu.setInt32}.get(kind, self.fmu.setInt64)
+            setter = {"Float64": self.fmu.setFloat64, "Boolean": self.fmu.setBoolean, "Int32": self.fmu.setInt32, "String": self.fmu.setString}.get(kind, self.fmu.setInt64)
         self.call(setter, [variable.valueReference], [value])
 
     def get(self, name: str):
@@ -134,6 +134,14 @@ class Fmu:
         """values: c_bool in FMI 3, c_int32 in FMI 2."""
         n, f = len(references), self.fmu
         self.call(f.fmi3GetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetBoolean, f.component, references, n, values)
+
+    def set_booleans(self, references, values) -> None:
+        n, f = len(references), self.fmu
+        self.call(f.fmi3SetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2SetBoolean, f.component, references, n, values)
+
+    def get_integers(self, references, values) -> None:
+        n, f = len(references), self.fmu
+        self.call(f.fmi3GetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetInteger, f.component, references, n, values)
 
     def set_integers(self, references, values) -> None:
         n, f = len(references), self.fmu

@@ -1,0 +1,85 @@
+"""Small systems that tests write themselves: components of built FMUs, connected by names that match."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import fmpy
+from hnav.fmus import fmu_path
+
+KINDS = {"Real": "Real", "Integer": "Integer", "Boolean": "Boolean", "Enumeration": "Integer"}
+HEAD = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription version="1.0" name="{name}" xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
+  xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+<ssd:System name="{name}">"""
+PARAMETER_SET = '<ssv:ParameterSet version="1.0" name="made" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>{}</ssv:Parameters></ssv:ParameterSet>'
+NUMBERS = {bool: "Boolean", int: "Integer", float: "Real"}
+
+
+def parameter_set(values: Mapping[str, object]) -> str:
+    """The text of an SSV; True, 1 and 1.0 become a Boolean, an Integer and a Real."""
+    entry = '<ssv:Parameter name="{}"><ssv:{} value="{}"/></ssv:Parameter>'
+    return PARAMETER_SET.format("".join(entry.format(name, NUMBERS[type(v)], str(v).lower()) for name, v in values.items()))
+
+
+def make_system(
+    folder: Path,
+    components: Mapping[str, str],
+    connections: Sequence[tuple[str, str]],
+    parameters: Mapping[str, object] | None = None,
+    inputs: Mapping[str, str] | None = None,
+    name: str = "made",
+) -> Path:
+    """Writes SystemStructure.ssd into the folder. components: name to FMU; connections: "component.variable" or, of the
+    system's inputs, "variable"; a pair ending in * stands for all outputs and inputs of that beginning with one name.
+    inputs: connectors of the system and their types.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    variables = {c: {v.name: v for v in fmpy.read_model_description(str(fmu_path(fmu, 2)), validate=False).modelVariables} for c, fmu in components.items()}
+    pairs = [pair for connection in connections for pair in _expanded(connection, variables)]
+    text = [HEAD.format(name=name), "<ssd:Connectors>"]
+    text += [f'<ssd:Connector name="{n}" kind="input"><ssc:{kind}/></ssd:Connector>' for n, kind in (inputs or {}).items()]
+    text.append("</ssd:Connectors>")
+    if parameters:
+        bound = parameter_set(parameters)
+        text.append(f"<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>")
+    text.append("<ssd:Elements>")
+    for component, fmu in components.items():
+        used = sorted({end.partition(".")[2] for pair in pairs for end in pair if end.partition(".")[0] == component})
+        rows = []
+        for variable in (variables[component][n] for n in used):
+            unit = f' unit="{variable.unit}"' if variable.unit else ""
+            rows.append(f'<ssd:Connector name="{variable.name}" kind="{variable.causality}"><ssc:{KINDS[variable.type]}{unit}/></ssd:Connector>')
+        connectors = "".join(rows)
+        text.append(f'<ssd:Component name="{component}" type="application/x-fmu-sharedlibrary" source="resources/{fmu}.fmu"><ssd:Connectors>{connectors}</ssd:Connectors></ssd:Component>')
+    text.append("</ssd:Elements><ssd:Connections>")
+    for start, end in pairs:
+        ends = [f'{side}Element="{c}" {side}Connector="{v}"' if c in components else f'{side}Connector="{whole}"'
+                for side, whole in (("start", start), ("end", end)) for c, _, v in [whole.partition(".")]]  # fmt: skip
+        text.append(f"<ssd:Connection {' '.join(ends)}/>")
+    text.append("</ssd:Connections></ssd:System></ssd:SystemStructureDescription>")
+    (folder / "SystemStructure.ssd").write_text("\n".join(text))
+    return folder
+
+
+def _expanded(connection: tuple[str, str], variables: Mapping) -> list[tuple[str, str]]:
+    start, end = connection
+    if not start.endswith("*"):
+        return [connection]
+    (one, stem), (other, _) = (side[:-1].split(".", 1) for side in connection)
+    common = [n for n, v in variables[one].items() if n.startswith(stem) and v.causality == "output"]
+    return [(f"{one}.{n}", f"{other}.{n}") for n in common if n in variables[other] and variables[other][n].causality == "input"]
+
+
+SENSORS = ("gyro.", "accel.", "mag.")
+
+
+def make_turntable(folder: Path) -> Path:
+    """Turntable -> ImuMagSensor -> Hrekf twice and Aligner; scenario files for gamma off everywhere and a long drift."""
+    filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "aligner": "Aligner"}
+    connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"{f}.{s}*") for f in filters for s in SENSORS)]
+    parameters = {f"{name}.sampling_mode": 1 for name in filters} | {"hekf.gamma_mode": 0, "hrekf.gamma_mode": 3}
+    make_system(folder, {"turntable": "Turntable", "sensor": "ImuMagSensor", **filters}, connections, parameters)
+    (folder / "scenario_gamma_off.ssv").write_text(parameter_set({"hrekf.gamma_mode": 0}))
+    return folder
