@@ -18,10 +18,9 @@ LEVEL = {"accel.force[3]": -9.81, "mag.field[1]": 2e-5, "mag.field[3]": 4.5e-5}
 
 SYSTEMS = {
     "filter": {"hekf", "hrekf"},
-    "aircraft_longitudinal": {"aircraft", "mdkf", "amdkf", "augmented"},
-    "aircraft_lateral": {"aircraft", "mdkf", "amdkf", "augmented"},
+    "aircraft": {f"{name}_{motion}" for name in ("aircraft", "mdkf", "amdkf", "augmented") for motion in ("longitudinal", "lateral")},
 }
-AIRCRAFT = ("longitudinal", "lateral")
+SEEDS = {"longitudinal": 1, "lateral": 2}  # as the system binds them
 
 
 def ssp(name: str) -> str:
@@ -63,26 +62,26 @@ def test_fmpy_runs_the_filters_of_attitude():
         assert result[column][-1] == pytest.approx(1, abs=1e-9)
 
 
-@pytest.mark.parametrize("axis", AIRCRAFT)
-def test_fmpy_runs_the_aircraft_and_its_three_filters_as_the_library_does(axis):
-    path = ssp(f"aircraft_{axis}")
+@pytest.mark.parametrize("motion", SEEDS)
+def test_fmpy_runs_the_aircraft_and_its_three_filters_as_the_library_does(motion):
+    path = ssp("aircraft")
     # 160 steps; fmpy adds up, and a stop at 16 s may come one step late.
     result = simulate_ssp(path, stop_time=15.95, step_size=0.1, parameter_set=bound_parameters(path))
-    aircraft = read_aircraft(models_folder() / f"f4c_{axis}.json")
-    plant = AircraftPlant(aircraft, seed=1)
+    aircraft = read_aircraft(models_folder() / f"f4c_{motion}.json")
+    plant = AircraftPlant(aircraft, seed=SEEDS[motion])
     flight = plant.run(161)
     # fmpy makes the first step before it connects anything: the filters begin with sample 1, and end with sample 159.
     seen = slice(1, 160)
     for form in ("mdkf", "amdkf", "augmented"):
         run = InsErrorFilter(plant.filter_model(), InsErrorOptions(form=form)).run(flight.u[seen], flight.z[seen])
         for i, channel in enumerate(aircraft.channels):
-            assert result[f"{form}.estimate.{channel.name}"][-1] == run.x[-1, i], (form, channel.name)
-        assert result[f"{form}.count.samples"][-1] == 159 and result[f"{form}.count.missed"][-1] == 0
-    np.testing.assert_array_equal([result[f"aircraft.truth.{c.name}"][-1] for c in aircraft.channels], flight.x[160])
+            assert result[f"{form}_{motion}.estimate.{channel.name}"][-1] == run.x[-1, i], (form, channel.name)
+        assert result[f"{form}_{motion}.count.samples"][-1] == 159 and result[f"{form}_{motion}.count.missed"][-1] == 0
+    np.testing.assert_array_equal([result[f"aircraft_{motion}.truth.{c.name}"][-1] for c in aircraft.channels], flight.x[160])
 
 
-@pytest.mark.parametrize("axis", AIRCRAFT)
-def test_ecos_runs_the_aircraft_and_its_filters(axis):
+@pytest.mark.parametrize("motion", SEEDS)
+def test_ecos_runs_the_aircraft_and_its_filters(motion):
     """Ecos cannot set enumerations: its filters stay augmented and sample by period."""
     try:
         ecospy = pytest.importorskip("ecospy", reason="ecospy is not installed", exc_type=ImportError)
@@ -90,13 +89,13 @@ def test_ecos_runs_the_aircraft_and_its_filters(axis):
         pytest.skip(f"ecospy cannot be loaded: {error}")
     if not shutil.which("unzip"):
         pytest.skip("ecospy needs the command unzip")
-    aircraft = read_aircraft(models_folder() / f"f4c_{axis}.json")
-    plant = AircraftPlant(aircraft, seed=1)
+    aircraft = read_aircraft(models_folder() / f"f4c_{motion}.json")
+    plant = AircraftPlant(aircraft, seed=SEEDS[motion])
     flight = plant.run(100)
     run = InsErrorFilter(plant.filter_model()).run(flight.u, flight.z)
-    with ecospy.EcosSimulation(ssp_path=ssp(f"aircraft_{axis}"), step_size=0.1) as simulation:
+    with ecospy.EcosSimulation(ssp_path=ssp("aircraft"), step_size=0.1) as simulation:
         simulation.init(parameter_set="parameters")
         simulation.step(100)
-        assert simulation.get_integer("augmented::count.samples") == 100
-        assert [simulation.get_real(f"augmented::estimate.{c.name}") for c in aircraft.channels] == run.x[-1].tolist()
+        assert simulation.get_integer(f"augmented_{motion}::count.samples") == 100
+        assert [simulation.get_real(f"augmented_{motion}::estimate.{c.name}") for c in aircraft.channels] == run.x[-1].tolist()
         simulation.terminate()

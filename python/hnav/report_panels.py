@@ -54,8 +54,8 @@ def panel(name: str, title: str, note: str, applies: Callable[[Run], bool]) -> C
 
 
 def panels_of(run: Run) -> list[Panel]:
-    """The panels that have something to draw, in the order of the page."""
-    return [p for p in PANELS if p.applies(run)]
+    """The panels that have something to draw, in the order of the page; what they cost comes last."""
+    return sorted((p for p in PANELS if p.applies(run)), key=lambda p: p.name == "timing")
 
 
 # --------------------------------------------------------------------------------------------- helpers

@@ -37,6 +37,8 @@ KIND_OF_TYPE = {
     "Real": "Real", "Float64": "Real", "Float32": "Real", "Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration", "Integer": "Integer",
     **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
 }  # fmt: skip
+# Far more than anyone counts runs, and a system of many plants stays within 32 bits.
+SEED_STRIDE = 1_000_000
 TYPE_OF_KIND = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 
@@ -142,12 +144,13 @@ class System:
                         self.components[component].parameters[parameter] = graded[name]
 
     def seed(self, seed: int) -> None:
-        """Sets the parameter `seed` of every component that has one."""
+        """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of the
+        system, so that no two plants draw the same noise."""
         seeded = [c for c in self.components.values() if "seed" in c.variables]
         if not seeded:
             raise HnavError(2, f"seed {seed}: no component of system {self.name} has a parameter seed")
-        for component in seeded:
-            self.apply([Parameter(f"{component.name}.seed", "", str(seed))], "seed")
+        for i, component in enumerate(seeded):
+            self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 
     def parameters(self) -> dict[str, object]:
         """All that is set, by component.parameter; the rest are the FMUs' own start values."""
