@@ -16,9 +16,9 @@ ORDER = ("turntable", "sensor")
 
 
 class ClosedLoop:
-    """Components of the turntable system, FMI 2, started with parameters named component.parameter."""
+    """Components of the turntable system, FMI 2, started with parameters named component.parameter; stack closes them."""
 
-    def __init__(self, parameters: Mapping[str, object], filters=("hekf", "hrekf", "aligner"), seed: int = 0, stack: ExitStack | None = None):
+    def __init__(self, stack: ExitStack, parameters: Mapping[str, object], filters=("hekf", "hrekf", "aligner"), seed: int = 0):
         self.filters = filters
         self.fmus = {name: stack.enter_context(Fmu(fmu_path(COMPONENTS[name], 2), name=name)) for name in (*ORDER, *filters)}
         for name in filters:
@@ -69,4 +69,4 @@ class ClosedLoop:
 
 def closed_run(parameters: Mapping[str, object], stop_s: float, outputs: Mapping[str, list[str]], step_s: float = 0.01, **options) -> dict[str, np.ndarray]:
     with ExitStack() as stack:
-        return ClosedLoop(parameters, stack=stack, **options).run(stop_s, outputs, step_s)
+        return ClosedLoop(stack, parameters, **options).run(stop_s, outputs, step_s)
