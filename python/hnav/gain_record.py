@@ -13,7 +13,7 @@ so one matrix exponential gives Phi exactly, and Van Loan's form of it the noise
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,8 @@ class Correction:
     turn: np.ndarray  # 7 x 7, from navigation axes of the predicted attitude to those of the corrected one
 
     norm: float  # of q + K nu, before the return to the unit sphere
+    q_minus: np.ndarray  # 4: the predicted attitude
+    turns: tuple[tuple[np.ndarray, float], ...]  # of the flow: rate in navigation axes (3, rad/s) and for how long (s)
 
     @cached_property
     def IKH(self) -> np.ndarray:
@@ -69,6 +71,10 @@ class GainRecord:
     def from_time(self, t_s: float) -> GainRecord:
         """Without the corrections before t_s."""
         return GainRecord(self.name, [c for c in self.corrections if c.t_s >= t_s], self.largest_difference)
+
+    def with_gain(self, factor: float) -> GainRecord:
+        """The same run with every K multiplied; the covariances stay, for they are no part of the certificate."""
+        return GainRecord(self.name, [replace(c, K=factor * c.K) for c in self.corrections], self.largest_difference)
 
 
 def left_multiplication(p: np.ndarray) -> np.ndarray:
@@ -105,6 +111,7 @@ class WatchedReference(ReferenceFilter):
 
     def forget_flow(self) -> None:
         self.flown_from, self.Phi, self.Q = self.q, np.eye(7), np.zeros((7, 7))
+        self.turns = []
 
     def flow(self, interval_s: float) -> None:
         o = self.options
@@ -115,6 +122,7 @@ class WatchedReference(ReferenceFilter):
         noise[:4, :4] = 0.25 * o.gyro_noise_rad_per_sqrt_s**2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
         noise[4:, 4:] = self.Q_b
         V = expm(np.block([[-F, noise], [np.zeros((7, 7)), F.T]]) * interval_s)
+        self.turns.append((C_bn(self.q).T @ u, interval_s))
         q_next = expm(Omega(u) * interval_s) @ self.q
         before, after = body_axes(self.q), body_axes(q_next)
         Phi = after @ V[7:, 7:].T @ before.T
@@ -152,7 +160,8 @@ class WatchedReference(ReferenceFilter):
         first, minus, plus = (navigation_axes(q) for q in (self.flown_from, self.q_minus, self.q))
         # The flow ends and the correction begins at the predicted attitude; the error after it is seen from the corrected one.
         return Correction(t_s, interval_s, minus @ self.Phi @ first.T, H6 @ minus.T, plus @ K6, R6,
-                          minus @ self.Q @ minus.T, plus @ self.P @ plus.T, plus @ minus.T, norm)  # fmt: skip
+                          minus @ self.Q @ minus.T, plus @ self.P @ plus.T, plus @ minus.T, norm, self.q_minus,
+                          tuple(self.turns))  # fmt: skip
 
 
 def unpack(upper: np.ndarray) -> np.ndarray:

@@ -33,8 +33,9 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 
 
 def product(a, b):
-    w, v, p, u = a[0], a[1:], b[0], b[1:]
-    return np.concatenate([[w * p - v @ u], w * u + p * v + np.cross(v, u)])
+    w, x, y, z = a
+    p, q, r, s = b
+    return np.array([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r, w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p])
 
 
 def Xi(q):
