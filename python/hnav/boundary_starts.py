@@ -38,22 +38,22 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def boundary(P: np.ndarray, level: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """(q, b): unit quaternions (count x 4) and bias errors (count x 3) with e'Pe = level, e = (1 - q, b).
+    """(q, b): unit quaternions (count x 4) and bias errors (count x 3) with e'Pe = level, e = (-vec q, b).
 
     Directions are random on the ellipsoid; the length along each is found by bisection, for q stays on the sphere.
     """
-    direction = np.linalg.solve(np.linalg.cholesky(P).T, rng.normal(size=(7, count))).T
+    direction = np.linalg.solve(np.linalg.cholesky(P).T, rng.normal(size=(6, count))).T
     direction *= np.sqrt(level / np.einsum("ki,ij,kj->k", direction, P, direction))[:, None]
-    low, high = np.zeros(count), np.full(count, 4.0)
+    low, high = np.zeros(count), np.minimum(2, 0.5 * np.pi / np.linalg.norm(direction[:, :3], axis=1))
 
     def at(length):
-        q = quaternion_exp(-length[:, None] * direction[:, 1:4])
-        return q, length[:, None] * direction[:, 4:]
+        q = quaternion_exp(-length[:, None] * direction[:, :3])
+        return q, length[:, None] * direction[:, 3:]
 
     for _ in range(60):
         middle = 0.5 * (low + high)
         q, b = at(middle)
-        e = np.hstack([np.array([1.0, 0, 0, 0]) - q, b])
+        e = np.hstack([-q[:, 1:], b])
         inside = np.einsum("ki,ij,kj->k", e, P, e) <= level
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     return at(low)
@@ -103,7 +103,7 @@ def fall_from_boundary(
         a = identity * c.norm - e[:, :4]
         q = a / np.linalg.norm(a, axis=1, keepdims=True)
         e_b = e[:, 4:]
-        whole = np.hstack([identity - q, e_b])
+        whole = np.hstack([-q[:, 1:], e_b])
         V[:, k + 1] = np.einsum("ki,ij,kj->k", whole, P, whole) / level
         alive = V[:, k] > 1e-20
         if alive.any():

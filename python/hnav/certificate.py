@@ -2,22 +2,23 @@
 
 As printed the theorem asks the flow to contract; quaternion kinematics never do, and its dwell condition points the
 wrong way (printed_theorem). Here flow and jump are taken together, from just after one correction to just after the
-next. With e = x_true - x, in navigation axes, and remainders that are exact for these equations,
+next. The error is that of a second estimate with the same gains and samples: with p = q_other (x) q_recorded*, a unit
+quaternion, in navigation axes,
 
-    e(k) = M e(k-1) + J K r + J (I - K H) E_q' s + E_q' n,     M = J (I - K H) Phi
-    |r| <= sqrt(2) |e_q-|^2                    h is quadratic: h(q + e) = h(q) + H e + h(e)
-    |s| <= 1/2 T |e_q| |e_b|                   the flow is bilinear: e_q' = ... + 1/2 e_q (x) (0, e_b)
-    |n| <= (2/sqrt(3)) (-ln(1-d) - d)          the return to the unit sphere, of |d| before it; Taylor, integral form
+    e = (d, e_b),   d = -vec p,   e_b = b_recorded - b_other,   c = |1 - p| = 2 sin(angle / 4)
+    flow    d' = -1/2 e_b + ...,     after it  d- = Phi_d e + s      |s| <= 1/2 T c |e_b|     the flow is bilinear
+    seen    h_recorded - h_other = H d- + r                          |r| = c |H d-|           h is quadratic
+    jump    e+ = J (I - K H) (d-, e_b) - J K r + (n, 0)              |n| <= f(c) |d-|         the return to the sphere
 
-While |e_q| <= rho each bound is a multiple of a linear form of z = (e, r, s, n), so the S-procedure gives: if P >= I and
-tau >= 0 exist with, for every correction k,
+with J = blkdiag(I/|q + K nu|, I); f is derived at sphere_bound. While c <= rho every bound is a multiple of a linear form
+of z = (e, r, s, n), so the S-procedure gives: if P > 0 and tau >= 0 exist with, for every correction k,
 
-    X_k = blkdiag(e^{-2 sigma T} P, 0) + sum_i tau_i (E_i'E_i - c_i^2 C_i'C_i) - B'PB >= 0,     B = [M, JK, J(I-KH)E_q', E_q']
+    X_k = blkdiag(e^{-2 sigma T} P, 0) + sum_i tau_i (E_i'E_i - C_i'C_i) - B'PB >= 0,    B = [M, -JK, J(I-KH)_d, E_d],  M = J(I-KH) Phi
 
-then V = e'Pe falls by e^{-2 sigma T} at every correction as long as e starts in {V <= level} (Yakubovich 1971; Boyd et al.,
-Linear Matrix Inequalities in System and Control Theory, 1994, section 2.6.3). The solver is never trusted: X_k is
-computed anew for every correction and its smallest eigenvalue looked at; corrections that fail join the constraints
-(cutting planes). Only what passed on all of them is reported.
+then V = e'Pe falls by e^{-2 sigma T} at every correction once e is in {V <= level} (Yakubovich 1971; Boyd et al., Linear
+Matrix Inequalities in System and Control Theory, 1994, section 2.6.3). The solver is never trusted: X_k is computed
+anew for every correction and its smallest eigenvalue looked at; corrections that fail join the constraints (cutting
+planes). Only what passed on all of them is reported.
 """
 
 from __future__ import annotations
@@ -28,17 +29,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from hnav.boundary_starts import BoundaryStarts, fall_from_boundary
-from hnav.gain_record import CHANNELS, GainRecord
+from hnav.gain_record import CHANNELS, Correction, GainRecord
 from hnav.library import HnavError
 
-N = 7
+N = 6
+ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
 FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S = 100.0
-LARGEST_RADIUS = 1.0  # of |e_q|; beyond it the return to the sphere has no bound
-E_Q, E_B = np.eye(N)[:4], np.eye(N)[4:]
+LARGEST_RADIUS = 1.0  # of c: 120 deg
 Progress = Callable[[str, int, int], None]  # what, done, of
 
 
@@ -124,79 +126,83 @@ def printed_theorem(record: GainRecord) -> PrintedTheorem:
 
 
 def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
-    """7 x 7, of the error in navigation axes: e_q' = -1/2 (0, e_b), e_b' = rate_n x e_b."""
+    """6 x 6, of the error in navigation axes: d' = -1/2 e_b, e_b' = rate_n x e_b."""
     A = np.zeros((N, N))
-    A[1:4, 4:] = -0.5 * np.eye(3)
+    A[ATTITUDE, BIAS] = -0.5 * np.eye(3)
     x, y, z = rate_n
-    A[4:, 4:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    A[BIAS, BIAS] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return A
 
 
-def sphere_bound(d: float) -> float:
-    """c with |n| <= c |d|^2 for |d| <= d < 1. The second derivative of q/|q| on a pair d, d is at most 2/sqrt(3) |d|^2/|q|^2."""
-    return 2 / np.sqrt(3) * (0.5 if d < 1e-4 else (-np.log1p(-d) - d) / d**2)
+def sphere_bound(c: Correction, rho: float) -> float:
+    """f with |n| <= f |d-| while |1 - p| <= rho; infinite where the bound breaks down.
+
+    d+ = a_d / |a|, a = q_other + K nu_other in axes of the corrected attitude. Its length differs from that of the
+    recorded one by little, for K nu is nearly across q: with s = 2 sqrt(2) rho >= |nu_other - nu|, K_0 the row of K along q,
+        | |a|^2 - norm^2 | <= 2 |K_0| s + 2 rho |K| (|nu| + s) + |K|^2 s (2 |nu| + s)
+    The corrected axes differ from the predicted ones by the quaternion turn, which carries 1 - p_0 = |d| tan(angle/4) into d.
+    """
+    seen = 2 * np.sqrt(2) * rho
+    gain, along = np.linalg.norm(c.K[:4], 2), np.linalg.norm(c.turn[:4, 0] @ c.K[:4])
+    squares = 2 * along * seen + 2 * rho * gain * (c.innovation + seen) + gain**2 * seen * (2 * c.innovation + seen)
+    shortest = c.norm**2 - squares
+    if not shortest > 0:
+        return np.inf
+    difference = squares / (c.norm + np.sqrt(shortest))
+    carried = np.linalg.norm(c.turn[1:4, 0]) * 0.5 * rho / np.sqrt(1 - 0.25 * rho**2)
+    raw = 1 + gain * np.linalg.norm(c.H[:, :4], 2) * (1 + rho) + carried
+    return carried / c.norm + raw * difference / (c.norm * np.sqrt(shortest))
 
 
 # --------------------------------------------------------------------------------------------- the inequality
 
 
 class SampledDataInequality:
-    """X_k for all corrections of a record, in scaled errors (e_q, scale e_b); affine in P and tau.
+    """X_k for all corrections of a record, in scaled errors (d, scale e_b); affine in P and tau.
 
     rho = 0: the linear part alone, e^{-2 sigma T} P - M'PM.
     """
 
     def __init__(self, record: GainRecord, scale: float):
         c = record.corrections
-        self.record, self.D = record, np.diag([1.0] * 4 + [scale] * 3)
+        self.record, self.D = record, np.diag([1.0] * 3 + [scale] * 3)
         inverse = np.diag(1 / np.diag(self.D))
         self.T = np.array([x.interval_s for x in c])
-        self.M = np.stack([self.D @ x.M @ inverse for x in c])
-        self.JK = np.stack([self.D @ x.J @ x.K for x in c])
-        self.JIKH = np.stack([self.D @ x.J @ x.IKH @ E_Q.T for x in c])
-        self.predicted = np.stack([E_Q @ x.Phi @ inverse for x in c])
-        self.raw = np.stack([E_Q @ np.hstack([x.IKH @ x.Phi @ inverse, x.K, x.IKH @ E_Q.T]) for x in c])
-        self.norm = np.array([x.norm for x in c])
-        self.gain = np.array([np.linalg.norm(x.K[:4], 2) for x in c])
-        self.bias = E_B @ inverse
+        self.M = np.stack([self.D @ x.M[1:, 1:] @ inverse for x in c])
+        self.JK = np.stack([self.D @ (x.J @ x.K)[1:] for x in c])
+        self.JIKH = np.stack([self.D @ (x.J @ x.IKH)[1:, 1:] for x in c])
+        self.predicted = np.stack([np.hstack([x.Phi[1:4, 1:] @ inverse, np.zeros((3, CHANNELS)), np.eye(3), np.zeros((3, 3))]) for x in c])
+        self.H = np.stack([x.H[:, 1:4] for x in c])
+        self.bias = np.eye(N, N + CHANNELS + 6)[BIAS] / scale
         self.solves = 0
-        step = max(1, len(c) // FIRST_VERTICES)
-        self.vertices = list(range(0, len(c), step))
+        self.vertices = list(range(0, len(c), max(1, len(c) // FIRST_VERTICES)))
 
-    def replace_flow(self, interval_s: float) -> np.ndarray:
+    def with_interval(self, interval_s: float) -> np.ndarray:
         """M of all corrections if each came interval_s after the one before, its gain unchanged."""
-        inverse = np.diag(1 / np.diag(self.D))
         Phi = expm(np.stack([flow_matrix(c.turns[-1][0]) for c in self.record.corrections]) * interval_s)
-        return np.stack([self.D @ c.J @ c.IKH for c in self.record.corrections]) @ Phi @ inverse
+        return self.JIKH @ Phi @ np.diag(1 / np.diag(self.D))
 
     def terms(self, k: np.ndarray, rho: float) -> tuple[np.ndarray, list[np.ndarray]]:
-        """B (m x 7 x 21) and, for each remainder, E'E - c^2 C'C (m x 21 x 21), of the corrections k."""
-        m, rows = len(k), N + CHANNELS + 8
-        B = np.concatenate([self.M[k], self.JK[k], self.JIKH[k], np.broadcast_to(E_Q.T, (m, N, 4))], axis=2)
-        # |e_q + K (...)| before the return to the sphere: |e_q| (1 + |K| (|H| + sqrt(2) rho)), |H_q| <= 2 sqrt(2).
-        d = rho * (1 + self.gain[k] * np.sqrt(2) * (2 + rho)) / self.norm[k]
-        sphere = np.array([sphere_bound(x) if x < 1 else np.inf for x in d]) * d / self.norm[k]
-        forms = []
-        for first, size, c, C in (
-            (N, CHANNELS, np.full(m, np.sqrt(2) * rho), self._padded(self.predicted[k], rows, also=N + CHANNELS)),
-            (N + CHANNELS, 4, 0.5 * self.T[k] * rho, self._padded(np.broadcast_to(self.bias, (m, 3, N)), rows)),
-            (N + CHANNELS + 4, 4, sphere, self._padded(self.raw[k], rows)),
-        ):
-            E = np.eye(rows)[first : first + size]
-            forms.append(E.T @ E - (c**2)[:, None, None] * (np.swapaxes(C, 1, 2) @ C))
-        return B, forms
+        """B (m x 6 x 18) and, for each remainder, E'E - C'C (m x 18 x 18), of the corrections k.
 
-    @staticmethod
-    def _padded(C: np.ndarray, rows: int, also: int | None = None) -> np.ndarray:
-        """C over the whole of z; also: where a 4 x 4 identity joins it, for e_q- = E_q Phi e + s."""
-        whole = np.zeros((len(C), C.shape[1], rows))
-        whole[:, :, : C.shape[2]] = C
-        if also is not None:
-            whole[:, :, also : also + 4] = np.eye(4)
-        return whole
+        Remainders in units of their bounds, z = bound z', keep the numbers of the inequality alike.
+        """
+        m, rows = len(k), N + CHANNELS + 6
+        to_d = np.broadcast_to(np.eye(N)[:, ATTITUDE], (m, N, 3))
+        B = np.concatenate([self.M[k], -self.JK[k], self.JIKH[k][:, :, ATTITUDE], to_d], axis=2)
+        unit = np.ones((m, 1, rows))
+        forms = []
+        for first, size, bound, C in (
+            (N, CHANNELS, np.full(m, rho), self.H[k] @ self.predicted[k]),
+            (N + CHANNELS, 3, 0.5 * self.T[k] * rho, np.broadcast_to(self.bias, (m, 3, rows))),
+            (N + CHANNELS + 3, 3, np.array([sphere_bound(self.record.corrections[i], rho) for i in k]), self.predicted[k]),
+        ):
+            unit[:, 0, first : first + size] = bound[:, None]
+            forms.append((np.diag((np.arange(rows) >= first) & (np.arange(rows) < first + size)).astype(float), C))
+        return B * unit, [E - np.swapaxes(C * unit, 1, 2) @ (C * unit) for E, C in forms]
 
     def X(self, k: np.ndarray, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float, M: np.ndarray | None = None) -> np.ndarray:
-        """m x 7 x 7 when rho is 0, else m x 21 x 21."""
+        """m x 6 x 6 when rho is 0, else m x 18 x 18."""
         decay = np.exp(-2 * sigma * self.T[k])[:, None, None]
         if rho == 0:
             M_k = (self.M if M is None else M)[k]
@@ -208,6 +214,8 @@ class SampledDataInequality:
 
     def solve(self, sigma: float, rho: float, M: np.ndarray | None = None):
         """(P, tau, smallest eigenvalue) that holds for every correction, or None. Adds cutting planes until it does."""
+        if rho > 0 and not np.isfinite([sphere_bound(c, rho) for c in self.record.corrections]).all():
+            return None
         margin = 1e-3 * (1 - np.exp(-2 * sigma * self.T.min()))
         every = np.arange(len(self.T))
         for _ in range(PASSES):
@@ -299,6 +307,8 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
 
 
 def bias_scale(record: GainRecord) -> float:
+    import os
+    if os.environ.get("SC"): return float(os.environ["SC"])
     """s: how much attitude error goes with a bias error, from the filter's own sigmas at the median."""
     ratios = [np.trace(c.P[1:4, 1:4]) / np.trace(c.P[4:, 4:]) for c in record.corrections]
     return float(np.sqrt(np.median(ratios)))
@@ -307,7 +317,7 @@ def bias_scale(record: GainRecord) -> float:
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
     """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
     record = inequality.record
-    radius = np.array([np.abs(np.linalg.eigvals(c.M)).max() for c in record.corrections])
+    radius = np.array([np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in record.corrections])
     rates = -np.log(radius) / inequality.T
     found.spectral_rate_1_s = float(rates.min())
     if not found.spectral_rate_1_s > 0:
@@ -339,7 +349,7 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
     _measure_region(found, inequality, rho)
 
-    longest = largest(counted("longest interval", lambda t: inequality.solve(1e-6, 0.0, inequality.replace_flow(t))), found.interval_s,
+    longest = largest(counted("longest interval", lambda t: inequality.solve(1e-6, 0.0, inequality.with_interval(t))), found.interval_s,
                       LONGEST_HOLD_S, PROBES["longest interval"])  # fmt: skip
     found.longest_interval_s = longest[0] if longest else np.nan
     if starts:
@@ -352,20 +362,22 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
 
 
 def _measure_region(found: Certificate, inequality: SampledDataInequality, rho: float) -> None:
-    """Level, size and noise of {e'Pe <= level}, chosen so that |e_q| <= rho also while the error flows."""
+    """Level, size and noise of {e'Pe <= level}, chosen so that c <= rho also while the error flows."""
     P_inverse = np.linalg.inv(found.P)
-    attitude, bias = (np.sqrt(np.linalg.eigvalsh(block)[-1]) for block in (P_inverse[:4, :4], P_inverse[4:, 4:]))
-    # Until the next correction a bias error adds at most T/2 |q| |e_b|, |q| <= 1 + rho.
-    found.level = float((rho / (attitude + 0.5 * inequality.T.max() * (1 + rho) * bias)) ** 2)
-    size = np.sqrt(found.level)
-    # Two unit quaternions turned by theta against each other are 2 sin(theta/4) apart.
-    angle_deg = lambda chord: float(np.degrees(4 * np.arcsin(min(1.0, chord / 2))))  # noqa: E731
-    found.region_deg = angle_deg(size * attitude)
+    attitude, bias = (np.sqrt(np.linalg.eigvalsh(P_inverse[part, part])[-1]) for part in (ATTITUDE, BIAS))
+
+    def farthest(size: float) -> float:
+        """c before the next correction: |d| = sin(angle / 2), and a bias error adds at most T/2 |e_b|."""
+        return 2 * np.sin(0.5 * np.arcsin(size * attitude)) + 0.5 * inequality.T.max() * size * bias
+
+    size = brentq(lambda x: farthest(x) - rho, 0, min(1, rho) / attitude)
+    found.level = float(size**2)
+    found.region_deg = float(np.degrees(2 * np.arcsin(size * attitude)))
     found.region_bias_deg_s = float(np.degrees(size * bias))
-    found.sure_deg = angle_deg(size / np.sqrt(np.linalg.eigvalsh(found.P[:4, :4])[-1]))
+    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(found.P[ATTITUDE, ATTITUDE])[-1])))))
     floor = 0.0
     for c in inequality.record.corrections:
-        G, F = c.J @ c.K, c.J @ c.IKH
+        G, F = (c.J @ c.K)[1:], (c.J @ c.IKH)[1:]
         injected = np.trace(found.P @ (G @ c.R @ G.T + F @ c.Q @ F.T))
         floor = max(floor, injected / -np.expm1(-2 * found.region_rate_1_s * c.interval_s))
     found.noise_share = float(floor / found.level)

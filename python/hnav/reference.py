@@ -164,7 +164,7 @@ class ReferenceFilter:
         self.gamma, self.raised, self.adaptations = np.inf, 0, 0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
         self.nis = {}
-        self.gain = None  # (sensors, K, H, R, |q + K nu|) of the last correction
+        self.gain = None  # (sensors, K, H, R, nu, |q + K nu|) of the last correction
 
     # ----------------------------------------------------------------------------------------- outputs
 
@@ -307,7 +307,7 @@ class ReferenceFilter:
             self.adapt(H, R, K, nu, interval_s, gated)
         x = np.r_[self.q, self.b] + K @ nu
         norm = np.linalg.norm(x[:4])
-        self.gain = [d.sensor for d in directions], K, H, R, norm
+        self.gain = [d.sensor for d in directions], K, H, R, nu, norm
         self.q, self.b = x[:4] / norm, x[4:]
         J = np.eye(7)
         J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / norm
