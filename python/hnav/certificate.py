@@ -24,6 +24,7 @@ planes). Only what passed on all of them is reported.
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -38,6 +39,7 @@ from hnav.library import HnavError
 N = 6
 ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
 FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
+LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S = 100.0
 LARGEST_RADIUS = 1.0  # of c: 120 deg
@@ -195,7 +197,7 @@ class SampledDataInequality:
         for first, size, bound, C in (
             (N, CHANNELS, np.full(m, rho), self.H[k] @ self.predicted[k]),
             (N + CHANNELS, 3, 0.5 * self.T[k] * rho, np.broadcast_to(self.bias, (m, 3, rows))),
-            (N + CHANNELS + 3, 3, np.array([sphere_bound(self.record.corrections[i], rho) for i in k]), self.predicted[k]),
+            (N + CHANNELS + 3, 3, self.sphere[k], self.predicted[k]),
         ):
             unit[:, 0, first : first + size] = bound[:, None]
             forms.append((np.diag((np.arange(rows) >= first) & (np.arange(rows) < first + size)).astype(float), C))
@@ -203,20 +205,23 @@ class SampledDataInequality:
 
     def X(self, k: np.ndarray, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float, M: np.ndarray | None = None) -> np.ndarray:
         """m x 6 x 6 when rho is 0, else m x 18 x 18."""
-        decay = np.exp(-2 * sigma * self.T[k])[:, None, None]
         if rho == 0:
-            M_k = (self.M if M is None else M)[k]
-            return decay * P - np.swapaxes(M_k, 1, 2) @ P @ M_k
+            return self._part_of_P(k, P, sigma, (self.M if M is None else M)[k])
         B, forms = self.terms(k, rho)
-        X = -np.swapaxes(B, 1, 2) @ P @ B + sum(t * F for t, F in zip(tau, forms))
-        X[:, :N, :N] += decay * P
+        return self._part_of_P(k, P, sigma, B) + sum(t * F for t, F in zip(tau, forms))
+
+    def _part_of_P(self, k: np.ndarray, P: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
+        X = -np.swapaxes(B, 1, 2) @ P @ B
+        X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * P
         return X
 
     def solve(self, sigma: float, rho: float, M: np.ndarray | None = None):
         """(P, tau, smallest eigenvalue) that holds for every correction, or None. Adds cutting planes until it does."""
-        if rho > 0 and not np.isfinite([sphere_bound(c, rho) for c in self.record.corrections]).all():
-            return None
-        margin = 1e-3 * (1 - np.exp(-2 * sigma * self.T.min()))
+        if rho > 0:
+            self.sphere = np.array([sphere_bound(c, rho) for c in self.record.corrections])
+            if not np.isfinite(self.sphere).all():
+                return None
+        margin = max(LEAST_MARGIN, 1e-3 * (1 - np.exp(-2 * sigma * self.T.min())))
         every = np.arange(len(self.T))
         for _ in range(PASSES):
             found = self._solve_at_vertices(sigma, rho, M, margin)
@@ -238,15 +243,12 @@ class SampledDataInequality:
         import cvxpy as cp
 
         self.solves += 1
-        upper = np.triu_indices(N)
-        basis = np.zeros((len(upper[0]), N, N))
-        basis[np.arange(len(upper[0])), upper[0], upper[1]] = basis[np.arange(len(upper[0])), upper[1], upper[0]] = 1
-        p, tau = cp.Variable(len(basis)), cp.Variable(3, nonneg=True)
         k = np.array(self.vertices)
-        none = np.zeros(3)
-        columns = [self.X(k, b, none, sigma, rho, M) for b in basis]
-        if rho > 0:
-            columns += self.terms(k, rho)[1]
+        B, forms = ((self.M if M is None else M)[k], []) if rho == 0 else self.terms(k, rho)
+        basis = np.array([np.eye(1, N * N, i * N + j).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
+        basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
+        p, tau = cp.Variable(len(basis)), cp.Variable(3, nonneg=True)
+        columns = [self._part_of_P(k, b, sigma, B) for b in basis] + forms
         F = np.stack(columns, axis=-1)  # vertices x rows x rows x unknowns
         unknowns = cp.hstack([p, tau]) if rho > 0 else p
         rows = F.shape[1]
@@ -254,7 +256,10 @@ class SampledDataInequality:
         constraints += [cp.reshape(f.reshape(rows * rows, -1) @ unknowns, (rows, rows), order="C") - margin * np.eye(rows) >> 0 for f in F]
         problem = cp.Problem(cp.Minimize(np.einsum("bii->b", basis) @ p), constraints)
         try:
-            problem.solve(solver=cp.CLARABEL)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
+                # The smallest trace is wanted roughly, the constraints well.
+                problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8)
         except cp.SolverError:
             return None
         if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
@@ -307,8 +312,6 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
 
 
 def bias_scale(record: GainRecord) -> float:
-    import os
-    if os.environ.get("SC"): return float(os.environ["SC"])
     """s: how much attitude error goes with a bias error, from the filter's own sigmas at the median."""
     ratios = [np.trace(c.P[1:4, 1:4]) / np.trace(c.P[4:, 4:]) for c in record.corrections]
     return float(np.sqrt(np.median(ratios)))
@@ -349,7 +352,7 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
     _measure_region(found, inequality, rho)
 
-    longest = largest(counted("longest interval", lambda t: inequality.solve(1e-6, 0.0, inequality.with_interval(t))), found.interval_s,
+    longest = largest(counted("longest interval", lambda t: inequality.solve(0.0, 0.0, inequality.with_interval(t))), found.interval_s,
                       LONGEST_HOLD_S, PROBES["longest interval"])  # fmt: skip
     found.longest_interval_s = longest[0] if longest else np.nan
     if starts:
