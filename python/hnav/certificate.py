@@ -144,9 +144,9 @@ def sphere_bound(c: Correction, rho: float) -> float:
         | |a|^2 - norm^2 | <= 2 |K_0| s + 2 rho |K| (|nu| + s) + |K|^2 s (2 |nu| + s)
     The corrected axes differ from the predicted ones by the quaternion turn, which carries 1 - p_0 = |d| tan(angle/4) into d.
     """
-    seen = 2 * np.sqrt(2) * rho
+    seen, innovation = 2 * np.sqrt(2) * rho, np.linalg.norm(c.nu)
     gain, along = np.linalg.norm(c.K[:4], 2), np.linalg.norm(c.turn[:4, 0] @ c.K[:4])
-    squares = 2 * along * seen + 2 * rho * gain * (c.innovation + seen) + gain**2 * seen * (2 * c.innovation + seen)
+    squares = 2 * along * seen + 2 * rho * gain * (innovation + seen) + gain**2 * seen * (2 * innovation + seen)
     shortest = c.norm**2 - squares
     if not shortest > 0:
         return np.inf
@@ -302,6 +302,7 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
     found = Certificate(record.name, len(T), float(np.median(T)), record.largest_difference)
     found.t_s = np.array([c.t_s for c in record.corrections])
     found.free_rate_1_s = free_rates(record)
+    found.gamma_squared = min(c.gamma for c in record.corrections) ** 2
     found.printed = printed_theorem(record)
     inequality = SampledDataInequality(record, bias_scale(record))
     found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)

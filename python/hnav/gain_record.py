@@ -43,8 +43,11 @@ class Correction:
     turn: np.ndarray  # 7 x 7, from navigation axes of the predicted attitude to those of the corrected one
 
     norm: float  # of q + K nu, before the return to the unit sphere
-    innovation: float  # |nu|
+    nu: np.ndarray  # 6: innovation
     q_minus: np.ndarray  # 4: the predicted attitude
+    q: np.ndarray  # 4: the corrected one
+    b: np.ndarray  # 3, rad/s: the corrected bias
+    gamma: float  # of the robust law; infinite when off
     turns: tuple[tuple[np.ndarray, float], ...]  # of the flow: rate in navigation axes (3, rad/s) and for how long (s)
 
     @cached_property
@@ -156,13 +159,13 @@ class WatchedReference(ReferenceFilter):
         """The record of the last correction, in navigation axes."""
         sensors, K, H, R, nu, norm = self.gain
         rows = np.concatenate([np.arange(3) + 3 * ("accel", "mag").index(sensor) for sensor in sensors])
-        K6, H6, R6 = np.zeros((7, CHANNELS)), np.zeros((CHANNELS, 7)), np.zeros((CHANNELS, CHANNELS))
-        K6[:, rows], H6[rows], R6[np.ix_(rows, rows)] = K, H, R
+        K6, H6, R6, nu6 = np.zeros((7, CHANNELS)), np.zeros((CHANNELS, 7)), np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
+        K6[:, rows], H6[rows], R6[np.ix_(rows, rows)], nu6[rows] = K, H, R, nu
         first, minus, plus = (navigation_axes(q) for q in (self.flown_from, self.q_minus, self.q))
         # The flow ends and the correction begins at the predicted attitude; the error after it is seen from the corrected one.
         return Correction(t_s, interval_s, minus @ self.Phi @ first.T, H6 @ minus.T, plus @ K6, R6,
-                          minus @ self.Q @ minus.T, plus @ self.P @ plus.T, plus @ minus.T, norm, float(np.linalg.norm(nu)), self.q_minus,
-                          tuple(self.turns))  # fmt: skip
+                          minus @ self.Q @ minus.T, plus @ self.P @ plus.T, plus @ minus.T, norm, nu6, self.q_minus,
+                          self.q, self.b, float(self.gamma), tuple(self.turns))  # fmt: skip
 
 
 def unpack(upper: np.ndarray) -> np.ndarray:

@@ -15,11 +15,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.recordings import Recording
+from hnav.rotations import quaternion_product
 
 INTERVAL_S = 0.01
 GRAVITY_M_S2 = 9.80665
 FIELD_TESLA = 5e-5
 DIP_RAD = np.radians(54.0)
+ENU_FROM_NED = np.array([0, np.sqrt(0.5), np.sqrt(0.5), 0])
+
+
+@dataclass(frozen=True)
+class Experiment:
+    recording: Recording
+    settings: dict[str, str]  # options that tell a filter the start, wrong by the start errors, and the field
+    q_nb: np.ndarray  # n x 4: the truth, north-east-down
+    gyro_bias_rad_s: np.ndarray  # 3: the truth
 
 
 @dataclass(frozen=True)
@@ -43,8 +53,8 @@ class Turntable:
         turn = 2 * np.pi * (t_s[:, None] + window) / self.period_s
         return np.radians(self.amplitude_deg) * (2 / np.pi * np.arcsin(np.sin(turn))).mean(axis=1)
 
-    def recording(self, duration_s: float, seed: int) -> tuple[Recording, dict[str, str]]:
-        """Samples every 10 ms, and the options that tell a filter the start (wrong by the start errors) and the field."""
+    def run(self, duration_s: float, seed: int) -> Experiment:
+        """Samples every 10 ms from 0 to duration_s."""
         rng = np.random.default_rng(seed)
         n = int(round(duration_s / INTERVAL_S)) + 1
         t_s = np.arange(n) * INTERVAL_S
@@ -68,4 +78,6 @@ class Turntable:
             "reference_strength_tesla": f"{FIELD_TESLA:.17g}",
             "reference_dip_rad": f"{DIP_RAD:.17g}",
         }
-        return Recording(f"turntable, seed {seed}", t_s, rate, GRAVITY_M_S2 * force, FIELD_TESLA * field, q_nb), settings
+        q_enu = quaternion_product(ENU_FROM_NED, q_nb)
+        recording = Recording(f"turntable, seed {seed}", t_s, rate, GRAVITY_M_S2 * force, FIELD_TESLA * field, q_enu)
+        return Experiment(recording, settings, q_nb, bias)
