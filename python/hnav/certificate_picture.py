@@ -12,7 +12,7 @@ LEAST_SHOWN = 1e-8  # of the level
 
 
 def draw_certificate(found: Certificate) -> Figure:
-    """Above: V over the level of its region (1), log scale; below: rates in 1/s, log scale; time in s."""
+    """Above: V over the level of its region (1), log scale; below: rates in 1/s; time in s."""
     with styled():
         picture = figure(1100, 760)
         upper, lower = picture.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -37,7 +37,7 @@ def draw_certificate(found: Certificate) -> Figure:
         lower.plot(found.t_s[1:], found.free_rate_1_s, color=BLUE, lw=0.9, label="e'P⁻¹e with the filter's own P, correction by correction")
         if np.isfinite(found.rate_1_s):
             lower.axhline(found.rate_1_s, color=VERMILION, ls="--", label=f"one P for all: {found.rate_1_s:.3g} 1/s")
-        lower.set_yscale("log")
+        lower.set_ylim(bottom=0)
         lower.set_ylabel("decay rate / (1/s)")
         lower.set_xlabel("time / s")
         legend_above(lower)
