@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hnav import Options
 from hnav.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
-from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, printed_theorem, sphere_bound
+from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, largest_below, printed_theorem, sphere_bound
 from hnav.certify_run import read_results
 from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.library import HnavError
@@ -179,6 +179,8 @@ def test_an_inequality_that_holds_holds_for_every_correction(record):
 def test_bisection_finds_the_edge():
     assert largest(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 20)[0] == pytest.approx(0.3, rel=1e-4)
     assert largest(lambda x: None, 1e-3, 1.0, 5) is None
+    assert largest_below(lambda x: x if x < 0.03 else None, 1.0, 1e-4, 12)[0] == pytest.approx(0.03, rel=1e-3)
+    assert largest_below(lambda x: None, 1.0, 1e-4, 5) is None
 
 
 # --------------------------------------------------------------------------------------------- experiment and command

@@ -42,7 +42,7 @@ FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
 LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S = 100.0
-LARGEST_RADIUS = 1.0  # of c: 120 deg
+LARGEST_RADIUS, LEAST_RADIUS = 1.0, 1e-4  # of c: 120 and 0.01 deg
 Progress = Callable[[str, int, int], None]  # what, done, of
 
 
@@ -267,9 +267,8 @@ class SampledDataInequality:
         return np.tensordot(p.value, basis, 1), np.zeros(3) if rho == 0 else np.maximum(tau.value, 0)
 
 
-def largest(holds: Callable[[float], object | None], low: float, high: float, probes: int, geometric: bool = True):
-    """(value, what holds answered there): the largest for which it answers, by bisection; None if it never does."""
-    best = None
+def largest(holds: Callable[[float], object | None], low: float, high: float, probes: int, geometric: bool = True, best=None):
+    """(value, what holds answered there): the largest for which it answers, by bisection; best if it never does."""
     for _ in range(probes):
         middle = np.sqrt(low * high) if geometric else 0.5 * (low + high)
         answer = holds(middle)
@@ -282,7 +281,7 @@ def largest(holds: Callable[[float], object | None], low: float, high: float, pr
 
 # --------------------------------------------------------------------------------------------- the certificate
 
-PROBES = {"decay rate": 10, "region": 9, "longest interval": 10}
+PROBES = {"decay rate": 8, "region": 7, "longest interval": 9}  # of the region more when it is small
 
 
 def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
@@ -318,6 +317,16 @@ def bias_scale(record: GainRecord) -> float:
     return float(np.sqrt(np.median(ratios)))
 
 
+def largest_below(holds: Callable[[float], object | None], high: float, least: float, probes: int):
+    """As largest, between the halves of high: what holds is mostly found in few probes, and the dear ones are those that fail."""
+    while high > least:
+        answer = holds(high / 2)
+        if answer is not None:
+            return largest(holds, high / 2, high, probes, best=(high / 2, answer))
+        high /= 2
+    return None
+
+
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
     """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
     record = inequality.record
@@ -334,7 +343,7 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
         def probe(value: float):
             answer = holds(value)
             done[0] += 1
-            progress(stage, done[0], PROBES[stage])
+            progress(stage, min(done[0], PROBES[stage]), PROBES[stage])
             return answer
 
         return probe
@@ -346,7 +355,7 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     found.rate_1_s = rate[0]
 
     sigma = found.region_rate_1_s = SHARE_OF_RATE * found.rate_1_s
-    region = largest(counted("region", lambda rho: inequality.solve(sigma, rho)), 1e-4, LARGEST_RADIUS, PROBES["region"])
+    region = largest_below(counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
     if region is None:
         return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
     rho, (P, tau, found.smallest_eigenvalue) = region

@@ -90,7 +90,7 @@ def write_certificate(path: Path, found: Certificate) -> None:
 
 
 def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
-    """(figure, value, meaning) for tables and reports; figures that were not reached show a dash."""
+    """(figure, value, meaning) for tables and reports, without the figures that were not reached."""
 
     def number(value: float, unit: str = "", digits: int = 3) -> str:
         return "-" if not np.isfinite(value) else f"{value:.{digits}g}{unit}"
@@ -98,7 +98,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
     printed, starts = found.printed, found.starts
     free = found.free_rate_1_s
     bound = number(found.gamma_squared) if np.isfinite(found.gamma_squared) else "infinite, gamma is off"
-    return [
+    rows = [
         ("corrections", f"{found.corrections}", f"every {1e3 * found.interval_s:.4g} ms; library and reference agree to {found.largest_difference:.0e}"),
         ("decay rate", number(found.rate_1_s, " 1/s"), f"one P for all corrections; the slowest single one allows {number(found.spectral_rate_1_s)}"),
         ("region", number(found.region_deg, " deg"), f"largest attitude error inside; all below {number(found.sure_deg)} deg are, without bias error"),
@@ -111,6 +111,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
         ("theorem as printed", "holds" if printed.holds else "fails", f"d > 0 never; d < 0 needs a flow that contracts by {printed.needed_flow_rate_1_s:.3g} 1/s, it has {printed.flow_rate_1_s:.3g}"),
         ("search", f"{found.seconds:.1f} s", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
     ]  # fmt: skip
+    return [row for row in rows if row[1] != "-"]
 
 
 def print_certificate(found: Certificate, console: Console) -> None:
