@@ -37,7 +37,7 @@ def draw_certificate(found: Certificate) -> Figure:
         lower.plot(found.t_s[1:], found.free_rate_1_s, color=BLUE, lw=0.9, label="e'P⁻¹e with the filter's own P, correction by correction")
         if np.isfinite(found.rate_1_s):
             lower.axhline(found.rate_1_s, color=VERMILION, ls="--", label=f"one P for all: {found.rate_1_s:.3g} 1/s")
-        lower.set_ylim(bottom=0)
+        lower.set_ylim(0, 1.1 * np.nanmax([found.rate_1_s, *found.free_rate_1_s]))
         lower.set_ylabel("decay rate / (1/s)")
         lower.set_xlabel("time / s")
         legend_above(lower)
