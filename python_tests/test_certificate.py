@@ -9,7 +9,7 @@ import pytest
 from hnav import Options
 from hnav.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
 from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, largest_below, printed_theorem, sphere_bound
-from hnav.certify_run import read_results
+from hnav.certify_run import attenuation_of, read_results
 from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.library import HnavError
 from hnav.recordings import RecordingError
@@ -184,6 +184,13 @@ def test_bisection_finds_the_edge():
 
 
 # --------------------------------------------------------------------------------------------- experiment and command
+
+
+def test_the_attenuation_of_the_robust_law_stays_below_gamma_squared(turntable):
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_relative_rate_1_s=10.5)
+    robust = record_gains(turntable.recording, options)
+    ratio = attenuation_of(robust, turntable, options)
+    assert 0 < ratio < max(c.gamma for c in robust.corrections) ** 2
 
 
 def test_the_turntable_integrates_to_its_own_attitude():

@@ -87,7 +87,7 @@ class Certificate:
     starts: BoundaryStarts | None = None
     printed: PrintedTheorem | None = None
     attenuation: float = np.nan  # error energy over disturbance energy; needs the truth
-    gamma_squared: float = np.nan  # what the attenuation must stay below; infinite without gamma
+    gamma_squared: float = np.nan  # largest in the record: what the attenuation must stay below; infinite without gamma
 
     def figures(self) -> dict:
         """Plain numbers for JSON and reports; what is not known is None."""
@@ -301,7 +301,7 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
     found = Certificate(record.name, len(T), float(np.median(T)), record.largest_difference)
     found.t_s = np.array([c.t_s for c in record.corrections])
     found.free_rate_1_s = free_rates(record)
-    found.gamma_squared = min(c.gamma for c in record.corrections) ** 2
+    found.gamma_squared = max(c.gamma for c in record.corrections) ** 2
     found.printed = printed_theorem(record)
     inequality = SampledDataInequality(record, bias_scale(record))
     found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)
