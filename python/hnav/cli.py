@@ -1,4 +1,4 @@
-"""The command line: hnav filter, score, options, bench, calibrate, simulate, report, montecarlo."""
+"""The command line: hnav filter, score, options, bench, calibrate, simulate, report, montecarlo, certify."""
 
 from __future__ import annotations
 
@@ -456,6 +456,50 @@ def print_montecarlo(runs) -> None:
 
 def _interval(found: tuple[float, float, float]) -> str:
     return "{:.3g} [{:.3g}, {:.3g}]".format(*found)
+
+
+@app.command("certify")
+def certify_command(
+    recording: Annotated[Optional[Path], typer.Argument(metavar="[RECORDING]", help="Recording in the formats of hnav filter, or a folder of results with signals.h5")] = None,
+    experiment: Annotated[Optional[str], typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
+    filter: FilterName = "hrekf",
+    set: Settings = None,
+    preset: Preset = "default",
+    begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")] = 15.0,
+    duration: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")] = None,
+    seed: Annotated[int, typer.Option(help="Of the experiment and of the starts on the boundary")] = 5,
+    gain_factor: Annotated[float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")] = 1.0,
+    out: Annotated[Optional[Path], typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
+    picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
+    mag_unit: MagUnit = "T",
+):
+    """Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot."""
+    from hnav.certify_run import certify_run, print_certificate, write_certificate
+
+    if (recording is None) == (experiment is None):
+        raise UsageError("name a recording or --experiment turntable, one of them")
+    with bar() as progress:
+        tasks: dict[str, int] = {}
+
+        def show(what: str, done: int, of: int) -> None:
+            task = tasks.setdefault(what, len(tasks))
+            if task == len(progress.tasks):
+                progress.add_task(what, total=of)
+            progress.update(progress.task_ids[task], completed=done)
+
+        found = certify_run(recording, experiment, filter, preset, parse_settings(set), begin, duration, seed, gain_factor, mag_unit, show)
+    try:
+        if out is not None:
+            write_certificate(out, found)
+        if picture is not None:
+            from hnav.certificate_picture import draw_certificate
+            from hnav.plots import save
+
+            save(draw_certificate(found), picture)
+    except (OSError, ValueError) as error:  # ValueError: an ending that is no picture format
+        path = getattr(error, "filename", None) or picture
+        raise UsageError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    print_certificate(found, console if console.is_terminal else Console(width=140))
 
 
 def show_version(wanted: bool) -> None:

@@ -33,8 +33,9 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 
 
 def product(a, b):
-    w, v, p, u = a[0], a[1:], b[0], b[1:]
-    return np.concatenate([[w * p - v @ u], w * u + p * v + np.cross(v, u)])
+    w, x, y, z = a
+    p, q, r, s = b
+    return np.array([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r, w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p])
 
 
 def Xi(q):
@@ -163,6 +164,7 @@ class ReferenceFilter:
         self.gamma, self.raised, self.adaptations = np.inf, 0, 0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
         self.nis = {}
+        self.gain = None  # (sensors, K, H, R, nu, |q + K nu|) of the last correction
 
     # ----------------------------------------------------------------------------------------- outputs
 
@@ -305,6 +307,7 @@ class ReferenceFilter:
             self.adapt(H, R, K, nu, interval_s, gated)
         x = np.r_[self.q, self.b] + K @ nu
         norm = np.linalg.norm(x[:4])
+        self.gain = [d.sensor for d in directions], K, H, R, nu, norm
         self.q, self.b = x[:4] / norm, x[4:]
         J = np.eye(7)
         J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / norm

@@ -1,0 +1,255 @@
+"""The certificate: known rates are found, wrong gains are refused, bounds hold on the exact equations."""
+
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from hnav import Options
+from hnav.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
+from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, largest_below, printed_theorem, sphere_bound
+from hnav.certify_run import attenuation_of, read_results
+from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
+from hnav.library import HnavError
+from hnav.recordings import RecordingError
+from hnav.reference import ReferenceFilter, product
+from hnav.turntable import DIP_RAD, INTERVAL_S, Turntable
+from scipy.linalg import expm
+from test_cli import hnav
+
+
+def solver():
+    pytest.importorskip("cvxpy", reason="cvxpy is not installed: pip install 'hnav[certify]'")
+    pytest.importorskip("clarabel", reason="clarabel is not installed: pip install 'hnav[certify]'")
+
+
+@pytest.fixture(scope="module")
+def turntable():
+    return Turntable().run(2.0, seed=5)
+
+
+@pytest.fixture(scope="module")
+def record(turntable) -> GainRecord:
+    return record_gains(turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off"))
+
+
+def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) -> GainRecord:
+    """A body at rest whose every correction shrinks attitude and bias error by e^{-rate T}, a linear law with that decay."""
+    shrink = 1 - np.exp(-rate_1_s * interval_s)
+    H = np.zeros((6, 7))
+    H[:, 1:] = np.eye(6)
+    c = Correction(
+        t_s=0, interval_s=interval_s, Phi=np.eye(7), H=H, K=shrink * H.T, R=1e-6 * np.eye(6), Q=1e-8 * np.eye(7), P=np.eye(7),
+        turn=np.eye(7), norm=1.0, nu=np.zeros(6), q_minus=np.array([1.0, 0, 0, 0]), q=np.array([1.0, 0, 0, 0]), b=np.zeros(3),
+        gamma=np.inf, turns=((np.zeros(3), interval_s),),
+    )  # fmt: skip
+    return GainRecord("invariant", [replace(c, t_s=k * interval_s) for k in range(count)], 0.0)
+
+
+# --------------------------------------------------------------------------------------------- the record
+
+
+def test_the_record_is_of_the_run_of_the_library(record):
+    assert len(record.corrections) == 200
+    assert record.largest_difference < 1e-11
+
+
+def test_a_run_that_the_reference_cannot_follow_is_refused_with_the_difference(turntable):
+    with pytest.raises(HnavError, match="differ by .*closed_form"):
+        record_gains(turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="euler", euler_step_s=0.01))
+
+
+def test_the_closed_form_of_the_flow_is_the_integrated_one(turntable, record):
+    options = Options("hrekf", **turntable.settings, gamma_mode="kl", gyro_noise_rad_per_sqrt_s=0.01)
+    data, reference = turntable.recording.cropped(0.2), ReferenceFilter(options)
+    reference.q, reference.P, reference.rate = np.array([0.5, 0.5, -0.5, 0.5]), 0.01 * np.eye(7), data.rate_b_rad_s[0] + 2
+    watched = WatchedReference(options)
+    watched.q, watched.P, watched.rate = reference.q, reference.P, reference.rate
+    reference.flow(0.3)
+    watched.flow(0.3)
+    np.testing.assert_allclose(watched.q, reference.q, atol=1e-12)
+    np.testing.assert_allclose(watched.P, reference.P, atol=1e-12)
+
+
+def test_the_flow_in_navigation_axes_is_one_exponential(record):
+    for c in record.corrections[::20]:
+        np.testing.assert_allclose(expm(flow_matrix(c.turns[-1][0]) * c.interval_s), c.Phi[1:, 1:], atol=1e-14)
+
+
+def test_the_filters_own_covariance_contracts_at_every_correction(record):
+    rates = free_rates(record)
+    assert len(rates) == len(record.corrections) - 1
+    assert (rates > 0).all() and (np.exp(-rates * INTERVAL_S) < 1).all()
+
+
+# --------------------------------------------------------------------------------------------- the bounds
+
+
+def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(record):
+    rng = np.random.default_rng(0)
+    n, rho = 500, 0.4
+    for c in record.corrections[1::40]:
+        axis = rng.normal(size=(n, 3))
+        chord = rho * rng.uniform(size=n)
+        q = quaternion_exp(2 * np.arcsin(chord / 2)[:, None] * axis / np.linalg.norm(axis, axis=1, keepdims=True))
+        d = -q[:, 1:]
+        seen = difference_of_measurements(c, q)
+        r = np.linalg.norm(seen - d @ c.H[:, 1:4].T, axis=1)
+        np.testing.assert_allclose(r, chord * np.linalg.norm(d @ c.H[:, 1:4].T, axis=1), atol=1e-13)
+
+        e = np.hstack([1 - q[:, :1], d]) @ c.turn[:4, :4].T - seen @ c.K[:4].T
+        after = np.array([c.norm, 0, 0, 0]) - e
+        d_after = -after[:, 1:] / np.linalg.norm(after, axis=1, keepdims=True)
+        linear = (d @ c.turn[1:4, 1:4].T - seen @ c.K[1:4].T) / c.norm
+        n_bound = sphere_bound(c, rho) * np.linalg.norm(d, axis=1)
+        assert (np.linalg.norm(d_after - linear, axis=1) <= n_bound).all()
+
+        e_b = rng.normal(size=(n, 3))
+        flown, _ = flow(c, q, e_b)
+        s = np.linalg.norm(-flown[:, 1:] - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T, axis=1)
+        farthest = np.maximum(chord, 2 * np.sin(np.arccos(np.clip(flown[:, 0], -1, 1)) / 2)) + 0.5 * c.interval_s * np.linalg.norm(e_b, axis=1)
+        assert (s <= 0.5 * c.interval_s * farthest * np.linalg.norm(e_b, axis=1) + 1e-14).all()
+
+
+def test_starts_lie_on_the_boundary():
+    rng = np.random.default_rng(3)
+    A = rng.normal(size=(6, 6))
+    P = A @ A.T + 6 * np.eye(6)
+    q, b = boundary(P, 0.3, 50, rng)
+    e = np.hstack([-q[:, 1:], b])
+    np.testing.assert_allclose(np.einsum("ki,ij,kj->k", e, P, e), 0.3, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(q, axis=1), 1, atol=1e-14)
+
+
+def test_the_printed_theorem_needs_a_flow_that_contracts_and_has_none(record):
+    printed = printed_theorem(record)
+    gain = max(np.linalg.norm(c.K, 2) for c in record.corrections)
+    assert printed.smallest_d == pytest.approx(np.log(1 + 2 * gain * np.sqrt(8)))
+    assert printed.flow_rate_1_s == 0 and not printed.holds
+
+
+# --------------------------------------------------------------------------------------------- the inequality
+
+
+@pytest.mark.parametrize("rate", [0.5, 5.0])
+def test_a_linear_law_is_certified_with_its_decay(rate):
+    solver()
+    found = certify(invariant_record(rate), starts=0)
+    assert found.rate_1_s == pytest.approx(rate, rel=0.01)
+    assert found.rate_1_s <= rate * (1 + 1e-9)
+    assert found.certified, found.reason
+
+
+def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
+    """Its H sees the bias, what no sensor does: the inequality believes it, the equations do not."""
+    solver()
+    found = certify(invariant_record(0.5), starts=20)
+    assert not found.certified
+    assert "simulated start" in found.reason
+
+
+def test_figures_scale_with_time():
+    """Twice the decay at half the interval is the same law in other seconds."""
+    solver()
+    slow, fast = certify(invariant_record(1.0, 0.02), starts=0), certify(invariant_record(2.0, 0.01), starts=0)
+    assert fast.rate_1_s == pytest.approx(2 * slow.rate_1_s, rel=1e-3)
+    assert fast.free_rate_1_s == pytest.approx(2 * slow.free_rate_1_s)
+
+
+def test_gains_that_push_the_wrong_way_are_refused_with_the_correction_named(record):
+    solver()
+    found = certify(record.with_gain(-1), starts=0)
+    assert not found.certified
+    assert "spectral radius" in found.reason and "error grows" in found.reason
+
+
+def test_an_inequality_that_holds_holds_for_every_correction(record):
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    inequality = SampledDataInequality(steady, 2.0)
+    rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
+    P, tau, smallest = inequality.solve(0.2 * rate, 0.0)
+    assert smallest >= 0
+    for k in range(len(steady.corrections)):
+        assert np.linalg.eigvalsh(inequality.X(np.array([k]), P, tau, 0.2 * rate, 0.0)[0])[0] >= 0
+    assert inequality.solve(1.1 * rate, 0.0) is None
+
+
+def test_bisection_finds_the_edge():
+    assert largest(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 20)[0] == pytest.approx(0.3, rel=1e-4)
+    assert largest(lambda x: None, 1e-3, 1.0, 5) is None
+    assert largest_below(lambda x: x if x < 0.03 else None, 1.0, 1e-4, 12)[0] == pytest.approx(0.03, rel=1e-3)
+    assert largest_below(lambda x: None, 1.0, 1e-4, 5) is None
+
+
+# --------------------------------------------------------------------------------------------- experiment and command
+
+
+def test_the_attenuation_of_the_robust_law_stays_below_gamma_squared(turntable):
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_relative_rate_1_s=10.5)
+    robust = record_gains(turntable.recording, options)
+    ratio = attenuation_of(robust, turntable, options)
+    assert 0 < ratio < max(c.gamma for c in robust.corrections) ** 2
+
+
+def test_the_turntable_integrates_to_its_own_attitude():
+    quiet = Turntable(gyro_noise_deg_s=0, gyro_bias_deg_s=0, gyro_scale=0, accel_noise=0, mag_noise=0).run(30, seed=1)
+    q = quiet.q_nb[0]
+    for rate in quiet.recording.rate_b_rad_s[:-1]:
+        q = product(q, quaternion_exp(0.5 * INTERVAL_S * rate[None])[0])
+    np.testing.assert_allclose(q, quiet.q_nb[-1], atol=1e-12)
+    assert np.degrees(np.abs(quiet.recording.rate_b_rad_s).max()) == pytest.approx(10, rel=1e-6)
+    assert np.arctan2(quiet.recording.field_b_tesla[0, 2], np.linalg.norm(quiet.recording.field_b_tesla[0, :2])) == pytest.approx(DIP_RAD)
+
+
+def test_a_seed_is_one_experiment():
+    a, b, c = (Turntable().run(0.5, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(a.recording.rate_b_rad_s, b.recording.rate_b_rad_s)
+    assert not np.array_equal(a.recording.rate_b_rad_s, c.recording.rate_b_rad_s)
+
+
+def test_results_of_a_simulation_are_read_by_the_names_of_their_signals(tmp_path):
+    values = np.arange(12.0).reshape(4, 3)
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+        file["imu.gyro.rate"] = values
+        file["imu.accel.force"] = values + 1
+        for i in range(3):
+            file[f"compass.mag.field[{i + 1}]"] = values[:, i] + 2
+    data = read_results(tmp_path)
+    np.testing.assert_array_equal(data.rate_b_rad_s, values)
+    np.testing.assert_array_equal(data.field_b_tesla, values + 2)
+
+
+def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):
+    with pytest.raises(RecordingError, match="no signals.h5"):
+        read_results(tmp_path)
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+    with pytest.raises(RecordingError, match=r"ends in gyro\.rate"):
+        read_results(tmp_path)
+
+
+@pytest.mark.parametrize("arguments, named", [
+    ([], "--experiment turntable"),
+    (["--experiment", "carousel"], "carousel"),
+    (["--experiment", "turntable", "--filter", "aligner"], "aligner"),
+    (["--experiment", "turntable", "--duration", "0.5"], "--from"),
+])
+def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):
+    done = hnav("certify", *arguments)
+    assert done.returncode == 2
+    assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1
+
+
+def test_the_command_refuses_wrong_gains_and_writes_why(tmp_path):
+    solver()
+    out, picture = tmp_path / "c.json", tmp_path / "c.png"
+    done = hnav("certify", "--experiment", "turntable", "--preset", "paper", "--duration", 1, "--from", 0.5, "--gain-factor", -1, "--out", out, "--picture", picture)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "not certified" in done.stdout
+    figures = json.loads(out.read_text())
+    assert figures["certified"] is False and "spectral radius" in figures["reason"]
+    assert figures["region_deg"] is None and figures["printed"]["holds"] is False
+    assert picture.stat().st_size > 10_000
