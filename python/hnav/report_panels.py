@@ -1,7 +1,8 @@
 """Panels of the report about attitude filters, drawn by Plotly. Each says when it applies and draws one figure.
 
-A registry keeps them in the order of the page; other modules add theirs by @panel, and hnav.report imports them. Colours as in hnav.plots: truth in
-ink, the filters in colours that people with any kind of colour vision can tell apart, named in every legend as well.
+A registry keeps them in the order of the page; other modules add theirs by @panel, and hnav.report imports them.
+Colours as in hnav.plots: truth in ink, the filters in colours that people with any kind of colour vision can tell
+apart, named in every legend as well.
 """
 
 from __future__ import annotations
