@@ -13,7 +13,11 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription version="1.0" name="{name}" xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
   xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
 <ssd:System name="{name}">"""
-PARAMETER_SET = '<ssv:ParameterSet version="1.0" name="made" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>{}</ssv:Parameters></ssv:ParameterSet>'
+PARAMETER_SET = """<ssv:ParameterSet version="1.0" name="made" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+<ssv:Parameters>{}</ssv:Parameters></ssv:ParameterSet>"""
+BINDING = "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{}</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"
+COMPONENT = """<ssd:Component name="{}" type="application/x-fmu-sharedlibrary" source="resources/{}.fmu">
+<ssd:Connectors>{}</ssd:Connectors></ssd:Component>"""
 NUMBERS = {bool: "Boolean", int: "Integer", float: "Real"}
 
 
@@ -42,8 +46,7 @@ def make_system(
     text += [f'<ssd:Connector name="{n}" kind="input"><ssc:{kind}/></ssd:Connector>' for n, kind in (inputs or {}).items()]
     text.append("</ssd:Connectors>")
     if parameters:
-        bound = parameter_set(parameters)
-        text.append(f"<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>")
+        text.append(BINDING.format(parameter_set(parameters)))
     text.append("<ssd:Elements>")
     for component, fmu in components.items():
         used = sorted({end.partition(".")[2] for pair in pairs for end in pair if end.partition(".")[0] == component})
@@ -51,8 +54,7 @@ def make_system(
         for variable in (variables[component][n] for n in used):
             unit = f' unit="{variable.unit}"' if variable.unit else ""
             rows.append(f'<ssd:Connector name="{variable.name}" kind="{variable.causality}"><ssc:{KINDS[variable.type]}{unit}/></ssd:Connector>')
-        connectors = "".join(rows)
-        text.append(f'<ssd:Component name="{component}" type="application/x-fmu-sharedlibrary" source="resources/{fmu}.fmu"><ssd:Connectors>{connectors}</ssd:Connectors></ssd:Component>')
+        text.append(COMPONENT.format(component, fmu, "".join(rows)))
     text.append("</ssd:Elements><ssd:Connections>")
     for start, end in pairs:
         ends = [f'{side}Element="{c}" {side}Connector="{v}"' if c in components else f'{side}Connector="{whole}"'
@@ -76,7 +78,7 @@ SENSORS = ("gyro.", "accel.", "mag.")
 
 
 def make_turntable(folder: Path) -> Path:
-    """Turntable -> ImuMagSensor -> Hrekf twice and Aligner; scenario files for gamma off everywhere and a long drift."""
+    """Turntable -> ImuMagSensor -> Hrekf twice and Aligner; the scenario gamma_off turns gamma off in both Hrekf."""
     filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "aligner": "Aligner"}
     connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"{f}.{s}*") for f in filters for s in SENSORS)]
     parameters = {f"{name}.sampling_mode": 1 for name in filters} | {"hekf.gamma_mode": 0, "hrekf.gamma_mode": 3}

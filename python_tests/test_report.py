@@ -111,6 +111,17 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
     assert write_pictures(only, tmp_path) == []
 
 
+def test_another_module_can_add_a_panel(run, tmp_path, monkeypatch):
+    from hnav import report_panels
+    from plotly import graph_objects as go
+
+    monkeypatch.setattr(report_panels, "PANELS", list(PANELS))
+    added = report_panels.panel("own", "A panel of one's own", "How to read it.", lambda run: "turntable" in run.components)
+    added(lambda run: go.Figure(go.Scatter(x=run.t_s, y=run["turntable.truth.rate[3]"])))
+    assert write_report(run, tmp_path / "report.html")[-1] == "own"
+    assert 'id="plot-own"' in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
 def test_pictures_are_written(run, tmp_path):
     files = write_pictures(run, tmp_path / "new")
     assert [f.name for f in files] == ["attitude.png", "bias.png", "error.png"]

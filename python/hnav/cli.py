@@ -436,8 +436,8 @@ def print_montecarlo(runs) -> None:
     if good.empty:
         return
     times = [name for name in good.columns if name.startswith("nees_") and good[name].notna().any()]
-    heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES", *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s"]
-    table = Table(*heads, title="means over the runs [95 % interval]")
+    heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES"]
+    table = Table(*heads, *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s", title="means over the runs [95 % interval]")
     for scenario, of_scenario in good.groupby("scenario", sort=False):
         first = None
         for name, rows in of_scenario.groupby("filter", sort=False):

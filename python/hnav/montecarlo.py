@@ -113,8 +113,8 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
     cluster = None
     try:
         if scheduler is None:
-            # No dashboard: it would open a port that nobody asked for.
-            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+            # The status page: for this machine only, at a port that is free.
+            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0")
         client = Client(cluster if cluster is not None else scheduler, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
         if cluster is not None:

@@ -32,7 +32,9 @@ LAYOUT = dict(
     # One row above the axes, where it hides no data.
     legend=dict(orientation="h", yref="container", yanchor="top", y=1.0, xanchor="left", x=0.0, font=dict(size=12), itemsizing="constant"),
 )  # fmt: skip
-AXIS = dict(gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True)
+AXIS = dict(
+    gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True,
+)  # fmt: skip
 CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
 
 
@@ -76,8 +78,9 @@ def header(run: Run) -> str:
 
 def parameters(run: Run) -> str:
     """All that was set, folded away."""
-    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(f'{value:g}' if isinstance(value, float) else str(value))}</td></tr>" for name, value in run.about["parameters"].items())
-    return f"<details><summary>{len(run.about['parameters'])} parameters set</summary><table>{rows}</table></details>" if rows else ""
+    chosen = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in run.about["parameters"].items()}
+    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in chosen.items())
+    return f"<details><summary>{len(chosen)} parameters set</summary><table>{rows}</table></details>" if rows else ""
 
 
 def summary(run: Run) -> str:
@@ -87,7 +90,8 @@ def summary(run: Run) -> str:
         return ""
     heads = ("filter", "RMSE", "heading RMSE", "error at the end", "mean NEES (3)", "NIS force", "NIS field", "tilt ready", "heading ready")
     head = "".join(f"<th>{name}</th>" for name in heads)
-    return f'<section id="summary"><h2>Summary</h2><div class="scroll"><table class="figures"><tr>{head}</tr>{"".join(_row(e) for e in filters)}</table></div></section>'
+    table = f'<table class="figures"><tr>{head}</tr>{"".join(_row(e) for e in filters)}</table>'
+    return f'<section id="summary"><h2>Summary</h2><div class="scroll">{table}</div></section>'
 
 
 def _row(estimate: Estimate) -> str:

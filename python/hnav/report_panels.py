@@ -1,7 +1,8 @@
 """Panels of the report about attitude filters, drawn by Plotly. Each says when it applies and draws one figure.
 
-A registry keeps them in the order of the page; other modules add theirs by @panel. Colours as in hnav.plots: truth in
-ink, the filters in colours that people with any kind of colour vision can tell apart, named in every legend as well.
+A registry keeps them in the order of the page; other modules add theirs by @panel, and hnav.report imports them.
+Colours as in hnav.plots: truth in ink, the filters in colours that people with any kind of colour vision can tell
+apart, named in every legend as well.
 """
 
 from __future__ import annotations
@@ -284,26 +285,31 @@ def draw_states(run: Run) -> go.Figure:
     filters = estimates(run)
     # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
     starts = np.arange(0, len(run.t_s), thinned(len(run.t_s)).step)
-    rows = [(f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name)) for e in filters for state, text in STATES.items()][::-1]
+    kinds = [(e, state, text) for e in filters for state, text in STATES.items()][::-1]
+    rows = [(f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name)) for e, state, text in kinds]
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
         top = np.where(values > 0.5, 0.72, 0.0) + level
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="lines", line=dict(width=0), showlegend=False, hoverinfo="skip"))
+        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="lines", line=dict(width=0),
+                                    showlegend=False, hoverinfo="skip"))  # fmt: skip
         figure.add_trace(go.Scatter(x=run.t_s[starts], y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
                                     line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
-    figure.update_yaxes(tickvals=np.arange(len(rows)) + 0.36, ticktext=[name for name, _, _ in rows], range=[-0.3, len(rows)], showgrid=False, zeroline=False)
+    names = [name for name, _, _ in rows]
+    figure.update_yaxes(tickvals=np.arange(len(rows)) + 0.36, ticktext=names, range=[-0.3, len(rows)], showgrid=False, zeroline=False)
     figure.update_xaxes(title_text="time / s")
     figure.update_layout(height=90 + 26 * len(rows))
     return figure
 
 
-@panel("timing", "Time per component", "Wall time of a communication step inside each FMU, calls of the master included.", lambda run: bool(run.about["wall_s"]))
+@panel("timing", "Time per component", "Wall time of a communication step inside each FMU, calls of the master included.",
+       lambda run: bool(run.about["wall_s"]))  # fmt: skip
 def draw_timing(run: Run) -> go.Figure:
     names, steps = list(run.about["wall_s"]), max(1, len(run.t_s) - 1)
     filters = {e.name for e in estimates(run)}
     us = [1e6 * run.about["wall_s"][name] / steps for name in names]
     colours = [colour_of(run, name) if name in filters else FAINT for name in names]
-    figure = go.Figure(go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=[f"{v:.1f}" for v in us], textposition="outside", cliponaxis=False))
+    text = [f"{value:.1f}" for value in us]
+    figure = go.Figure(go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False))
     figure.update_xaxes(title_text="µs per step")
     figure.update_yaxes(autorange="reversed")
     figure.update_layout(height=110 + 34 * len(names))

@@ -303,12 +303,13 @@ def _read_component(element: ElementTree.Element, folder: Path, shown: Path) -> 
     name, source = element.get("name", ""), element.get("source", "")
     fmu = folder / source
     if not fmu.is_file():
+        # An archive is complete in itself; a folder of the repository holds no binaries.
         try:
-            if zipfile.is_zipfile(shown):
-                raise HnavError(2, "")
-            fmu = fmu_path(Path(source).stem, 2)
-        except HnavError:
-            raise HnavError(2, f"{shown}: component {name}: {source or 'its source'} is missing") from None
+            fmu = fmu if zipfile.is_zipfile(shown) else fmu_path(Path(source).stem, 2)
+        except HnavError as error:
+            raise HnavError(2, f"{shown}: component {name}: {source or 'its source'} is missing: {error}") from None
+    if not fmu.is_file():
+        raise HnavError(2, f"{shown}: component {name}: {source or 'its source'} is missing")
     if element.get("implementation", "CoSimulation") not in ("CoSimulation", "any"):
         raise HnavError(2, f"{shown}: component {name}: hnav runs Co-Simulation, not {element.get('implementation')}")
     try:
