@@ -179,7 +179,7 @@ def scalar_first(rotation: Rotation) -> np.ndarray:
 
 def test_demo_prints_its_figures_and_writes_the_picture(wheel, tmp_path, monkeypatch):
     monkeypatch.setenv(device_recordings.WHEEL_VARIABLE, str(wheel))
-    done = run_demo("--out", str(tmp_path))
+    done = run_demo("--part", "recordings", "--out", str(tmp_path))
     assert done.exit_code == 0, done.output
     for row in ("total", "heading, offset removed", "inclination"):
         assert len(re.findall(r"\d+\.\d +\d+\.\d deg", re.search(rf"│ +{row} .*", done.output)[0])) == 2, row
@@ -188,6 +188,22 @@ def test_demo_prints_its_figures_and_writes_the_picture(wheel, tmp_path, monkeyp
         assert word in done.output
     assert "nan" not in done.output
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_demo_runs_the_experiment_in_closed_co_simulation(tmp_path):
+    pytest.importorskip("plotly", reason="plotly is not installed: no report")
+    done = run_demo("--part", "experiment", "--runs", "2", "--out", str(tmp_path))
+    if "has not been built" in done.output:
+        pytest.skip(done.output)
+    assert done.exit_code == 0, done.output
+    for word in ("the paper", "3.61", "fitted", "honest P0", "report.html"):
+        assert word in done.output
+    assert (tmp_path / "turntable" / "report.html").stat().st_size > 1e6
+
+
+def test_a_part_that_is_none_is_named():
+    done = run_demo("--part", "half")
+    assert done.exit_code == 2 and "--part half: choose one of all, experiment, recordings" in done.output
 
 
 def test_filter_and_device_agree_on_the_vertical(device_recording):
@@ -267,7 +283,7 @@ def test_without_network_the_package_and_the_way_out_are_named(monkeypatch, tmp_
     monkeypatch.delenv(device_recordings.WHEEL_VARIABLE, raising=False)
     monkeypatch.setattr(device_recordings, "cache_folder", lambda: tmp_path / "empty")
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    done = run_demo("--out", str(tmp_path))
+    done = run_demo("--part", "recordings", "--out", str(tmp_path))
     assert done.exit_code == 2
     assert done.stderr.count("\n") == 1
     assert "scikit-kinematics 0.10.4" in done.stderr and "HNAV_DEMO_WHEEL" in done.stderr

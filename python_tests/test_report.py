@@ -18,6 +18,8 @@ pytest.importorskip("plotly", reason="plotly is not installed: no report")
 from hnav.report import write_report
 from hnav.report_panels import PANELS, panels_of
 
+# Those about flights have tests of their own.
+ATTITUDE_PANELS = [p for p in PANELS if not p.name.startswith("flight")]
 NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt_hz=200", "sensor.mag.noise_nt_per_sqrt_hz=50")
 # What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
@@ -41,9 +43,10 @@ def page(run, tmp_path_factory):
 
 
 def test_every_panel_is_drawn_for_a_turntable(run, page):
-    assert [p.name for p in panels_of(run)] == [p.name for p in PANELS]
+    assert {p.name for p in panels_of(run)} == {p.name for p in ATTITUDE_PANELS}
+    assert panels_of(run)[-1].name == "timing"
     text = page.read_text(encoding="utf-8")
-    for panel in PANELS:
+    for panel in ATTITUDE_PANELS:
         assert f'<section id="{panel.name}">' in text
         assert f'id="plot-{panel.name}"' in text
 
@@ -101,7 +104,7 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
     names = {name for name in run.columns if not name.startswith("turntable.")}
     about = run.about | {"components": {c: v for c, v in run.about["components"].items() if c != "turntable"}}
     untrue = Run(run.t_s, {name: run[name] for name in names}, run.units, about)
-    assert {"error", "nees"} == {p.name for p in PANELS} - {p.name for p in panels_of(untrue)}
+    assert {"error", "nees"} == {p.name for p in ATTITUDE_PANELS} - {p.name for p in panels_of(untrue)}
     assert write_report(untrue, tmp_path / "untrue.html")
     try:
         only = simulate(make_system(tmp_path / "only", {"turntable": "Turntable"}, []), stop_s=1)
@@ -118,7 +121,7 @@ def test_another_module_can_add_a_panel(run, tmp_path, monkeypatch):
     monkeypatch.setattr(report_panels, "PANELS", list(PANELS))
     added = report_panels.panel("own", "A panel of one's own", "How to read it.", lambda run: "turntable" in run.components)
     added(lambda run: go.Figure(go.Scatter(x=run.t_s, y=run["turntable.truth.rate[3]"])))
-    assert write_report(run, tmp_path / "report.html")[-1] == "own"
+    assert write_report(run, tmp_path / "report.html")[-2:] == ["own", "timing"]
     assert 'id="plot-own"' in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
@@ -162,8 +165,8 @@ def test_chromium_renders_every_panel_without_an_error_or_a_request(page, tmp_pa
     document, console, initiators = browse(page, tmp_path)
     assert not console
     assert not initiators
-    assert len(re.findall(r'<div id="plot-\w+" class="plotly-graph-div js-plotly-plot"', document)) == len(PANELS)
-    assert document.count('class="main-svg"') >= len(PANELS)
+    assert len(re.findall(r'<div id="plot-\w+" class="plotly-graph-div js-plotly-plot"', document)) == len(ATTITUDE_PANELS)
+    assert document.count('class="main-svg"') >= len(ATTITUDE_PANELS)
 
 
 def test_chromium_would_tell_of_errors_and_requests(tmp_path):

@@ -1,10 +1,11 @@
-"""An attitude filter's FMU over real recordings: two of commercial IMUs, or the user's own.
+"""The paper's experiment in closed co-simulation, and an attitude filter's FMU over real recordings.
 
-    python -m hnav.demo [RECORDING] [--engine fmi3-cs] [--set name=value] [--mag-unit T|uT|G|au] [--out DIR]
+    python -m hnav.demo [RECORDING] [--part all|experiment|recordings] [--engine fmi3-cs] [--set name=value] [--out DIR]
 
-Without RECORDING the filter runs over two recordings that hold the device's own attitude (see
-hnav.device_recordings), with the default preset and nothing tuned. It prints how far filter and device are apart,
-what the filter says about itself, and writes one picture.
+The experiment: FMUs of turntable, sensors and three filters, stepped by fmpy from their SSP system; a report of one run,
+and the paper's Table 1 beside ours. The recordings: two that hold the device's own attitude (see
+hnav.device_recordings), or the user's own, with the default preset and nothing tuned; how far filter and device are
+apart, what the filter says about itself, and one picture.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from hnav.rotations import quaternion_product
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, the device has its past.
 SETTLING_S = 1.0
+PARTS = ("all", "experiment", "recordings")
 # Rows of the innovation of force and field.
 EXPECTED_NIS = {"hrekf": (3, 3), "aligner": (2, 3)}
 
@@ -228,17 +230,43 @@ def fail(text: str) -> NoReturn:
     raise typer.Exit(2)
 
 
+def show_experiment(out: Path, runs: int) -> None:
+    """The turntable in closed co-simulation: one run with its report, then Table 1. Raises HnavError."""
+    from hnav.report import write_report
+    from hnav.simulation import simulate, write_run
+    from hnav.table1 import SYSTEM, run_table
+
+    console.print("[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, yaw to and fro by 60 deg", soft_wrap=True)
+    with Console(stderr=True).status("60 s at 100 Hz"):
+        run = simulate(SYSTEM, seed=1)
+    folder = out / SYSTEM
+    write_run(run, folder)
+    write_report(run, folder / "report.html")
+    console.print(f"  {len(run.t_s)} points of {len(run.columns)} signals in {sum(run.about['wall_s'].values()):.1f} s")
+    console.print(f"  report: {folder / 'report.html'}", soft_wrap=True)
+    run_table(runs, console)
+    console.print("`python -m hnav.table1` takes 200 runs; models/systems/turntable/README.md says what was fitted.\n", soft_wrap=True)
+
+
 @app.command()
 def demo(
-    recording: Annotated[Path | None, typer.Argument(help="CSV or BROAD file; without it two recordings of devices")] = None,
+    recording: Annotated[Path | None, typer.Argument(help="CSV or BROAD file; without it the experiment and two recordings of devices")] = None,
+    part: Annotated[str, typer.Option(help="all, experiment or recordings")] = "all",
+    runs: Annotated[int, typer.Option(min=2, help="seeds for Table 1")] = 20,
     filter: Annotated[str, typer.Option(help="hrekf or aligner")] = "hrekf",
     engine: Annotated[str, typer.Option(help="c, fmi3-cs, fmi3-me, fmi2-cs or fmi2-me")] = "fmi3-cs",
     settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
     mag_unit: Annotated[str, typer.Option(help="unit of the field in a CSV file: T, uT, G or au")] = "T",
     out: Annotated[Path, typer.Option(help="folder for the picture")] = Path("demo_out"),
 ) -> None:
-    """Runs the FMU of a filter over real recordings, prints what it says and writes a picture."""
+    """The paper's experiment in closed co-simulation, and a filter's FMU over real recordings, with figures and pictures."""
+    if part not in PARTS:
+        fail(f"--part {part}: choose one of {', '.join(PARTS)}")
     try:
+        if recording is None and part != "recordings":
+            show_experiment(out, runs)
+        if recording is None and part == "experiment":
+            return
         chosen = dict(parse_setting(text) for text in settings or [])
         runs = [own_run(recording, mag_unit, filter, engine, chosen)] if recording else device_runs(filter, engine, chosen)
     except (WheelUnavailable, HnavError, RecordingError) as error:

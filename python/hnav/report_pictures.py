@@ -1,4 +1,4 @@
-"""The main panels of the report as PNG, for documents that cannot hold a page: attitude, error, bias.
+"""The main panels of the report as PNG, for documents that cannot hold a page: attitude, error, bias, flights.
 
 Drawn by Matplotlib in the look of hnav.plots, for Plotly's own export needs a browser.
 """
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav import plots
+from hnav.flights import channels, draw_flight
 from hnav.library import HnavError
 from hnav.run_views import Estimate, estimates, truth_q_nb
 from hnav.simulation import Run
@@ -20,17 +21,21 @@ WIDTH_PX, ROW_PX, DPI = 1500, 300, 150
 
 
 def write_pictures(run: Run, folder: Path) -> list[Path]:
-    """DIR/attitude.png, error.png, bias.png: those that the run has data for. Raises HnavError when they cannot be written."""
-    if not estimates(run):
-        return []
-    drawn = {"attitude": draw_attitude, "bias": draw_bias}
-    if truth_q_nb(run) is not None:
-        drawn["error"] = draw_error
+    """DIR/attitude.png, error.png, bias.png, AIRCRAFT.png: those that the run has data for. Raises HnavError when they cannot
+    be written."""
+    pictures = {}
+    if estimates(run):
+        pictures |= {"attitude": _figure(run, draw_attitude), "bias": _figure(run, draw_bias)}
+        if truth_q_nb(run) is not None:
+            pictures["error"] = _figure(run, draw_error)
+    flights = channels(run)
+    for aircraft in dict.fromkeys(channel.aircraft for channel in flights):
+        pictures[aircraft] = draw_flight([channel for channel in flights if channel.aircraft == aircraft])
     files = []
-    for name, draw in sorted(drawn.items()):
+    for name, picture in sorted(pictures.items()):
         files.append(folder / f"{name}.png")
         try:
-            plots.save(_figure(run, draw), files[-1])
+            plots.save(picture, files[-1])
         except OSError as error:
             raise HnavError(2, f"{files[-1]}: cannot be written: {error.strerror}") from None
     return files

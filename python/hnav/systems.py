@@ -144,9 +144,9 @@ class System:
                         self.components[component].parameters[parameter] = graded[name]
 
     def seed(self, seed: int) -> None:
-        """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of the
-        system, so that no two plants draw the same noise."""
-        seeded = [c for c in self.components.values() if "seed" in c.variables]
+        """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of
+        their names, so that no two plants draw the same noise."""
+        seeded = [c for _, c in sorted(self.components.items()) if "seed" in c.variables]
         if not seeded:
             raise HnavError(2, f"seed {seed}: no component of system {self.name} has a parameter seed")
         for i, component in enumerate(seeded):
