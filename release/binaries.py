@@ -20,8 +20,8 @@ from elftools.elf.gnuversions import GNUVerNeedSection
 from elftools.elf.sections import SymbolTableSection
 
 GLIBC = (2, 17)
-# What Windows 10 brings itself; of Linux, the C library and its loader.
-SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "ld-linux", "kernel32.dll", "ntdll.dll", "ucrtbase.dll", "api-ms-win-crt-")
+# What Windows 10 brings itself; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
+SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux", "kernel32.dll", "ntdll.dll", "ucrtbase.dll", "api-ms-win-crt-")
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 #ifdef _WIN32
+#  define WIN32_LEAN_AND_MEAN
 #  include <windows.h>
 #else
 #  include <dlfcn.h>
@@ -144,7 +145,7 @@ typedef struct {
     void (*start)(const plan *p, void *library, double start_s);
     void (*step)(const plan *p, values *v, double t_s, double step_s);
     void (*end)(void);
-} interface;
+} stepper;
 
 static void check(int status, const char *call) {
     if (status != 0) fail(call, "the FMU did not answer OK");
@@ -299,8 +300,8 @@ static void three_end(void) {
 }
 
 int main(int argc, char **argv) {
-    static const interface interfaces[] = {{two_start, two_do_step, two_end}, {three_start, three_do_step, three_end}};
-    const interface *fmi;
+    static const stepper steppers[] = {{two_start, two_do_step, two_end}, {three_start, three_do_step, three_end}};
+    const stepper *fmi;
     plan p;
     values now, next;
     double t_s, next_s;
@@ -309,7 +310,7 @@ int main(int argc, char **argv) {
     if (argc != 3) fail("usage: trajectory BINARY PLAN", "");
     memset(&p, 0, sizeof p);
     read_plan(&p, argv[2]);
-    fmi = &interfaces[p.version - 2];
+    fmi = &steppers[p.version - 2];
     for (k = 0; k < KINDS; ++k) {
         now.in[k] = allocate(p.count_in[k], sizeof(double));
         next.in[k] = allocate(p.count_in[k], sizeof(double));
