@@ -22,8 +22,8 @@ def write_archive(host: Path, binaries: dict[str, bytes], target: Path) -> None:
     """binaries: content by path inside the archive."""
     target.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(host) as source, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        names = (n.removeprefix("./") for n in source.namelist() if not n.endswith("/"))
-        files = {n: source.read(n) for n in names if not n.startswith("binaries/")} | binaries
+        entries = {n.removeprefix("./"): n for n in source.namelist() if not n.endswith("/")}
+        files = {name: source.read(entry) for name, entry in entries.items() if not name.startswith("binaries/")} | binaries
         for name in sorted(files):
             archive.writestr(zipfile.ZipInfo(name, LONG_AGO), files[name], zipfile.ZIP_DEFLATED)
 
