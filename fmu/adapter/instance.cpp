@@ -208,7 +208,7 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
 
 template Status Instance::get(Type, const unsigned*, std::size_t, double*);
 template Status Instance::get(Type, const unsigned*, std::size_t, int*);
-template Status Instance::get(Type, const unsigned*, std::size_t, long*);
+template Status Instance::get(Type, const unsigned*, std::size_t, std::int64_t*);
 template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
 
 Status Instance::check_value(int row, double value) const {
@@ -245,7 +245,7 @@ Status Instance::set(Type type, const unsigned* references, std::size_t n, const
 
 template Status Instance::set(Type, const unsigned*, std::size_t, const double*);
 template Status Instance::set(Type, const unsigned*, std::size_t, const int*);
-template Status Instance::set(Type, const unsigned*, std::size_t, const long*);
+template Status Instance::set(Type, const unsigned*, std::size_t, const std::int64_t*);
 template Status Instance::set(Type, const unsigned*, std::size_t, const bool*);
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation

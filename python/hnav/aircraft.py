@@ -144,7 +144,10 @@ def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], 
 
 
 def models_folder() -> Path:
-    return Path(__file__).resolve().parents[2] / "models" / "aircraft"
+    """The one in this package (wheel), else the checkout's."""
+    here = Path(__file__).resolve().parent
+    packaged = here / "models" / "aircraft"
+    return packaged if packaged.is_dir() else here.parents[1] / "models" / "aircraft"
 
 
 def read_aircraft(path: str | Path) -> Aircraft:
