@@ -144,8 +144,10 @@ hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[
     hnav::ErrorCovariance N = hnav::ErrorCovariance::Identity();
     N.topLeftCorner<3, 3>() = filter->frames.navigation;
     const hnav::ErrorCovariance C = N * filter->error_covariance() * N.transpose();
-    for (int i = 0; i < 6; ++i)
+    for (int i = 0; i < 6; ++i) {
         for (int j = 0; j < 6; ++j) covariance[6 * i + j] = 0.5 * (C(i, j) + C(j, i));
+        covariance[7 * i] = std::fmax(0, C(i, i)); // rounding may leave a hair less, as with the sigmas
+    }
     return HNAV_OK;
 }
 

@@ -334,13 +334,15 @@ private:
         return place + sizeof value;
     }
 
-    // FNV-1a over 8-byte words: finds damage, not forgery.
+    // FNV-1a over 8-byte words: finds damage, not forgery. A product carries bits upwards only, so the shift brings the
+    // high ones down: without it the changed signs of two numbers cancel.
     static std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
         std::uint64_t hash = 14695981039346656037ull;
         for (std::size_t i = 0; i + 8 <= size; i += 8) {
             std::uint64_t word;
             std::memcpy(&word, bytes + i, 8);
             hash = (hash ^ word) * 1099511628211ull;
+            hash ^= hash >> 32;
         }
         return hash;
     }
