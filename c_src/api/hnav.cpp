@@ -31,7 +31,7 @@ const char* hnav_status_text(hnav_status status) {
     case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
     case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
     case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
-    case HNAV_ERROR_SOLVER: return "the integrator gave up";
+    case HNAV_ERROR_SOLVER: return "there is no finite answer";
     case HNAV_ERROR_ILL_CONDITIONED: return "the data do not determine the answer";
     }
     return "unknown status";

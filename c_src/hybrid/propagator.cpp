@@ -24,11 +24,12 @@ struct VectorContent {
     bool owns_data;
 };
 
-// One interval takes no more: hours of coasting at ten turns a second. Then the answer is a failure, not a wait.
+// One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing. Who calls
+// has an exact answer for longer ones.
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-constexpr long most_steps = 10000000;
+constexpr long most_steps = 100000;
 #else
-constexpr long most_steps = 2000; // the fuzzer is to see failures, and has no time
+constexpr long most_steps = 1000; // the fuzzer is to see both sides, and has no time
 #endif
 
 double*& data(N_Vector v) { return static_cast<VectorContent*>(v->content)->data; }
@@ -320,10 +321,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x) {
     solver_->flow_context = context;
     std::memcpy(solver_->values, x, nx_ * sizeof(double));
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
-    if (solver_->evolve(interval_s) < 0) {
-        failure_ = "the integrator could not reach the end of the interval within its tolerances";
-        return false;
-    }
+    if (solver_->evolve(interval_s) < 0) return false;
     std::memcpy(x, solver_->values, nx_ * sizeof(double));
     return true;
 }
@@ -331,10 +329,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x) {
 bool Propagator::integrate_euler(const void* context, double interval_s, double* x) {
     // A whole number of equal sub-steps, none longer than asked for.
     const double steps = std::fmax(1, std::ceil(interval_s / euler_step_s_ - 1e-9));
-    if (steps > most_steps) {
-        failure_ = "the interval holds more Euler steps than are taken for one";
-        return false;
-    }
+    if (steps > most_steps) return false;
     const double h = interval_s / steps;
     for (double k = 0; k < steps; ++k) {
         flow_(context, x, slope_);

@@ -46,7 +46,7 @@ struct Sequence {
             if constexpr (std::is_same_v<T, double>)
                 values[i] = in.number();
             else
-                values[i] = in.flag() ? in.byte() * 0x1010101 : in.choice(4);
+                values[i] = in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4);
         }
         answered(write(c, references, n, values));
     }

@@ -64,7 +64,7 @@ struct Sequence {
             if constexpr (std::is_same_v<T, double>)
                 values[i] = in.number();
             else
-                values[i] = static_cast<T>(in.flag() ? in.byte() * 0x1010101 : in.choice(4));
+                values[i] = static_cast<T>(in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4));
         }
         answered(write(c, references, n, values, n));
     }

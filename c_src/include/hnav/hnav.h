@@ -69,7 +69,7 @@ typedef enum hnav_status {
     HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
     HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
     HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
-    HNAV_ERROR_SOLVER = 15,         /* the integrator gave up; the message has its reason */
+    HNAV_ERROR_SOLVER = 15,         /* there is no finite answer; the samples that led there were dropped */
     HNAV_ERROR_UNSUPPORTED = 16,    /* this filter cannot do what was asked */
     HNAV_ERROR_ILL_CONDITIONED = 17 /* the data do not determine the answer; the message says what is missing */
 } hnav_status;
