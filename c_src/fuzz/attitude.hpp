@@ -147,7 +147,7 @@ inline hnav_status push_good(hnav_filter* filter, double t_s) {
 // has places. Each of them may fail, because each drops the waiting sample that it failed over.
 inline void takes_good_sample(hnav_filter* filter, double latest_s, int queue_capacity) {
     const double t_s = latest_s + 0.01 * std::fmax(1, std::fabs(latest_s));
-    if (!std::isfinite(t_s)) return;
+    if (!(t_s <= 1e12)) return; // the API takes no later times
     hnav_status status = push_good(filter, t_s);
     for (int i = 0; i < queue_capacity + 1 && status == HNAV_ERROR_QUEUE_FULL; ++i) {
         hnav_filter_advance(filter, latest_s);

@@ -16,7 +16,7 @@ struct Sequence {
     double time(Input& in) {
         const int kind = in.choice(4);
         const double t_s = kind == 3 ? in.number() : latest_s + (kind == 2 ? in.fraction() : std::fabs(in.fraction()) * 0.1);
-        if (std::isfinite(t_s)) latest_s = std::fmax(latest_s, t_s);
+        if (std::fabs(t_s) <= 1e12) latest_s = std::fmax(latest_s, t_s);
         return t_s;
     }
 
@@ -71,7 +71,7 @@ struct Sequence {
             for (std::size_t k = 0; k < n; ++k) {
                 const double step = in.flag() ? in.number() : 0.01;
                 t_s.push_back(*latest_s + step);
-                if (std::isfinite(t_s.back())) *latest_s = std::fmax(*latest_s, t_s.back());
+                if (std::fabs(t_s.back()) <= 1e12) *latest_s = std::fmax(*latest_s, t_s.back());
                 for (std::vector<double>* column : {&rate, &force, &field})
                     for (int i = 0; i < 3; ++i) column->push_back(in.flag() ? in.number() : 0.1 * (i + 1));
             }

@@ -53,7 +53,9 @@ void change(Input& in, fuzz::InsErrorModel& m) {
             if (which != 1 || value != 33) *sizes[which] = value;
         } else {
             const int i = in.choice(matrix.n);
-            matrix.values[i] = in.number();
+            // No larger than rounding leaves sense in: a covariance of numbers of 1e100 has no sign any more.
+            const double value = in.number();
+            matrix.values[i] = std::isfinite(value) && std::fabs(value) > 1e6 ? 1e6 : value;
             if (matrix.symmetric && i % 3 != 0) matrix.values[3 - i] = matrix.values[i];
         }
     }
