@@ -34,8 +34,8 @@ public:
     // Also makes one warm-up step, because solvers take their last memory then. probe: a state the flow is defined at.
     bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
 
-    // Advances x over interval_s > 0. False: more steps than one interval is worth, or tolerances
-    // out of reach; x is then as it was.
+    // Advances x over interval_s > 0. False: more steps than one interval is worth, or tolerances out
+    // of reach; x is then as it was.
     bool integrate(const void* context, double interval_s, double* x);
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
