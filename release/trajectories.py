@@ -10,6 +10,7 @@ when it is smaller).
 from __future__ import annotations
 
 import csv
+import os
 import shutil
 import struct
 import subprocess
@@ -101,7 +102,7 @@ def run_by_program(plan: Plan, folder: Path, platform: Platform, program: Path) 
     # Relative paths mean the same to an emulated system.
     Path(folder, "plan.txt").write_text(plan.text(folder / "resources"))
     binary = f"binaries/{platform.folder(plan.version)}/{plan.identifier}{platform.suffix}"
-    done = subprocess.run([*platform.runner, program, binary, "plan.txt"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([*platform.runner, program, binary, "plan.txt"], cwd=folder, capture_output=True, text=True, env=os.environ | {"WINEDEBUG": "-all"})
     if done.returncode:
         raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"status {done.returncode}")
     return np.array([[struct.unpack(">d", bytes.fromhex(word))[0] for word in line.split()] for line in done.stdout.splitlines()])

@@ -17,7 +17,8 @@ set(ENV{HNAV_ZIG} "${HNAV_ZIG}")
 # CMake wants a compiler to be one program, so each tool gets a file of its own.
 set(hnav_zig_tools "${CMAKE_BINARY_DIR}/zig-${HNAV_ZIG_TARGET}")
 foreach(tool cc c++)
-  set(hnav_zig_command "${tool} -target ${HNAV_ZIG_TARGET}")
+  # Without -g0 zig adds debug information, which is most of a static library.
+  set(hnav_zig_command "${tool} -target ${HNAV_ZIG_TARGET} -g0")
   file(CONFIGURE OUTPUT "${hnav_zig_tools}/${tool}" CONTENT "#!/bin/sh\nexec \"@HNAV_ZIG@\" @hnav_zig_command@ \"$@\"\n" @ONLY)
 endforeach()
 foreach(tool ar ranlib rc)
