@@ -1,7 +1,7 @@
 """The documentation: its links lead somewhere, its snippets run, its command lines exist."""
 
 import ast
-import ctypes
+import importlib.util
 import os
 import re
 import shlex
@@ -156,7 +156,6 @@ def test_a_c_snippet_compiles_without_a_warning_and_runs(code, tmp_path):
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None or not LIBRARY.is_file():
         pytest.skip("no C compiler, or the library is not built")
-    ctypes.CDLL(str(LIBRARY))
     source, program = tmp_path / "snippet.c", tmp_path / "snippet"
     source.write_text(as_program(code))
     flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{TOP / 'c_src' / 'include'}"]
@@ -181,6 +180,16 @@ def command_lines() -> list:
                 if command.startswith("./run "):
                     found.setdefault(command, page.stem)
     return [pytest.param(command, id=f"{page}: {command}") for command, page in found.items()]
+
+
+def modules() -> list[str]:
+    return sorted({name for page in PAGES for name in re.findall(r"-m (hnav\.\w+)", page.read_text())})
+
+
+@pytest.mark.parametrize("module", modules())
+def test_a_module_that_is_to_be_run_exists(module):
+    found = importlib.util.find_spec(module)
+    assert found is not None and "__main__" in Path(found.origin).read_text(), f"python -m {module} does nothing"
 
 
 def run_commands() -> set[str]:

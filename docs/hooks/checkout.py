@@ -14,14 +14,15 @@ from mkdocs.structure.files import File
 
 TOP = Path(__file__).resolve().parents[2]
 PAGES = {"README.md": "readme.md", "CHANGELOG.md": "changelog.md"}
-LINK = re.compile(r"(\]\()([^)#\s:]+)(#[^)\s]*)?(\))")
+# [text](path#anchor), of a path inside the checkout; a picture may stand in for the text.
+LINK = re.compile(r"\[(?P<text>[^\[\]]*)\]\((?P<path>[^)#\s:]+)(?P<anchor>#[^)\s]*)?\)")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
 
 def target_in_site(link: str, folder: str) -> tuple[str, Path | None]:
     """(link in the site, file to copy or None) of a relative link in a page of `folder` of the checkout.
 
-    Folders have no page: the link goes to their README when they have one, and is left out ("") otherwise.
+    A folder is its README; the link is "" where there is no such file.
     """
     path = posixpath.normpath(posixpath.join(folder, link))
     if path in PAGES:
@@ -49,7 +50,7 @@ def on_files(files, config):
 
     def collect(text: str, folder: str) -> None:
         for link in LINK.finditer(text):
-            target, source = target_in_site(link[2], folder)
+            target, source = target_in_site(link["path"], folder)
             if source is not None:
                 copies[target] = source
 
@@ -68,8 +69,10 @@ def on_page_markdown(markdown, page, config, files):
     folder = "" if page.file.src_uri in PAGES.values() else "docs"
 
     def rewrite(match: re.Match) -> str:
-        target, _ = target_in_site(match[2], folder)
-        # MkDocs names what it cannot find: a target that does not exist stays as it was written.
-        return f"{match[1]}{target or match[2]}{match[3] or ''}{match[4]}"
+        target, _ = target_in_site(match["path"], folder)
+        if not target and (TOP / folder / match["path"]).is_dir():
+            return match["text"]  # a folder that explains nothing has no page
+        # What does not exist stays as it was written, for MkDocs to name it.
+        return f"[{match['text']}]({target or match['path']}{match['anchor'] or ''})"
 
     return outside_code(markdown, lambda text: LINK.sub(rewrite, text))
