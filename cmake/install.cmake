@@ -25,6 +25,8 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/hnavConfigVersion.c
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hnavConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/hnavConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/hnav)
 
+# By its own place, so that an unpacked archive works wherever it lies.
+file(RELATIVE_PATH HNAV_PREFIX_FROM_PC "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
 configure_file(${PROJECT_SOURCE_DIR}/cmake/hnav.pc.in ${CMAKE_CURRENT_BINARY_DIR}/hnav.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hnav.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hnav)

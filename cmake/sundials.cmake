@@ -89,7 +89,10 @@ function(hnav_sundials_from_url result)
 endfunction()
 
 # What the finished build depends on; when it changes, SUNDIALS is built again.
-set(hnav_sundials_stamp "${HNAV_SUNDIALS_SOURCE}${FETCHCONTENT_SOURCE_DIR_SUNDIALS}|${CMAKE_C_COMPILER}|${HNAV_SANITIZE}")
+# Without contraction here too: on ARM it is the compiler's default, and the bits would differ from those of x86-64.
+set(hnav_sundials_flags "-fvisibility=hidden -ffunction-sections -fdata-sections -ffp-contract=off")
+set(hnav_sundials_stamp
+    "${HNAV_SUNDIALS_SOURCE}${FETCHCONTENT_SOURCE_DIR_SUNDIALS}|${CMAKE_C_COMPILER}|${HNAV_SANITIZE}|${hnav_sundials_flags}")
 set(hnav_sundials_stamp_file "${hnav_sundials_prefix}/stamp.txt")
 set(hnav_sundials_built "")
 if(EXISTS "${hnav_sundials_stamp_file}")
@@ -113,7 +116,12 @@ if(NOT hnav_sundials_built STREQUAL hnav_sundials_stamp)
                         "-DHNAV_SUNDIALS_SOURCE=..., or install one and give -DHNAV_SYSTEM_SUNDIALS=ON.")
   endif()
   message(STATUS "SUNDIALS: building ${hnav_sundials_source}")
-  set(flags "-fvisibility=hidden -ffunction-sections -fdata-sections -ffile-prefix-map=${hnav_sundials_source}=sundials")
+  set(flags "${hnav_sundials_flags} -ffile-prefix-map=${hnav_sundials_source}=sundials")
+  # For another machine than this one the toolchain names the compiler.
+  set(compiler "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}")
+  if(CMAKE_TOOLCHAIN_FILE)
+    set(compiler "-DCMAKE_TOOLCHAIN_FILE=${CMAKE_TOOLCHAIN_FILE}")
+  endif()
   set(options "")
   foreach(off BUILD_CVODES BUILD_IDA BUILD_IDAS BUILD_KINSOL BUILD_SHARED_LIBS BUILD_TESTING BUILD_FORTRAN_MODULE_INTERFACE
               EXAMPLES_ENABLE_C EXAMPLES_ENABLE_CXX EXAMPLES_INSTALL ENABLE_MPI ENABLE_OPENMP ENABLE_PTHREAD
@@ -122,7 +130,7 @@ if(NOT hnav_sundials_built STREQUAL hnav_sundials_stamp)
   endforeach()
   hnav_run("${hnav_sundials_work}/configure.log" ${CMAKE_COMMAND}
            -S "${hnav_sundials_source}" -B "${hnav_sundials_work}/build" -G "${CMAKE_GENERATOR}"
-           -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=${CMAKE_C_COMPILER} "-DCMAKE_C_FLAGS=${flags}"
+           -DCMAKE_BUILD_TYPE=Release ${compiler} "-DCMAKE_C_FLAGS=${flags}"
            -DCMAKE_C_FLAGS_RELEASE=-O3 -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_INSTALL_LIBDIR=lib
            "-DCMAKE_INSTALL_PREFIX=${hnav_sundials_prefix}" -DBUILD_ARKODE=ON -DBUILD_CVODE=ON
            -DSUNDIALS_LOGGING_LEVEL=0 ${options})

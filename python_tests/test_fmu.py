@@ -504,9 +504,11 @@ def test_a_damaged_state_is_refused(version):
         f = fmu.fmu
         state = f.getFMUState() if fmu.fmi3 else f.getFMUstate()
         content = bytearray(f.serializeFMUState(state) if fmu.fmi3 else f.serializeFMUstate(state))
-        content[len(content) // 2] ^= 1
-        with pytest.raises(HnavError, match="damaged"):
-            fmu.call(f.deserializeFMUState if fmu.fmi3 else f.deSerializeFMUstate, bytes(content))
+        for byte in (len(content) // 2, *range(16, 96, 8)):  # the middle, and every number of the header: mode, times
+            content[byte] ^= 1
+            with pytest.raises(HnavError, match="damaged"):
+                fmu.call(f.deserializeFMUState if fmu.fmi3 else f.deSerializeFMUstate, bytes(content))
+            content[byte] ^= 1
 
 
 # --------------------------------------------------------------------------------------------- wrong calls

@@ -41,7 +41,6 @@ struct hnav_filter {
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
     virtual hnav::Outcome advance(double t_s) = 0;
-    virtual const char* solver_failure() const = 0;
 
     virtual double now_s() const = 0;
     virtual double newest_s() const = 0;
@@ -123,7 +122,6 @@ public:
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
-    const char* solver_failure() const override { return filter_.propagator().failure(); }
 
     double now_s() const override { return filter_.now_s(); }
     double newest_s() const override { return filter_.newest_s(); }

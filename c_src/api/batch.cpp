@@ -59,7 +59,7 @@ hnav_status in_row(hnav_filter* f, hnav_status status, size_t i) {
 }
 
 hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
-    if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s is not finite");
+    if (const hnav_status status = check_time(f, t_s)) return status;
     hnav_status status = push_row(f, t_s, rate, gyro);
     if (status == HNAV_OK) status = push_row(f, t_s, force, accel);
     if (status == HNAV_OK) status = push_row(f, t_s, field, mag);

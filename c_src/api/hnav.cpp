@@ -31,7 +31,7 @@ const char* hnav_status_text(hnav_status status) {
     case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
     case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
     case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
-    case HNAV_ERROR_SOLVER: return "the integrator gave up";
+    case HNAV_ERROR_SOLVER: return "there is no finite answer";
     case HNAV_ERROR_ILL_CONDITIONED: return "the data do not determine the answer";
     }
     return "unknown status";
@@ -93,6 +93,10 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         filter->refuse_non_finite();
         return filter->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s, heading_rad, sigma_rad);
     }
+    if (std::fabs(t_s) > largest_time_s) {
+        filter->refuse_non_finite();
+        return check_time(filter, t_s);
+    }
     if (!(sigma_rad > 0) || sigma_rad > largest_reading)
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0", sigma_rad, t_s);
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
@@ -101,7 +105,7 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
 
 hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
-    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    if (const hnav_status status = check_time(filter, t_s)) return status;
     return advance(filter, t_s);
 }
 
@@ -144,8 +148,10 @@ hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[
     hnav::ErrorCovariance N = hnav::ErrorCovariance::Identity();
     N.topLeftCorner<3, 3>() = filter->frames.navigation;
     const hnav::ErrorCovariance C = N * filter->error_covariance() * N.transpose();
-    for (int i = 0; i < 6; ++i)
+    for (int i = 0; i < 6; ++i) {
         for (int j = 0; j < 6; ++j) covariance[6 * i + j] = 0.5 * (C(i, j) + C(j, i));
+        covariance[7 * i] = std::fmax(0, C(i, i)); // rounding may leave a hair less, as with the sigmas
+    }
     return HNAV_OK;
 }
 
@@ -261,7 +267,7 @@ hnav_status hnav_filter_nominal_x(const hnav_filter* filter, double* nominal_x) 
 hnav_status hnav_filter_derivative(const hnav_filter* filter, double t_s, const double* x, double* dx) {
     REQUIRE(filter, x);
     REQUIRE(filter, dx);
-    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    if (const hnav_status status = check_time(filter, t_s)) return status;
     filter->derivative(x, dx);
     return HNAV_OK;
 }
@@ -270,7 +276,7 @@ hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, 
     REQUIRE(filter, x);
     REQUIRE(filter, seed);
     REQUIRE(filter, out);
-    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    if (const hnav_status status = check_time(filter, t_s)) return status;
     filter->derivative_along(x, seed, out);
     return HNAV_OK;
 }
@@ -284,8 +290,8 @@ hnav_status hnav_filter_next_event_s(const hnav_filter* filter, double* t_s) {
 hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_minus, double* x_plus) {
     REQUIRE(filter, x_minus);
     REQUIRE(filter, x_plus);
-    if (!std::isfinite(t_s)) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (!finite(x_minus, filter->nx())) return filter->fail(HNAV_ERROR_NON_FINITE, "x_minus is not finite");
+    if (const hnav_status status = check_time(filter, t_s)) return status;
+    if (const hnav_status status = check_state(filter, x_minus)) return status;
     if (filter->causal_only)
         return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
     if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
@@ -295,7 +301,8 @@ hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_mi
 
 hnav_status hnav_filter_show(hnav_filter* filter, double t_s, const double* x) {
     REQUIRE(filter, x);
-    if (!std::isfinite(t_s) || !finite(x, filter->nx())) return filter->fail(HNAV_ERROR_NON_FINITE, "t_s or x is not finite");
+    if (const hnav_status status = check_time(filter, t_s)) return status;
+    if (const hnav_status status = check_state(filter, x)) return status;
     filter->show(t_s, x);
     return HNAV_OK;
 }

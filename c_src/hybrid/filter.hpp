@@ -28,7 +28,7 @@
 
 namespace hnav {
 
-enum class Outcome { ok, late, full, backwards, solver, diverged, size, corrupt };
+enum class Outcome { ok, late, full, backwards, diverged, size, corrupt };
 
 template <class Model>
 class Filter {
@@ -101,7 +101,9 @@ public:
         if (t_s < now_) return Outcome::backwards;
         while (queue_.solved() < queue_.size() && queue_.at(queue_.solved()).event.t_s <= t_s) {
             const Outcome outcome = solve(queue_.solved());
-            if (outcome != Outcome::ok) return outcome;
+            if (outcome == Outcome::ok) continue;
+            look_ahead(now_); // what was shown may have stood on the event that was dropped
+            return outcome;
         }
         close_events();
         const Outcome outcome = look_ahead(t_s);
@@ -219,6 +221,7 @@ public:
         Event event;
         place = get(place, event);
         restart_chain(event.t_s, base);
+        queue_.at(0).event = event;
         for (std::uint64_t i = 1; i < header.events; ++i) place = get(place, queue_.append().event);
         while (queue_.solved() < static_cast<int>(header.solved))
             if (solve(queue_.solved()) != Outcome::ok) break;
@@ -276,15 +279,17 @@ private:
         view_ = &coasted_;
     }
 
-    // The first event has no time before it: its interval is infinite, and the state begins there.
-    Outcome flow_over(State& state, double interval_s) {
-        if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return Outcome::ok;
+    // The first event has no time before it: its interval is infinite, and the state begins there. An interval with more
+    // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure
+    // would come back with every later sample, because the interval only grows.
+    void flow_over(State& state, double interval_s) {
+        if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return;
         if (settings_.closed_form) {
             model_.flow_exactly(state, interval_s);
-            return Outcome::ok;
+            return;
         }
         const FlowContext context{&model_, &state};
-        return propagator_.integrate(&context, interval_s, state.x) ? Outcome::ok : Outcome::solver;
+        if (!propagator_.integrate(&context, interval_s, state.x)) model_.flow_exactly(state, interval_s);
     }
 
     // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
@@ -293,16 +298,14 @@ private:
         const auto& previous = queue_.at(i - 1);
         slot.after = previous.after;
         model_.before_flow(slot.after, slot.event);
-        Outcome outcome = flow_over(slot.after, slot.event.t_s - previous.event.t_s);
-        if (outcome == Outcome::ok) {
-            model_.jump(slot.after, slot.event);
-            if (!finite(slot.after)) outcome = Outcome::diverged;
-        }
-        if (outcome == Outcome::ok)
-            queue_.mark_solved();
-        else
+        flow_over(slot.after, slot.event.t_s - previous.event.t_s);
+        model_.jump(slot.after, slot.event);
+        if (!finite(slot.after)) {
             queue_.remove(i);
-        return outcome;
+            return Outcome::diverged;
+        }
+        queue_.mark_solved();
+        return Outcome::ok;
     }
 
     // Closes the events that no sample may change any more. The newest stays open: its other sensors may follow.
@@ -310,6 +313,12 @@ private:
         const double newest = newest_s();
         late_limit_ = std::fmax(late_limit_, newest - settings_.horizon_s);
         while (queue_.solved() > 2 && queue_.at(1).event.t_s < late_limit_) queue_.remove_first();
+        // A queue full of events that wait for late company (a horizon too long for it, a clock that stands still) would
+        // refuse every later sample: the oldest close early. Two places are what a sample of rate and force needs.
+        while (queue_.solved() > 2 && !has_room(2)) {
+            queue_.remove_first();
+            late_limit_ = std::fmax(late_limit_, queue_.at(0).event.t_s);
+        }
     }
 
     Outcome look_ahead(double t_s) {
@@ -318,9 +327,10 @@ private:
         const double interval_s = t_s - last.event.t_s;
         if (!(interval_s > 0)) return Outcome::ok;
         coasted_ = last.after;
-        const Outcome outcome = flow_over(coasted_, interval_s);
-        if (outcome == Outcome::ok) view_ = &coasted_;
-        return outcome;
+        flow_over(coasted_, interval_s);
+        if (!finite(coasted_)) return Outcome::diverged;
+        view_ = &coasted_;
+        return Outcome::ok;
     }
 
     template <class T>
@@ -334,13 +344,15 @@ private:
         return place + sizeof value;
     }
 
-    // FNV-1a over 8-byte words: finds damage, not forgery.
+    // FNV-1a over 8-byte words: finds damage, not forgery. A product carries bits upwards only, so the shift brings the
+    // high ones down: without it the changed signs of two numbers cancel.
     static std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
         std::uint64_t hash = 14695981039346656037ull;
         for (std::size_t i = 0; i + 8 <= size; i += 8) {
             std::uint64_t word;
             std::memcpy(&word, bytes + i, 8);
             hash = (hash ^ word) * 1099511628211ull;
+            hash ^= hash >> 32;
         }
         return hash;
     }

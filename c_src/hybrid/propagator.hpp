@@ -34,13 +34,13 @@ public:
     // Also makes one warm-up step, because solvers take their last memory then. probe: a state the flow is defined at.
     bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
 
-    // Advances x over interval_s > 0. False: the solver gave up; x is then undefined and failure() has the reason.
+    // Advances x over interval_s > 0. False: more steps than one interval is worth, or tolerances
+    // out of reach; x is then as it was.
     bool integrate(const void* context, double interval_s, double* x);
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
     std::uint64_t steps() const { return steps_; }
     void set_counts(std::uint64_t rhs_evals, std::uint64_t steps) { rhs_evals_ = rhs_evals; steps_ = steps; }
-    const char* failure() const { return failure_; }
 
 private:
     struct Solver;
@@ -53,7 +53,6 @@ private:
     double* slope_ = nullptr; // Euler's f(x)
     std::uint64_t rhs_evals_ = 0;
     std::uint64_t steps_ = 0;
-    const char* failure_ = "";
 };
 
 } // namespace hnav

@@ -484,6 +484,40 @@ TEST(SaveLoad, DamageOtherOptionsAndWrongSizesAreRefused) {
 
 // ------------------------------------------------------------------------------------------------ bad input
 
+TEST(SaveLoad, SignsThatChangeInTwoNumbersAreFound) {
+    Handle f(precise());
+    f.push(tilted_motion(0.01, {{0, 0, 0}}, 0)[0]);
+    f.advance(0);
+    size_t bytes;
+    ASSERT_EQ(hnav_filter_state_size(f, &bytes), HNAV_OK);
+    std::vector<unsigned char> saved(bytes);
+    ASSERT_EQ(hnav_filter_save(f, saved.data(), bytes), HNAV_OK);
+    for (std::size_t i = 31; i < 400; i += 8)
+        for (std::size_t j = i + 8; j < 400; j += 8) {
+            saved[i] ^= 0x80;
+            saved[j] ^= 0x80;
+            ASSERT_EQ(hnav_filter_load(f, saved.data(), bytes), HNAV_ERROR_STATE_CORRUPT) << "bytes " << i << " and " << j;
+            saved[i] ^= 0x80;
+            saved[j] ^= 0x80;
+        }
+    EXPECT_EQ(hnav_filter_load(f, saved.data(), bytes), HNAV_OK);
+}
+
+TEST(SaveLoad, ALoadedStateSavesTheSameBytes) {
+    Handle f(precise());
+    for (const Row& row : tilted_motion(0.3, {{0, 0, 0}}, 0)) {
+        f.push(row);
+        f.advance(row.t_s);
+    }
+    size_t bytes;
+    ASSERT_EQ(hnav_filter_state_size(f, &bytes), HNAV_OK);
+    std::vector<unsigned char> saved(bytes), again(bytes);
+    ASSERT_EQ(hnav_filter_save(f, saved.data(), bytes), HNAV_OK);
+    ASSERT_EQ(hnav_filter_load(f, saved.data(), bytes), HNAV_OK);
+    ASSERT_EQ(hnav_filter_save(f, again.data(), bytes), HNAV_OK);
+    EXPECT_EQ(saved, again);
+}
+
 TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     const auto rows = tilted_motion(1, {{0, 0, 0}}, 1);
     Handle f(precise());
@@ -540,6 +574,76 @@ TEST(BadInput, AFullQueueSaysSoAndLosesNothing) {
     EXPECT_EQ(hnav_filter_push_accel(f, 4, up), HNAV_OK);
     f.advance(4);
     EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 5u);
+}
+
+TEST(BadInput, AClockThatStandsStillDoesNotFillTheQueueForGood) {
+    hnav_hrekf_options o = precise();
+    o.queue_capacity = 6;
+    Handle f(o);
+    const double up[3] = {0, 0, -9.81};
+    for (int k = 0; k < 50; ++k) {
+        ASSERT_EQ(hnav_filter_push_accel(f, 0, up), HNAV_OK) << "sample " << k << " of the same instant";
+        f.advance(0);
+    }
+    EXPECT_EQ(hnav_filter_push_imu(f, 0.01, up, up), HNAV_OK);
+    f.advance(0.01);
+    EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 51u);
+}
+
+TEST(BadInput, AHorizonThatHoldsMoreThanTheQueueLetsGoOfTheOldest) {
+    hnav_hrekf_options o = precise();
+    o.queue_capacity = 6;
+    o.horizon_s = 10;
+    Handle f(o);
+    const double up[3] = {0, 0, -9.81};
+    for (int k = 0; k < 50; ++k) {
+        ASSERT_EQ(hnav_filter_push_imu(f, 0.01 * k, up, up), HNAV_OK) << "sample " << k;
+        f.advance(0.01 * k);
+    }
+    EXPECT_EQ(hnav_filter_push_accel(f, 0.475, up), HNAV_OK); // what is still open takes late samples
+    EXPECT_EQ(hnav_filter_push_accel(f, 0.1, up), HNAV_ERROR_LATE_SAMPLE);
+}
+
+TEST(BadInput, AGapThatNoIntegratorCanFollowIsCrossedByTheClosedForm) {
+    for (int solver : {HNAV_SOLVER_ERKSTEP, HNAV_SOLVER_ADAMS, HNAV_SOLVER_EULER}) {
+        hnav_hrekf_options o = precise();
+        o.solver = HNAV_SOLVER_CLOSED_FORM;
+        Handle exact(o);
+        o.solver = solver;
+        Handle f(o);
+        const double spin[3] = {1000, 0, 0}, up[3] = {0, 0, -9.81}, field[3] = {2e-5, 0, 4e-5};
+        for (hnav_filter* filter : {static_cast<hnav_filter*>(exact), static_cast<hnav_filter*>(f)})
+            for (double t_s : {0.0, 1e5, 1e5 + 0.01}) {
+                const double still[3] = {0, 0, 0};
+                ASSERT_EQ(hnav_filter_push_imu(filter, t_s, t_s > 0 ? still : spin, up), HNAV_OK);
+                ASSERT_EQ(hnav_filter_push_mag(filter, t_s, field), HNAV_OK);
+                ASSERT_EQ(hnav_filter_advance(filter, t_s), HNAV_OK) << hnav_filter_message(filter);
+            }
+        EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 3u) << "solver " << solver;
+        for (int i = 0; i < 4; ++i) EXPECT_NEAR(f.posterior().q_nb[i], exact.posterior().q_nb[i], 1e-6) << "solver " << solver;
+    }
+}
+
+TEST(BadInput, TimesAndStatesThatWouldOverflowAreRefused) {
+    Handle f(precise());
+    f.push(tilted_motion(0.01, {{0, 0, 0}}, 0)[0]);
+    f.advance(0);
+    const double up[3] = {0, 0, -9.81};
+    EXPECT_EQ(hnav_filter_push_accel(f, 1e300, up), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_filter_push_heading(f, -1e13, 0, 1), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_filter_advance(f, 1e300), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(f.status().non_finite, 2u);
+    double x[64], out[64];
+    ASSERT_EQ(hnav_filter_get_x(f, x), HNAV_OK);
+    EXPECT_EQ(hnav_filter_show(f, 1e300, x), HNAV_ERROR_OUT_OF_RANGE);
+    x[8] = 1e200;
+    EXPECT_EQ(hnav_filter_show(f, 0, x), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_filter_jump(f, 0, x, out), HNAV_ERROR_OUT_OF_RANGE);
+    ASSERT_EQ(hnav_filter_get_x(f, x), HNAV_OK);
+    x[0] = x[1] = x[2] = x[3] = 0;
+    EXPECT_EQ(hnav_filter_show(f, 0, x), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_NE(std::string(hnav_filter_message(f)).find("no attitude"), std::string::npos);
+    f.advance(1e11);
 }
 
 TEST(BadInput, NullObjectsAreAnswered) {

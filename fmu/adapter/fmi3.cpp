@@ -57,7 +57,7 @@ fmi3Status set(fmi3Instance instance, Type type, const fmi3ValueReference* refer
 
 } // namespace
 
-static_assert(sizeof(fmi3Int32) == sizeof(int) && sizeof(fmi3Int64) == sizeof(long) && sizeof(fmi3Boolean) == sizeof(bool));
+static_assert(sizeof(fmi3Int32) == sizeof(int) && sizeof(fmi3Int64) == sizeof(std::int64_t) && sizeof(fmi3Boolean) == sizeof(bool));
 
 extern "C" {
 

@@ -208,7 +208,7 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
 
 template Status Instance::get(Type, const unsigned*, std::size_t, double*);
 template Status Instance::get(Type, const unsigned*, std::size_t, int*);
-template Status Instance::get(Type, const unsigned*, std::size_t, long*);
+template Status Instance::get(Type, const unsigned*, std::size_t, std::int64_t*);
 template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
 
 Status Instance::check_value(int row, double value) const {
@@ -245,7 +245,7 @@ Status Instance::set(Type type, const unsigned* references, std::size_t n, const
 
 template Status Instance::set(Type, const unsigned*, std::size_t, const double*);
 template Status Instance::set(Type, const unsigned*, std::size_t, const int*);
-template Status Instance::set(Type, const unsigned*, std::size_t, const long*);
+template Status Instance::set(Type, const unsigned*, std::size_t, const std::int64_t*);
 template Status Instance::set(Type, const unsigned*, std::size_t, const bool*);
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
@@ -405,13 +405,16 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
 
 // Plain numbers: header, values, the importer's states, the model. Good in another process with the same binary.
 struct Instance::Header {
-    std::uint64_t magic, checksum, token, bytes;
+    std::uint64_t magic, checksum;
+    // Everything from here on is covered by the checksum.
+    std::uint64_t token, bytes;
     std::uint64_t interface, event_mode_used, mode, has_model;
     double time_s, start_s, stop_s;
 };
 
 namespace {
-constexpr std::uint64_t snapshot_magic = 0x3154415453564e48ull; // "HNVSTAT1"
+constexpr std::uint64_t snapshot_magic = 0x3254415453564e48ull; // "HNVSTAT2"
+constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and checksum
 }
 
 std::size_t Instance::snapshot_bytes() const {
@@ -433,7 +436,8 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
     std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_->info().nx * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
-    header.checksum = checksum(place + sizeof header, bytes - sizeof header);
+    std::memcpy(place, &header, sizeof header);
+    header.checksum = checksum(place + unchecked_bytes, bytes - unchecked_bytes);
     std::memcpy(place, &header, sizeof header);
     return Status::ok;
 }
@@ -483,7 +487,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     std::memcpy(&header, bytes, sizeof header);
     if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
         header.bytes < sizeof header + (2 * table_.size() + model_->info().nx) * sizeof(double) ||
-        header.checksum != checksum(bytes + sizeof header, header.bytes - sizeof header))
+        header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));
     if (!fresh) return fail("no memory for the state of the FMU");

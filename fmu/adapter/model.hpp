@@ -73,6 +73,20 @@ protected:
     ~Model() = default;
 };
 
+// A model without continuous states: all that happens, happens at samples.
+class StatelessModel : public Model {
+public:
+    void get_states(double*) const override {}
+    void get_nominals(double*) const override {}
+    bool derivatives(double, const double*, double*) const override { return true; }
+    bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
+    bool jump(double, double*, bool*, Message*) override { return true; }
+    void show(double, const double*) override {}
+
+protected:
+    ~StatelessModel() = default;
+};
+
 // The one model of this FMU; null when there is no memory.
 Model* make_model();
 

@@ -10,7 +10,7 @@ namespace {
 
 using aircraft::nu, aircraft::nx;
 
-class AircraftIns final : public Model {
+class AircraftIns final : public StatelessModel {
 public:
     static Model* make() {
         void* memory = std::malloc(sizeof(AircraftIns));
@@ -89,16 +89,6 @@ public:
         values[at_.sample] = std::fmin(static_cast<double>(s.k) + 1, 2147483647);
         values[at_.t_meas] = memory_.start_s + s.t_s;
     }
-
-    // ------------------------------------------------------------------------------------------------ Model Exchange
-
-    // No continuous states: the truth is known at samples, which are time events.
-    void get_states(double*) const override {}
-    void get_nominals(double*) const override {}
-    bool derivatives(double, const double*, double*) const override { return true; }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
-    bool jump(double, double*, bool*, Message*) override { return true; }
-    void show(double, const double*) override {}
 
     // ------------------------------------------------------------------------------------------------ complete state
 

@@ -12,7 +12,7 @@ namespace {
 constexpr int sensors = 3;
 enum Group : unsigned { reading_group = 1, parameter_group = 2 };
 
-class ImuMagSensor final : public Model {
+class ImuMagSensor final : public StatelessModel {
 public:
     const ModelInfo& info() const override {
         static constexpr ModelInfo sensor = {
@@ -111,14 +111,6 @@ public:
             values[place.dropped] = count(reading.dropped);
         }
     }
-
-    // There is no Model Exchange.
-    void get_states(double*) const override {}
-    void get_nominals(double*) const override {}
-    bool derivatives(double, const double*, double*) const override { return true; }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
-    bool jump(double, double*, bool*, Message*) override { return true; }
-    void show(double, const double*) override {}
 
     std::size_t state_size() const override {
         std::size_t bytes = 0;

@@ -9,7 +9,7 @@ namespace {
 
 using aircraft::nu, aircraft::nx;
 
-class InsErrorFilter final : public Model {
+class InsErrorFilter final : public StatelessModel {
 public:
     static Model* make() {
         void* memory = std::malloc(sizeof(InsErrorFilter));
@@ -132,16 +132,6 @@ public:
             values[at_.failed] = clamp(memory_.failed);
         }
     }
-
-    // ------------------------------------------------------------------------------------------------ Model Exchange
-
-    // No continuous states: between samples nothing flows.
-    void get_states(double*) const override {}
-    void get_nominals(double*) const override {}
-    bool derivatives(double, const double*, double*) const override { return true; }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
-    bool jump(double, double*, bool*, Message*) override { return true; }
-    void show(double, const double*) override {}
 
     // ------------------------------------------------------------------------------------------------ complete state
 

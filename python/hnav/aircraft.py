@@ -21,6 +21,7 @@ from scipy.linalg import expm
 from hnav.ins_error_filter import LinearModel
 from hnav.library import HnavError
 
+LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
 
 
@@ -144,7 +145,10 @@ def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], 
 
 
 def models_folder() -> Path:
-    return Path(__file__).resolve().parents[2] / "models" / "aircraft"
+    """The one in this package (wheel), else the checkout's."""
+    here = Path(__file__).resolve().parent
+    packaged = here / "models" / "aircraft"
+    return packaged if packaged.is_dir() else here.parents[1] / "models" / "aircraft"
 
 
 def read_aircraft(path: str | Path) -> Aircraft:
@@ -158,8 +162,8 @@ def read_aircraft(path: str | Path) -> Aircraft:
         data = json.loads(path.read_text())
     except OSError as error:
         raise HnavError(2, f"{path}: {error.strerror}") from None
-    except json.JSONDecodeError as error:
-        refuse(f"no JSON: {error}")
+    except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
+        refuse(f"no JSON: {str(error).splitlines()[0]}")
 
     def entry(name: str):
         value = data.get(name) if isinstance(data, dict) else None
@@ -170,12 +174,14 @@ def read_aircraft(path: str | Path) -> Aircraft:
     def array(name: str, shape: tuple[int, ...]) -> np.ndarray:
         try:
             value = np.array(entry(name), float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             refuse(f"{name} is no array of numbers")
         if value.shape != shape:
             refuse(f"{name} has the shape {value.shape}, expected {shape}")
         if not np.isfinite(value).all():
             refuse(f"{name} is not finite")
+        if (np.abs(value) > LARGEST).any():
+            refuse(f"{name} holds a number beyond {LARGEST:g}")
         return value
 
     def sigma(name: str, above: bool = False) -> np.ndarray:
@@ -184,8 +190,32 @@ def read_aircraft(path: str | Path) -> Aircraft:
             refuse(f"{name} must be {'above' if above else 'at least'} 0 in every channel")
         return value
 
+    def objects(name: str, value) -> list[dict]:
+        if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
+            refuse(f"{name} is no list of objects")
+        return value
+
+    def number(holder: dict, name: str) -> float:
+        value = holder[name]
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
+            refuse(f"{name} = {str(value)[:40]!r} is no finite number")
+        return float(value)
+
+    def text(holder: dict, name: str) -> str:
+        if not isinstance(holder[name], str):
+            refuse(f"{name} = {str(holder[name])[:40]!r} is no text")
+        return holder[name]
+
+    def fault(f: dict) -> Fault:
+        if f["channel"] not in names:
+            refuse(f"faults: there is no channel {str(f['channel'])[:40]}")
+        found = Fault(names.index(f["channel"]), number(f, "noise_factor"), int(number(f, "first_step")), int(number(f, "last_step")))
+        if found.noise_factor <= 0 or not 0 <= found.first_step <= found.last_step:
+            refuse("faults: noise_factor must be above 0, and 0 <= first_step <= last_step")
+        return found
+
     entry("source")
-    states, controls = entry("states"), entry("inputs")
+    states, controls = objects("states", entry("states")), objects("inputs", entry("inputs"))
     n, m = len(states), len(controls)
     if not 1 <= n <= 32:
         refuse(f"states: {n} given, 1 to 32 can be used")
@@ -193,31 +223,30 @@ def read_aircraft(path: str | Path) -> Aircraft:
         refuse(f"inputs: {m} given, 1 to 32 can be used")
     try:
         channels = tuple(
-            Channel(s["name"], s["unit"], s["display_unit"], DISPLAY.get((s["unit"], s["display_unit"]), 1.0)) for s in states
+            Channel(text(s, "name"), text(s, "unit"), text(s, "display_unit"), DISPLAY.get((s["unit"], s["display_unit"]), 1.0))
+            for s in states
         )
-        inputs = tuple(Control(c["name"], float(c["amplitude"]), float(c["period_s"]), float(c["phase_rad"])) for c in controls)
+        inputs = tuple(Control(text(c, "name"), *(number(c, k) for k in ("amplitude", "period_s", "phase_rad"))) for c in controls)
         names = [c.name for c in channels]
-        faults = []
-        for f in data.get("faults", []):
-            if f["channel"] not in names:
-                refuse(f"faults: there is no channel {f['channel']}")
-            faults.append(Fault(names.index(f["channel"]), float(f["noise_factor"]), int(f["first_step"]), int(f["last_step"])))
+        faults = tuple(fault(f) for f in objects("faults", data.get("faults", [])))
     except KeyError as error:
         refuse(f"{error.args[0]} is missing in states, inputs or faults")
     if any(c.period_s <= 0 for c in inputs):
         refuse("inputs: period_s must be above 0")
-    interval = entry("interval_s")
-    if not isinstance(interval, (int, float)) or not interval > 0:
+    entry("interval_s")
+    interval = number(data, "interval_s")
+    if interval <= 0:
         refuse("interval_s must be above 0")
 
+    entry("name")
     A = array("A_1_s", (n, n))
     values = np.linalg.eigvals(A)
     unstable = values[values.real > 1e-9]
     if len(unstable):
         refuse(f"A_1_s is unstable: eigenvalue {unstable[0]:.4g} 1/s")
     return Aircraft(
-        name=entry("name"), channels=channels, controls=inputs, A_1_s=A, B_1_s=array("B_1_s", (n, m)),
+        name=text(data, "name"), channels=channels, controls=inputs, A_1_s=A, B_1_s=array("B_1_s", (n, m)),
         process_noise=sigma("process_noise_per_sqrt_s"), measurement_sigma=sigma("measurement_sigma"),
         ins_error_sigma=sigma("ins_error_sigma"), ins_error_time_constant_s=sigma("ins_error_time_constant_s", above=True),
-        start_sigma=sigma("start_sigma"), interval_s=float(interval), faults=tuple(faults),
+        start_sigma=sigma("start_sigma"), interval_s=interval, faults=faults,
     )  # fmt: skip

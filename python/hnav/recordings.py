@@ -112,14 +112,30 @@ def read_broad(path: Path) -> Recording:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
     except Exception as error:  # the readers of both formats raise whatever a damaged file makes them stumble over
         raise RecordingError(f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
+    if not 0 < rate_hz < np.inf:
+        raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
+    n = np.shape(data["imu_gyr"])[0] if np.ndim(data["imu_gyr"]) else 0
+
+    def array(name: str, *shape: int) -> np.ndarray:
+        value = np.asarray(data[name])
+        if value.dtype.kind not in "biuf":
+            raise RecordingError(f"{path}: not a BROAD trial: {name} holds no real numbers")
+        if value.shape != (n, *shape) or n == 0:
+            raise RecordingError(f"{path}: not a BROAD trial: {name} has the shape {value.shape}, expected {(n or 'n', *shape)}")
+        return np.ascontiguousarray(value, float)
+
+    t_s = np.arange(n) / rate_hz
+    if not np.isfinite(t_s).all() or (np.diff(t_s) <= 0).any():
+        raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
+    data["movement"] = np.ravel(data["movement"])
     return Recording(
         name=path.stem,
-        t_s=np.arange(len(data["imu_gyr"])) / rate_hz,
-        rate_b_rad_s=np.ascontiguousarray(data["imu_gyr"], float),
-        force_b_m_s2=np.ascontiguousarray(data["imu_acc"], float),
-        field_b_tesla=np.ascontiguousarray(data["imu_mag"], float) * 1e-6,
-        reference_q_nb=np.ascontiguousarray(data["opt_quat"], float),
-        movement=np.ravel(data["movement"]).astype(bool),
+        t_s=t_s,
+        rate_b_rad_s=array("imu_gyr", 3),
+        force_b_m_s2=array("imu_acc", 3),
+        field_b_tesla=array("imu_mag", 3) * 1e-6,
+        reference_q_nb=array("opt_quat", 4),
+        movement=array("movement").astype(bool),
     )
 
 
@@ -166,7 +182,7 @@ def _header(path: Path) -> list[str]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             columns = [name.strip() for name in next(csv.reader(file), [])]
-    except UnicodeDecodeError:
+    except (UnicodeDecodeError, csv.Error):  # bytes that are no text, or a cell without end
         raise RecordingError(f"{path}: not a text file") from None
     if not columns:
         raise RecordingError(f"{path}: the file is empty")

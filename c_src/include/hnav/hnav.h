@@ -61,7 +61,7 @@ typedef enum hnav_status {
     HNAV_ERROR_OUT_OF_MEMORY = 4,   /* create found no memory */
     HNAV_ERROR_NON_FINITE = 5,      /* NaN or infinity in a sample or time; the sample is dropped and counted */
     HNAV_ERROR_ZERO_VECTOR = 6,     /* a force or field of zero length has no direction; dropped and counted */
-    HNAV_ERROR_OUT_OF_RANGE = 7,    /* an argument outside its range (sigma not positive, unknown sensor) */
+    HNAV_ERROR_OUT_OF_RANGE = 7,    /* an argument outside its range (sigma not positive, unknown sensor, time beyond 1e12 s) */
     HNAV_ERROR_LATE_SAMPLE = 8,     /* older than the committed estimate; dropped and counted */
     HNAV_ERROR_QUEUE_FULL = 9,      /* more waiting samples than queue_capacity: advance first */
     HNAV_ERROR_TIME_BACKWARDS = 10, /* advance to a time before the last one */
@@ -69,7 +69,7 @@ typedef enum hnav_status {
     HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
     HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
     HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
-    HNAV_ERROR_SOLVER = 15,         /* the integrator gave up; the message has its reason */
+    HNAV_ERROR_SOLVER = 15,         /* there is no finite answer; the samples that led there were dropped */
     HNAV_ERROR_UNSUPPORTED = 16,    /* this filter cannot do what was asked */
     HNAV_ERROR_ILL_CONDITIONED = 17 /* the data do not determine the answer; the message says what is missing */
 } hnav_status;
@@ -356,7 +356,7 @@ HNAV_API hnav_status hnav_filter_push_imu(hnav_filter *filter, double t_s, const
 /* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0. */
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter *filter, double t_s, double heading_rad, double sigma_rad);
 
-/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, TIME_BACKWARDS, SOLVER. */
+/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS, SOLVER. */
 HNAV_API hnav_status hnav_filter_advance(hnav_filter *filter, double t_s);
 
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
@@ -481,7 +481,7 @@ typedef struct hnav_filter_status {
     uint64_t used[HNAV_SENSOR_COUNT];       /* samples used, by sensor */
     uint64_t gated[HNAV_SENSOR_COUNT];      /* of those, with inflated noise */
     uint64_t late;          /* refused: older than the committed estimate */
-    uint64_t non_finite;    /* refused: NaN, infinity, or beyond 1e6 in any unit */
+    uint64_t non_finite;    /* refused: NaN, infinity, beyond 1e6 in any unit or 1e12 s */
     uint64_t zero;          /* refused: zero vector */
     uint64_t corrections;
     uint64_t gamma_raised;  /* corrections whose gamma was infeasible and had to be raised */
@@ -524,7 +524,8 @@ HNAV_API hnav_status hnav_filter_derivative_along(const hnav_filter *filter, dou
 HNAV_API hnav_status hnav_filter_next_event_s(const hnav_filter *filter, double *t_s);
 /* Applies the waiting samples of times up to t_s to the state x_minus at t_s and commits. */
 HNAV_API hnav_status hnav_filter_jump(hnav_filter *filter, double t_s, const double *x_minus, double *x_plus);
-/* Lets attitude, rate, gyro_bias and covariance show x at t_s. */
+/* Lets attitude, rate, gyro_bias and covariance show x at t_s. Errors of jump and show: NON_FINITE, OUT_OF_RANGE (beyond
+ * 1e50, or a quaternion of no length). */
 HNAV_API hnav_status hnav_filter_show(hnav_filter *filter, double t_s, const double *x);
 
 /* ------------------------------------------------------------------------------------------------ coloured INS errors */

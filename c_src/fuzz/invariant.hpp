@@ -1,0 +1,57 @@
+// What must hold whatever was called with whatever. A broken promise ends the process with its text, so that the fuzzer
+// keeps the input that led there.
+#pragma once
+
+#include "hnav/hnav.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#define HOLDS(condition)                                                                                             \
+    do {                                                                                                             \
+        if (!(condition)) fuzz::broken(#condition, __FILE__, __LINE__);                                               \
+    } while (0)
+
+namespace fuzz {
+
+[[noreturn]] inline void broken(const char* promise, const char* file, int line) {
+    std::fprintf(stderr, "%s:%d: this does not hold: %s\n", file, line, promise);
+    std::abort();
+}
+
+inline bool finite(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!std::isfinite(v[i])) return false;
+    return true;
+}
+
+inline bool not_negative(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!(v[i] >= 0)) return false;
+    return true;
+}
+
+inline bool unit(const double* q) {
+    return std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9;
+}
+
+// A call that fails says why; one that succeeds has a status and nothing else.
+inline void answered(hnav_status status, const char* message) {
+    HOLDS(status >= HNAV_OK && status <= HNAV_ERROR_ILL_CONDITIONED);
+    HOLDS(std::strcmp(hnav_status_text(status), "unknown status") != 0);
+    HOLDS(status == HNAV_OK || message[0] != '\0');
+    HOLDS(std::strlen(message) < 256);
+}
+
+// n x n, row-major: symmetric to the bit, and no variance below zero.
+inline void covariance(const double* P, int n) {
+    HOLDS(finite(P, n * n));
+    for (int i = 0; i < n; ++i) {
+        HOLDS(P[i * n + i] >= 0);
+        for (int j = 0; j < i; ++j) HOLDS(P[i * n + j] == P[j * n + i]);
+    }
+}
+
+} // namespace fuzz

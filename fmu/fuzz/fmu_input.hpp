@@ -1,0 +1,72 @@
+// What the targets of both FMI versions share: the token of this FMU, references and values of the fuzzer's, and a logger
+// that remembers whether a failure was explained.
+#pragma once
+
+#include "adapter/instance.hpp"
+#include "input.hpp"
+#include "invariant.hpp"
+
+#include <vector>
+
+namespace fuzz {
+
+// The table of the FMU that was linked, and the token that its description carries.
+struct Description {
+    hnav::fmu::Table table;
+    int nx = 0;
+    char token[64] = "";
+
+    Description() {
+        hnav::fmu::Model* model = hnav::fmu::make_model();
+        HOLDS(model);
+        model->describe(table);
+        nx = model->info().nx;
+        model->destroy();
+        hnav::fmu::Instance::format_token(table.token(), token, sizeof token);
+    }
+};
+
+inline const Description& description() {
+    static const Description d;
+    return d;
+}
+
+inline int messages = 0;
+
+// Mostly variables of the type that the call is about, so that calls get through; else any number.
+inline unsigned reference(Input& in, hnav::fmu::Type type) {
+    const hnav::fmu::Table& table = description().table;
+    const int first = in.byte() * 256 + in.byte();
+    if (first % 32 == 31) return static_cast<unsigned>(in.byte()) << 24 | in.byte();
+    for (int k = 0; k < table.size(); ++k) {
+        const int row = (first + k) % table.size();
+        if (table[row].type == type) return static_cast<unsigned>(row);
+    }
+    return 0;
+}
+
+// Of a variable: what its row promises.
+inline void look_at(unsigned row, double value) {
+    const hnav::fmu::Variable& v = description().table[static_cast<int>(row)];
+    if (v.type == hnav::fmu::Type::enumeration && v.causality != hnav::fmu::Causality::input)
+        HOLDS(value >= v.min && value <= v.max);
+    HOLDS(!std::isnan(value) || v.causality == hnav::fmu::Causality::input || v.type == hnav::fmu::Type::real);
+}
+
+// What is known of the times of an instance, to make steps that it takes.
+struct Clock {
+    double t_s = 0;
+
+    double step(Input& in) { return in.choice(4) == 3 ? in.number() : 0.01 * (1 + in.choice(4)); }
+    double now(Input& in) { return in.choice(16) == 15 ? in.number() : t_s; }
+};
+
+// A serialised state with some bytes changed.
+inline void damage(Input& in, std::vector<unsigned char>& bytes) {
+    for (int n = in.choice(4); n > 0 && !bytes.empty(); --n) {
+        const std::size_t at = (in.byte() * 256u + in.byte()) % bytes.size();
+        bytes[in.flag() ? at : at % 96] ^= static_cast<unsigned char>(1 + in.choice(255)); // the first hold mode and times
+    }
+}
+
+} // namespace fuzz

@@ -1,0 +1,102 @@
+"""What a binary asks of the machine it runs on, and what it shows of itself: for ELF files and DLLs alike.
+
+    python release/binaries.py DIST
+
+looks at every FMU of DIST/fmi2 and DIST/fmi3 and at DIST's library, and exits with the first thing that is wrong.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pefile
+from elftools.elf.dynamic import DynamicSection
+from elftools.elf.elffile import ELFFile
+from elftools.elf.gnuversions import GNUVerNeedSection
+from elftools.elf.sections import SymbolTableSection
+
+GLIBC = (2, 17)
+# What Windows 10 brings itself; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
+SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux", "kernel32.dll", "ntdll.dll", "ucrtbase.dll", "api-ms-win-crt-")
+
+
+@dataclass(frozen=True)
+class Needs:
+    """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None."""
+
+    exports: tuple[str, ...]
+    libraries: tuple[str, ...]
+    glibc: tuple[int, ...] | None
+
+
+def needs(content: bytes) -> Needs:
+    """content: of an ELF file or a DLL."""
+    return _needs_of_elf(content) if content.startswith(b"\x7fELF") else _needs_of_dll(content)
+
+
+def _needs_of_elf(content: bytes) -> Needs:
+    elf = ELFFile(io.BytesIO(content))
+    exports, libraries, versions = [], [], []
+    for section in elf.iter_sections():
+        if isinstance(section, DynamicSection):
+            libraries += [tag.needed for tag in section.iter_tags("DT_NEEDED")]
+        elif isinstance(section, GNUVerNeedSection):
+            names = (version.name for _, wanted in section.iter_versions() for version in wanted)
+            versions += [tuple(map(int, n.removeprefix("GLIBC_").split("."))) for n in names if n.startswith("GLIBC_2")]
+        elif isinstance(section, SymbolTableSection) and section.name == ".dynsym":
+            # Names of versions are absolute symbols, and nothing that anyone calls.
+            exports += [s.name for s in section.iter_symbols() if s.name and s["st_shndx"] not in ("SHN_UNDEF", "SHN_ABS")]
+    return Needs(tuple(exports), tuple(libraries), max(versions, default=None))
+
+
+def _needs_of_dll(content: bytes) -> Needs:
+    dll = pefile.PE(data=content)
+    exports = [s.name.decode() for s in dll.DIRECTORY_ENTRY_EXPORT.symbols]
+    return Needs(tuple(exports), tuple(entry.dll.decode().lower() for entry in dll.DIRECTORY_ENTRY_IMPORT), None)
+
+
+def faults(what: Needs, prefix: str) -> list[str]:
+    """Sentences, one for each rule that a binary breaks whose exports should all begin with prefix."""
+    found = [f"exports {name}" for name in what.exports if not name.startswith(prefix)]
+    if not what.exports:
+        found.append("exports nothing")
+    found += [f"needs {library}" for library in what.libraries if not library.startswith(SYSTEM)]
+    if what.glibc and what.glibc > GLIBC:
+        found.append(f"needs glibc {'.'.join(map(str, what.glibc))}")
+    return found
+
+
+def binaries(dist: Path) -> dict[str, tuple[bytes, str]]:
+    """Content and prefix of the exports of every released binary, by a name for people."""
+    found = {}
+    for version in (2, 3):
+        for fmu in sorted((dist / f"fmi{version}").glob("*.fmu")):
+            with zipfile.ZipFile(fmu) as archive:
+                for name in (n for n in archive.namelist() if n.startswith("binaries/")):
+                    found[f"fmi{version}/{fmu.name} {name}"] = archive.read(name), f"fmi{version}"
+    for wheel in sorted(dist.glob("hnav-*.whl")):
+        with zipfile.ZipFile(wheel) as archive:
+            found[f"{wheel.name} hnav/libhnav.so"] = archive.read("hnav/libhnav.so"), "hnav_"
+    return found
+
+
+def main(dist: Path) -> None:
+    highest = (0,)
+    released = binaries(dist)
+    for name, (content, prefix) in released.items():
+        what = needs(content)
+        wrong = faults(what, prefix)
+        if wrong:
+            sys.exit(f"binaries: {name} {'; '.join(wrong)}")
+        highest = max(highest, what.glibc or (0,))
+    if not released:
+        sys.exit(f"binaries: nothing in {dist}")
+    print(f"{len(released)} binaries: nothing beside the system's C library needed, highest glibc symbol {'.'.join(map(str, highest))}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
