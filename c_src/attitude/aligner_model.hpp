@@ -786,6 +786,7 @@ private:
         Eigen::Map<Eigen::Matrix<double, 9, 1>>(s.calibration) += error.segment<9>(calibration);
         Eigen::Map<Eigen::Vector2d>(s.velocity) += error.segment<2>(velocity);
         Eigen::Map<Eigen::Vector2d>(s.reference) += error.segment<2>(reference);
+        s.reference[0] = std::fmax(0, s.reference[0]); // by what north means; a correction near a magnetic pole may not see it
         s.latency += error[latency];
     }
 
