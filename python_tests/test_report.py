@@ -11,7 +11,7 @@ from hnav.library import HnavError
 from hnav.report_pictures import write_pictures
 from hnav.rotations import rotation_error_rad
 from hnav.run_views import estimates, figures, measured_field, truth_component
-from hnav.simulation import Run, simulate, write_run
+from hnav.simulation import Run, read_run, simulate, write_run
 from made_systems import make_system, make_turntable
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
@@ -19,6 +19,8 @@ from hnav.report import write_report
 from hnav.report_panels import PANELS, panels_of
 
 NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt_hz=200", "sensor.mag.noise_nt_per_sqrt_hz=50")
+# Panels about attitude filters; other modules add theirs for other runs.
+ATTITUDE = [p for p in PANELS if p.draw.__module__ == "hnav.report_panels"]
 # What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
@@ -41,9 +43,9 @@ def page(run, tmp_path_factory):
 
 
 def test_every_panel_is_drawn_for_a_turntable(run, page):
-    assert [p.name for p in panels_of(run)] == [p.name for p in PANELS]
+    assert [p.name for p in panels_of(run)] == [p.name for p in ATTITUDE]
     text = page.read_text(encoding="utf-8")
-    for panel in PANELS:
+    for panel in ATTITUDE:
         assert f'<section id="{panel.name}">' in text
         assert f'id="plot-{panel.name}"' in text
 
@@ -101,7 +103,7 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
     names = {name for name in run.columns if not name.startswith("turntable.")}
     about = run.about | {"components": {c: v for c, v in run.about["components"].items() if c != "turntable"}}
     untrue = Run(run.t_s, {name: run[name] for name in names}, run.units, about)
-    assert {"error", "nees"} == {p.name for p in PANELS} - {p.name for p in panels_of(untrue)}
+    assert {"error", "nees"} == {p.name for p in ATTITUDE} - {p.name for p in panels_of(untrue)}
     assert write_report(untrue, tmp_path / "untrue.html")
     try:
         only = simulate(make_system(tmp_path / "only", {"turntable": "Turntable"}, []), stop_s=1)
@@ -172,3 +174,13 @@ def test_chromium_would_tell_of_errors_and_requests(tmp_path):
     _, console, initiators = browse(page, tmp_path)
     assert any("nothing is not defined" in line for line in console)
     assert initiators
+
+
+def test_the_certificate_beside_a_run_has_a_panel(run, tmp_path):
+    write_run(run, tmp_path)
+    assert "certificate" not in [p.name for p in panels_of(read_run(tmp_path))]
+    (tmp_path / "certificate.json").write_text('{"certified": false, "reason": "errors <grow>", "rate_1_s": 0.125, "region_deg": null}')
+    certified = read_run(tmp_path)
+    assert "certificate" in write_report(certified, tmp_path / "report.html")
+    shown = next(p for p in PANELS if p.name == "certificate").draw(certified).data[0].cells.values
+    assert list(shown[0]) == ["verdict", "rate_1_s"] and list(shown[1]) == ["not certified: errors <grow>", "0.125 1/s"]
