@@ -11,7 +11,7 @@ from hnav.boundary_starts import boundary, difference_of_measurements, flow, qua
 from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, largest_below, printed_theorem, sphere_bound
 from hnav.certify_run import attenuation_of, read_results
 from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
-from hnav.library import HnavError
+from hnav.library import Filter, HnavError
 from hnav.recordings import RecordingError
 from hnav.reference import ReferenceFilter, product
 from hnav.turntable import DIP_RAD, INTERVAL_S, Turntable
@@ -81,6 +81,41 @@ def test_the_filters_own_covariance_contracts_at_every_correction(record):
     rates = free_rates(record)
     assert len(rates) == len(record.corrections) - 1
     assert (rates > 0).all() and (np.exp(-rates * INTERVAL_S) < 1).all()
+
+
+def rates_in_c(turntable, options: Options) -> list[tuple[int, float]]:
+    """(corrections, decay rate) after every sample."""
+    in_c, data, seen = Filter(options), turntable.recording, []
+    for t_s, rate, force, field in zip(data.t_s.tolist(), data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla):
+        in_c.push_gyro(t_s, rate)
+        in_c.push_accel(t_s, force)
+        in_c.push_mag(t_s, field)
+        in_c.advance(t_s)
+        status = in_c.status()
+        seen.append((status.corrections, status.decay_rate_1_s))
+    return seen
+
+
+@pytest.mark.parametrize("settings", [
+    {"gamma_mode": "off"}, {"gamma_mode": "relative", "gamma_relative_rate_1_s": 1.0}, {"gamma_mode": "off", "quaternion_noise_per_sqrt_s": 0.0},
+])  # fmt: skip
+def test_the_rate_in_c_is_that_of_the_record(turntable, settings):
+    options = Options("hrekf", "paper", **turntable.settings | settings, solver="closed_form")
+    found = dict(rates_in_c(turntable, options))
+    assert found[0] == 0
+    expected = free_rates(record_gains(turntable.recording, options))
+    np.testing.assert_allclose([found[k] for k in range(2, len(expected) + 2)], expected, atol=1e-9)
+
+
+def test_the_rates_in_c_are_positive_and_errors_fall_at_least_so_fast(turntable, record):
+    found = dict(rates_in_c(turntable, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")))
+    errors = np.linalg.cholesky(record.corrections[0].P[1:, 1:])  # columns on the unit ball of P^-1, and what becomes of them
+    allowed = 1.0
+    for k, c in enumerate(record.corrections[1:], 2):
+        assert found[k] > 0
+        errors = c.M[1:, 1:] @ errors
+        allowed *= np.exp(-found[k] * c.interval_s)
+        assert np.linalg.norm(np.linalg.solve(np.linalg.cholesky(c.P[1:, 1:]), errors), 2) <= allowed * (1 + 1e-9)
 
 
 # --------------------------------------------------------------------------------------------- the bounds
@@ -220,6 +255,18 @@ def test_results_of_a_simulation_are_read_by_the_names_of_their_signals(tmp_path
     data = read_results(tmp_path)
     np.testing.assert_array_equal(data.rate_b_rad_s, values)
     np.testing.assert_array_equal(data.field_b_tesla, values + 2)
+
+
+def test_values_held_between_samples_are_no_samples(tmp_path):
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+        for end in ("gyro.rate", "accel.force", "mag.field"):
+            for i in range(3):
+                file[f"imu.{end}[{i + 1}]"] = np.array([0.0, 1.0, 1.0, 2.0])
+        file["imu.mag.sample"] = np.array([0.0, 1.0, 1.0, 2.0])
+    data = read_results(tmp_path)
+    np.testing.assert_array_equal(np.isfinite(data.field_b_tesla).all(axis=1), [False, True, False, True])
+    assert np.isfinite(data.rate_b_rad_s).all()
 
 
 def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):

@@ -11,16 +11,16 @@ from hnav.library import HnavError
 from hnav.report_pictures import write_pictures
 from hnav.rotations import rotation_error_rad
 from hnav.run_views import estimates, figures, measured_field, truth_component
-from hnav.simulation import Run, simulate, write_run
+from hnav.simulation import Run, read_run, simulate, write_run
 from made_systems import make_system, make_turntable
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
 from hnav.report import write_report
 from hnav.report_panels import PANELS, panels_of
 
-# Those about flights have tests of their own.
-ATTITUDE_PANELS = [p for p in PANELS if not p.name.startswith("flight")]
 NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt_hz=200", "sensor.mag.noise_nt_per_sqrt_hz=50")
+# Panels about attitude filters; other modules add theirs for other runs.
+ATTITUDE_PANELS = [p for p in PANELS if p.draw.__module__ == "hnav.report_panels"]
 # What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
@@ -175,3 +175,13 @@ def test_chromium_would_tell_of_errors_and_requests(tmp_path):
     _, console, initiators = browse(page, tmp_path)
     assert any("nothing is not defined" in line for line in console)
     assert initiators
+
+
+def test_the_certificate_beside_a_run_has_a_panel(run, tmp_path):
+    write_run(run, tmp_path)
+    assert "certificate" not in [p.name for p in panels_of(read_run(tmp_path))]
+    (tmp_path / "certificate.json").write_text('{"certified": false, "reason": "errors <grow>", "rate_1_s": 0.125, "region_deg": null}')
+    certified = read_run(tmp_path)
+    assert "certificate" in write_report(certified, tmp_path / "report.html")
+    shown = next(p for p in PANELS if p.name == "certificate").draw(certified).data[0].cells.values
+    assert list(shown[0]) == ["verdict", "rate_1_s"] and list(shown[1]) == ["not certified: errors <grow>", "0.125 1/s"]

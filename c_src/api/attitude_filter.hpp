@@ -155,6 +155,7 @@ public:
         out->solver_steps = filter_.propagator().steps();
         out->started = s.started != 0;
         out->waiting = filter_.waiting();
+        out->decay_rate_1_s = model().decay_rate(s);
     }
 
     std::size_t state_size() const override { return filter_.state_size(); }

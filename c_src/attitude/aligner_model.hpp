@@ -280,6 +280,9 @@ public:
 
     double bias_walk(const State&) const { return std::sqrt(settings_.bias_walk_psd); }
 
+    // Not computed: a correction considers states that it leaves alone, and the field may change its reference in between.
+    double decay_rate(const State&) const { return 0; }
+
     FieldEstimate field_estimate(const State& s) const {
         FieldEstimate f;
         f.known = s.has_reference != 0;

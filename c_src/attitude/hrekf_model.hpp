@@ -12,6 +12,7 @@
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 #pragma once
 
+#include "attitude/decay_rate.hpp"
 #include "attitude/estimate.hpp"
 #include "attitude/noise_adaptation.hpp"
 #include "attitude/readiness.hpp"
@@ -60,6 +61,7 @@ public:
         double previous_bias_covariance[6]; // after the last correction
         double tilt_information, heading_information; // gained since the start, 1/rad^2
         double gamma, gamma_margin;
+        ErrorMap error_map; // over the last correction
         Innovation innovation[channel_count];
         std::uint64_t used[channel_count], gated[channel_count];
         std::uint64_t corrections, gamma_raised, repaired, adaptations;
@@ -209,6 +211,7 @@ public:
         if (!s.started)
             collect_for_start(s, event);
         else {
+            flow_error_map(s.error_map, event.t_s, Quaternion(s.x).normalized(), turn_rate(s, s.x));
             correct_directions(s, event);
             if (event.has(heading)) correct_heading(s, event);
         }
@@ -262,6 +265,8 @@ public:
 
     // Root of the mean power of the bias walk in use, adapted or not.
     double bias_walk(const State& s) const { return std::sqrt(unpack<3>(s.bias_psd).trace() / 3); }
+
+    double decay_rate(const State& s) const { return hnav::decay_rate(s.error_map); }
 
     FieldEstimate field_estimate(const State& s) const {
         FieldEstimate f;
@@ -405,6 +410,7 @@ private:
         s.start.clear();
         s.tilt_information = s.heading_information = 0;
         s.last_correction_s = nan;
+        s.error_map.interval_s = 0;
         s.has_reference = settings_.reference_given;
         put_reference(s, settings_.reference);
         pack<3>(Blocks(s.x + 7).bb, s.previous_bias_covariance);
@@ -426,6 +432,7 @@ private:
         P.bottomRightCorner<3, 3>() = Blocks(s.x + 7).bb;
         pack<7>(P, s.x + 7);
         if (!s.has_reference && s.start.has_field(settings_.start)) learn(s, q, s.start.field());
+        begin_error_map(s.error_map, event.t_s, q, P);
         s.last_correction_s = event.t_s;
         s.started = 1;
     }
@@ -596,7 +603,8 @@ private:
         // S: the innovation covariance that belongs to R.
         void apply(State& s, const Square<m>& R, const Square<m>& S, const Rows& nu, bool sees_tilt, bool sees_heading,
                    bool gated) {
-            const Vector3 before = rotation_variances(Quaternion(s.x).normalized(), P_.template topLeftCorner<4, 4>());
+            const Quaternion q_minus = Quaternion(s.x).normalized();
+            const Vector3 before = rotation_variances(q_minus, P_.template topLeftCorner<4, 4>());
             const Gain K = Cholesky<m>(S).template solve<7>(SigmaHt_.transpose()).transpose();
 
             // Joseph form; I - K H differs from I in its first four columns only.
@@ -611,12 +619,13 @@ private:
 
             Eigen::Map<Vector7> x(s.x);
             x.noalias() += K * nu;
-            return_to_unit_sphere(s, P);
+            const double norm = return_to_unit_sphere(s, P);
             symmetrise<7>(P);
             s.repaired += repair<7>(P);
             pack<7>(P, s.x + 7);
             pack<3>(Matrix3(P.template bottomRightCorner<3, 3>()), s.previous_bias_covariance);
 
+            jump_error_map(s.error_map, interval_s_, KH, q_minus, Quaternion(s.x), norm, P);
             s.last_correction_s = t_s_;
             ++s.corrections;
             const Vector3 after = rotation_variances(Quaternion(s.x), P.template topLeftCorner<4, 4>());
@@ -635,8 +644,8 @@ private:
             return KR;
         }
 
-        // q <- q/|q|, whose derivative is J = (I - q q')/|q|: P <- J P J' on the quaternion.
-        static void return_to_unit_sphere(State& s, Covariance& P) {
+        // q <- q/|q|, whose derivative is J = (I - q q')/|q|: P <- J P J' on the quaternion. Answers |q|.
+        static double return_to_unit_sphere(State& s, Covariance& P) {
             Eigen::Map<Quaternion> x_q(s.x);
             const double norm = x_q.norm();
             x_q /= norm;
@@ -647,6 +656,7 @@ private:
             const Vector7 along_columns = P.template leftCols<4>() * q;
             P.template leftCols<4>().noalias() -= along_columns * q.transpose();
             P.template leftCols<4>() /= norm;
+            return norm;
         }
 
         void adapt(State& s, const Square<m>& R, const Rows& nu, const Gain& K, bool gated) const {

@@ -329,6 +329,29 @@ TEST(Law, TheSameSamplesGiveTheSameBitsForEveryAdvancePattern) {
     }
 }
 
+TEST(Law, TheDecayRateIsZeroBeforeACorrectionAndTheSameBitsForEveryAdvancePattern) {
+    const auto rows = tilted_motion(3, {{0.01, 0.02, 0.03}}, 1);
+    const auto rate_after = [&rows](double step) {
+        hnav_hrekf_options o = precise();
+        o.queue_capacity = 400;
+        Handle f(o);
+        EXPECT_EQ(f.status().decay_rate_1_s, 0);
+        std::size_t next = 0;
+        for (double t = 0; t < 3;) {
+            t = std::fmin(3, t + step);
+            while (next < rows.size() && rows[next].t_s <= t) f.push(rows[next++]);
+            f.advance(t);
+        }
+        const double rate = f.status().decay_rate_1_s;
+        EXPECT_EQ(hnav_filter_realign(f), HNAV_OK);
+        EXPECT_EQ(f.status().decay_rate_1_s, 0);
+        return rate;
+    };
+    const double reference = rate_after(0.01);
+    EXPECT_GT(reference, 0);
+    for (const double step : {0.0037, 0.0173, 1.0}) EXPECT_EQ(rate_after(step), reference) << "step " << step;
+}
+
 TEST(Law, TheOrderWithinAnInstantDoesNotMatter) {
     const auto rows = tilted_motion(1, {{0, 0, 0}}, 1);
     const hnav_posterior reference = run_straight(precise(), rows);

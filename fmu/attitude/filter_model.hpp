@@ -272,6 +272,7 @@ private:
         values[at_.started] = s.started;
         values[at_.gamma] = std::isfinite(s.gamma_used) ? s.gamma_used : 0;
         values[at_.margin] = s.gamma_margin;
+        values[at_.decay_rate] = s.decay_rate_1_s;
         values[at_.bias_walk] = s.adapted_bias_walk_rad_s_per_sqrt_s;
         for (int i = 0; i < HNAV_SENSOR_COUNT; ++i) {
             values[at_.innovation[i].used] = clamp_count(s.used[i]);

@@ -41,7 +41,7 @@ struct Places {
         int value, sigma, nis, gate_ok, used, gated;
         int dimension;
     } innovation[HNAV_SENSOR_COUNT]; // of the gyro: used only
-    int gamma, margin, bias_walk, raised, repaired, late, non_finite, zero, missed, corrections, rhs_evals;
+    int gamma, margin, decay_rate, bias_walk, raised, repaired, late, non_finite, zero, missed, corrections, rhs_evals;
     int covariance;
     int field, latency, latency_sigma, evidence, heading_trust, adopted, field_gate, at_rest, gyro_calibration; // has_field
 };
@@ -161,6 +161,7 @@ void describe_outputs(Table& table, Places& at) {
 
     at.gamma = table.add(output("hinf.gamma_used", "", "", status_group, held, none, "gamma of the last correction; 0 stands for infinity (off)"));
     at.margin = table.add(output("hinf.margin", "", "", status_group, held, none, "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
+    at.decay_rate = table.add(output("hinf.decay_rate", "1/s", "", status_group, held, none, "Rate at which the last correction makes the filter forget, in the metric of its own covariance; 0 while there is none"));
     at.bias_walk = table.add(output("adapt.bias_walk", "rad/s/sqrt(s)", "", status_group, held, none, "Random walk of the gyro bias in use"));
     at.corrections = table.add(output("count.corrections", Type::integer, status_group, "Corrections"));
     at.raised = table.add(output("count.gamma_raised", Type::integer, status_group, "Corrections whose gamma had to be raised"));

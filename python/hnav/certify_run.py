@@ -23,7 +23,8 @@ def read_results(folder: Path) -> Recording:
     """signals.h5 of a simulation: t_s and one dataset of three columns, or three of one, for each sensor.
 
     Sensors are found by the ends of their names: gyro.rate, accel.force, mag.field, each as `component.variable` or with
-    [1], [2], [3] behind; a row of NaN is a missing sample. Raises RecordingError.
+    [1], [2], [3] behind; a row of NaN is a missing sample. Where a counter stands beside (gyro.sample, ...), the value is
+    held between samples, and rows at which the counter stays are missing ones. Raises RecordingError.
     """
     import h5py
 
@@ -40,13 +41,16 @@ def read_results(folder: Path) -> Recording:
         raise RecordingError(f"{path}: the dataset t_s is missing")
 
     def vector(end: str) -> np.ndarray:
-        whole = [v for name, v in signals.items() if name.endswith(end) and v.ndim == 2 and v.shape[1] == 3]
-        parts = [[v for name, v in signals.items() if name.endswith(f"{end}[{i}]")] for i in (1, 2, 3)]
-        if whole:
-            return whole[0]
-        if not all(parts):
-            raise RecordingError(f"{path}: no dataset ends in {end}, nor in {end}[1] to {end}[3]")
-        return np.stack([p[0] for p in parts], axis=1)
+        owners = [name[: -len(last)] for last in (end, f"{end}[1]") for name in signals if name.endswith(last)]
+        for owner in owners:
+            parts = [signals.get(f"{owner}{end}[{i}]") for i in (1, 2, 3)]
+            values = signals[owner + end] if owner + end in signals else None if any(p is None for p in parts) else np.stack(parts, axis=1)
+            if values is None or values.ndim != 2 or values.shape[1] != 3:
+                continue
+            counter = signals.get(f"{owner}{end.split('.')[0]}.sample")
+            fresh = np.ones(len(values), bool) if counter is None else np.diff(counter, prepend=0.0) != 0
+            return np.where(fresh[:, None], values, np.nan)
+        raise RecordingError(f"{path}: no dataset ends in {end}, nor in {end}[1] to {end}[3]")
 
     return Recording(folder.name, signals["t_s"], *(vector(end).astype(float) for end in ("gyro.rate", "accel.force", "mag.field")))
 

@@ -83,7 +83,7 @@ class Status(_Struct):
         ("newest_sample_s", C.c_double), ("used", C.c_uint64 * 4), ("gated", C.c_uint64 * 4), ("late", C.c_uint64),
         ("non_finite", C.c_uint64), ("zero", C.c_uint64), ("corrections", C.c_uint64), ("gamma_raised", C.c_uint64),
         ("covariance_repaired", C.c_uint64), ("solver_rhs_evals", C.c_uint64), ("solver_steps", C.c_uint64),
-        ("started", C.c_int32), ("waiting", C.c_int32),
+        ("started", C.c_int32), ("waiting", C.c_int32), ("decay_rate_1_s", C.c_double),
     ]  # fmt: skip
 
 

@@ -19,6 +19,7 @@ try:
     import plotly.graph_objects as go
     from plotly.offline import get_plotlyjs
 
+    import hnav.report_certificate  # noqa: F401  adds its panel
     import hnav.report_flights  # noqa: F401  adds its panels
     from hnav.report_panels import Panel, colour_of, panels_of
 except ImportError:

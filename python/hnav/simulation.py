@@ -23,7 +23,7 @@ from hnav.library import HnavError, parse_setting
 from hnav.master import RECORDED, Record, run_system
 from hnav.systems import Parameter, read_system, system_path
 
-SIGNALS, ABOUT = "signals.h5", "run.json"
+SIGNALS, ABOUT, CERTIFICATE = "signals.h5", "run.json", "certificate.json"
 DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
 
 
@@ -117,10 +117,16 @@ def write_run(run: Run, folder: Path) -> None:
 
 
 def read_run(folder: Path) -> Run:
-    """What write_run wrote. Raises HnavError that names the file that is missing or damaged."""
+    """What write_run wrote, and the figures of hnav certify as about["certificate"] if certificate.json stands beside it.
+
+    Raises HnavError that names the file that is missing or damaged.
+    """
     file = folder / ABOUT
     try:
         about = json.loads(file.read_text())
+        file = folder / CERTIFICATE
+        if file.is_file():
+            about["certificate"] = json.loads(file.read_text())
         file = folder / SIGNALS
         with h5py.File(file) as source:
             units = {name: str(source[name].attrs.get("unit", "")) for name in source if name != "t_s"}

@@ -490,6 +490,12 @@ typedef struct hnav_filter_status {
     uint64_t solver_steps;
     int32_t started;        /* there is an attitude */
     int32_t waiting;        /* instants in the queue that are still in the future of the last advance */
+    /* Rate at which the last correction and the flow before it make the filter forget: for two estimates with its gains
+     * that differ by e, sqrt(e' P^-1 e) falls at least by exp(-rate T), P the covariance after each correction.
+     * -ln |L_k^-1 M_k L_k-1| / T_k with P_k = L_k L_k' and M_k = J (I - K_k H_k) Phi_k, the sampled-data form of the
+     * paper's Theorem 1 (decay_rate.hpp). 1/s; one correction at a time, hence no certificate: that is `hnav certify`.
+     * 0 before the first correction after a start, while P is singular, and in the aligner, which does not compute it. */
+    double decay_rate_1_s;
 } hnav_filter_status;
 HNAV_API hnav_status hnav_filter_get_status(const hnav_filter *filter, hnav_filter_status *status);
 
