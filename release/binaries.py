@@ -76,7 +76,7 @@ def binaries(dist: Path) -> dict[str, tuple[bytes, str]]:
     for version in (2, 3):
         for fmu in sorted((dist / f"fmi{version}").glob("*.fmu")):
             with zipfile.ZipFile(fmu) as archive:
-                for name in (n for n in archive.namelist() if n.startswith("binaries/")):
+                for name in (n for n in archive.namelist() if n.startswith("binaries/") and not n.endswith("/")):
                     found[f"fmi{version}/{fmu.name} {name}"] = archive.read(name), f"fmi{version}"
     for wheel in sorted(dist.glob("hnav-*.whl")):
         with zipfile.ZipFile(wheel) as archive:

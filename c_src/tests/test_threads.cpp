@@ -24,7 +24,9 @@ std::vector<unsigned char> life_of_a_filter(hnav_status (*create)(hnav_filter**,
         const double rate[3] = {0.02, -0.01, turn}, force[3] = {0.3, 0.1 * thread, -9.79};
         const double field[3] = {2e-5 * std::cos(turn * t_s), -2e-5 * std::sin(turn * t_s), 4.3e-5};
         EXPECT_EQ(hnav_filter_push_imu(filter, t_s, rate, force), HNAV_OK);
-        if (k % 2 == 0) EXPECT_EQ(hnav_filter_push_mag(filter, t_s, field), HNAV_OK);
+        if (k % 2 == 0) {
+            EXPECT_EQ(hnav_filter_push_mag(filter, t_s, field), HNAV_OK);
+        }
         EXPECT_EQ(hnav_filter_advance(filter, t_s), HNAV_OK);
     }
     size_t bytes = 0;
