@@ -7,6 +7,7 @@ independent; the ratio of two filters over the same runs is bootstrapped over th
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,7 +115,8 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
     try:
         if scheduler is None:
             # The status page: for this machine only, at a port that is free.
-            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0")
+            # What fails in a run is a row; what the workers say when they are sent home concerns nobody.
+            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
         client = Client(cluster if cluster is not None else scheduler, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
         if cluster is not None:

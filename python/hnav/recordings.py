@@ -124,7 +124,8 @@ def read_broad(path: Path) -> Recording:
             raise RecordingError(f"{path}: not a BROAD trial: {name} has the shape {value.shape}, expected {(n or 'n', *shape)}")
         return np.ascontiguousarray(value, float)
 
-    t_s = np.arange(n) / rate_hz
+    with np.errstate(over="ignore"):  # a rate next to nothing is refused below
+        t_s = np.arange(n) / rate_hz
     if not np.isfinite(t_s).all() or (np.diff(t_s) <= 0).any():
         raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
     data["movement"] = np.ravel(data["movement"])
