@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes as C
 import os
 import shutil
+import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,6 +28,8 @@ from hnav.recordings import Recording
 from hnav.rotations import euler_rad
 
 MODEL_EXCHANGE_RTOL = 1e-8
+# fmpy moves the working directory, which all threads share, while it loads a library.
+_LOADING = threading.Lock()
 SENSORS = {"gyro": "gyro.rate", "accel": "accel.force", "mag": "mag.field"}
 COUNTS = (
     "gyro_used", "accel_used", "mag_used", "accel_gated", "mag_gated", "late", "non_finite", "zero", "missed",
@@ -62,7 +65,8 @@ class Fmu:
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
         arguments = dict(guid=self.description.guid, unzipDirectory=self._folder, modelIdentifier=interface.modelIdentifier, instanceName=name)
-        self.fmu = kinds[self.fmi3, model_exchange](**arguments)
+        with _LOADING:
+            self.fmu = kinds[self.fmi3, model_exchange](**arguments)
         self._instantiate()
 
     def _instantiate(self) -> None:
