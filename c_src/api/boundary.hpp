@@ -18,6 +18,7 @@ namespace hnav::boundary {
 using At = hnav_filter::At;
 
 constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
+constexpr double least_direction = 1e-15; // of force and field, in any unit: below lies nothing but rounding
 constexpr double largest_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
 constexpr double largest_state = 1e50;  // of an integrator outside: beyond, products overflow
 constexpr double near_singular_pitch = 85 * M_PI / 180;
@@ -36,6 +37,10 @@ inline void store(const Quaternion& q, double* out) {
 inline void store(const Vector3& v, double* out) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
 }
+
+// Times nearer to 0 than a picosecond are 0: elsewhere numbers lie further apart than that, here two of them may differ by
+// so little that nothing can be divided by it.
+inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; }
 
 inline hnav_status check_time(const hnav_filter* f, double t_s) {
     if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
@@ -74,11 +79,11 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
                        t_s, largest, largest_reading);
     }
-    if (channel != gyro && !(largest > 1e-150)) { // so that its square is above zero
+    if (channel != gyro && !(largest > least_direction)) {
         f->refuse_zero();
         return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
     }
-    sample->t_s = t_s;
+    sample->t_s = clock_time(t_s);
     sample->channel = channel;
     store(f->frames.to_body(value), sample->value);
     return HNAV_OK;

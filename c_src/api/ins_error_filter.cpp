@@ -110,7 +110,7 @@ hnav_status step(hnav_ins_error_filter* f, const double* u, const double* z, con
             return f->fail(HNAV_ERROR_NON_FINITE, "z[%d] = %g is not finite in step %.0f (NaN is a missing channel)", i, z[i], filter.steps());
     }
     if (filter.step(u, f->z)) return HNAV_OK;
-    return f->fail(HNAV_ERROR_SOLVER, "step %.0f has no answer: the innovation covariance is singular or the estimate without bound; it was dropped",
+    return f->fail(HNAV_ERROR_SOLVER, "step %.0f has no answer: a covariance is singular or negative, or the estimate without bound; it was dropped",
                    filter.steps());
 }
 
@@ -125,10 +125,19 @@ void copy(const double* from, int count, double* to) {
     if (to) std::copy(from, from + count, to);
 }
 
+// Rounding can leave a variance of zero a little below it.
+double variance(const InsErrorFilter& f, int i) { return std::fmax(0, f.P()(i, i)); }
+
+void covariance(const InsErrorFilter& f, double* to) {
+    const int nx = f.model.nx;
+    copy(f.P().topLeftCorner(nx, nx), to);
+    for (int i = 0; to && i < nx; ++i) to[i * nx + i] = variance(f, i);
+}
+
 void estimate(const InsErrorFilter& f, double* x, double* sigma) {
     for (int i = 0; i < f.model.nx; ++i) {
         if (x) x[i] = f.X()[i];
-        if (sigma) sigma[i] = std::sqrt(std::fmax(0, f.P()(i, i)));
+        if (sigma) sigma[i] = std::sqrt(variance(f, i));
     }
 }
 
@@ -143,7 +152,7 @@ double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * w
 void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, std::size_t i) {
     const int nx = f.model.nx, nz = f.model.nz;
     estimate(f, row(out.x, i, nx), row(out.sigma, i, nx));
-    copy(f.P().topLeftCorner(nx, nx), row(out.covariance, i, nx * nx));
+    covariance(f, row(out.covariance, i, nx * nx));
     f.lambda(row(out.lambda, i, nz), row(out.lambda_sigma, i, nz));
     compensated(f, row(out.compensated, i, nz));
     copy(f.result().innovation, row(out.innovation, i, nz));
@@ -275,7 +284,7 @@ hnav_status hnav_ins_error_filter_estimate(const hnav_ins_error_filter* filter, 
 hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter, double* P) {
     REQUIRE(filter, P);
     const int nx = filter->filter->model.nx;
-    copy(filter->filter->P().topLeftCorner(nx, nx), P);
+    covariance(*filter->filter, P);
     return HNAV_OK;
 }
 

@@ -37,6 +37,7 @@ public:
     enum Error : int { velocity = 0, calibration = 2, rotation = 11, bias = 14, reference = 17, latency = 19 };
     static constexpr int considered = rotation + 2;
     static constexpr double gravity_m_s2 = 9.80665;
+    static constexpr double largest_latency_s = 1; // later fields are turned by more than two terms of a series tell
     static constexpr double rate_change_memory_s = 2; // longer than a swing of the arm
 
     using Covariance = Square<errors>;
@@ -572,13 +573,15 @@ private:
     }
 
     // The errors from row `first` on learn from m rows H with PHt = P H' and S = H P H' + R; those before are considered,
-    // not corrected (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are.
+    // not corrected (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are. False, and nothing learnt, where rounding
+    // has left S without its sign: a reading beyond all sense, millions of times another.
     template <int m, int first>
-    static void condition(Covariance& P, Vector& error, const Eigen::Matrix<double, errors, m>& PHt, const Square<m>& S,
+    static bool condition(Covariance& P, Vector& error, const Eigen::Matrix<double, errors, m>& PHt, const Square<m>& S,
                           const Eigen::Matrix<double, m, 1>& innovation) {
         constexpr int rest = errors - first;
-        const Eigen::Matrix<double, m, rest> Kt =
-            Cholesky<m>(S).template solve<rest>(PHt.template bottomRows<rest>().transpose());
+        const Cholesky<m> factor(S);
+        if (!factor.positive()) return false;
+        const Eigen::Matrix<double, m, rest> Kt = factor.template solve<rest>(PHt.template bottomRows<rest>().transpose());
         error.template tail<rest>().noalias() += Kt.transpose() * innovation;
         for (int j = 0; j < rest; ++j) {
             Vector column = P.col(first + j);
@@ -588,6 +591,14 @@ private:
         if constexpr (first > 0)
             P.template bottomRows<rest>().template leftCols<first>() =
                 P.template rightCols<rest>().template topRows<first>().transpose();
+        return true;
+    }
+
+    // innovation' S^-1 innovation; 0 where S has no sign.
+    template <int m>
+    static double normalised_square(const Square<m>& S, const Eigen::Matrix<double, m, 1>& innovation) {
+        const Cholesky<m> factor(S);
+        return factor.positive() ? factor.template quadratic_form<1>(innovation)(0, 0) : 0;
     }
 
     void correct(State& s, const Event& event) const {
@@ -598,14 +609,17 @@ private:
         Vector error = Vector::Zero();
 
         const double tilt_before = std::fmax(P(rotation, rotation), P(rotation + 1, rotation + 1));
-        if (s.force_s > 0) correct_velocity(s, P, error, event.t_s);
+        bool sound = true;
+        if (s.force_s > 0) sound &= correct_velocity(s, P, error, event.t_s);
         s.tilt_information += information_gained(tilt_before, std::fmax(P(rotation, rotation), P(rotation + 1, rotation + 1)));
-        if (s.rest.at_rest(settings_.rest)) correct_bias(s, P, error);
-        if (s.field_count > 0 && s.field_s > 0) correct_field(s, P, error, event.t_s);
-        if (event.has(heading)) correct_heading(s, P, error, event);
+        if (s.rest.at_rest(settings_.rest)) sound &= correct_bias(s, P, error);
+        if (s.field_count > 0 && s.field_s > 0) sound &= correct_field(s, P, error, event.t_s);
+        if (event.has(heading)) sound &= correct_heading(s, P, error, event);
 
         apply(s, error);
-        keep(s, P);
+        keep(s, P, sound);
+        // What is no number any more must not stay: the engine looks at x and drops the event.
+        if (!std::isfinite(P.diagonal().sum() + error.sum())) s.x[0] = std::numeric_limits<double>::quiet_NaN();
         forget_window(s);
         s.last_correction_s = event.t_s;
         ++s.corrections;
@@ -622,7 +636,7 @@ private:
         s.gamma_raised += report.raised;
     }
 
-    void correct_velocity(State& s, Covariance& P, Vector& error, double t_s) const {
+    bool correct_velocity(State& s, Covariance& P, Vector& error, double t_s) const {
         const Eigen::Matrix<double, errors, 2> PHt = P.middleCols<2>(velocity);
         Eigen::Matrix2d S = P.block<2, 2>(velocity, velocity);
         S.diagonal().array() += settings_.velocity_density2 / s.force_s;
@@ -636,19 +650,19 @@ private:
         i.S[0] = S(0, 0);
         i.S[1] = i.S[3] = S(0, 1);
         i.S[4] = S(1, 1);
-        i.nis = Cholesky<2>(S).quadratic_form<1>(innovation)(0, 0);
-        condition<2, 0>(P, error, PHt, S, innovation);
+        i.nis = normalised_square<2>(S, innovation);
+        return condition<2, 0>(P, error, PHt, S, innovation);
     }
 
-    void correct_bias(const State& s, Covariance& P, Vector& error) const {
+    bool correct_bias(const State& s, Covariance& P, Vector& error) const {
         const Eigen::Matrix<double, errors, 3> PHt = P.middleCols<3>(bias);
         Matrix3 S = P.block<3, 3>(bias, bias);
         S.diagonal().array() += settings_.rest_bias_density2 / s.x[13];
         const Vector3 innovation = Vector3(s.rest.mean_rate) - Vector3(s.bias) - error.segment<3>(bias);
-        condition<3, 0>(P, error, PHt, S, innovation);
+        return condition<3, 0>(P, error, PHt, S, innovation);
     }
 
-    void correct_field(State& s, Covariance& P, Vector& error, double t_s) const {
+    bool correct_field(State& s, Covariance& P, Vector& error, double t_s) const {
         const double T = s.field_s;
         MeanField mean{Vector3(s.field_sum) / s.field_count};
         const Vector3 u_n = Vector3(s.turn_sum) / s.field_count;
@@ -693,19 +707,20 @@ private:
         Matrix3 S_plain = S;
         S_plain.diagonal() += R;
         Eigen::Map<Matrix3>(i.S) = S_plain;
-        i.nis = Cholesky<3>(S_plain).quadratic_form<1>(innovation)(0, 0);
+        i.nis = normalised_square<3>(S_plain, innovation);
         // One refusal may be noise: it takes back thrice its own time.
         s.calm_s = verdict == MagneticReference::Verdict::accept ? s.calm_s + T : std::fmax(0, s.calm_s - 3 * T);
         // A place where the reference has changed before is asked for thrice as long.
         const double calm_needed_s = settings_.ready_calm_s * (s.field.adopted > 0 ? 3 : 1);
         if (s.calm_s >= calm_needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.settled = 1;
         if (i.noise_scale > 1) s.gated[mag] += static_cast<std::uint64_t>(s.field_count);
-        if (verdict == MagneticReference::Verdict::refuse) return;
+        if (verdict == MagneticReference::Verdict::refuse) return true;
 
         S.diagonal() += soft * R;
         const double before = P(rotation + 2, rotation + 2);
-        condition<3, considered>(P, error, PHt, S, innovation);
+        const bool sound = condition<3, considered>(P, error, PHt, S, innovation);
         s.heading_information += information_gained(before, P(rotation + 2, rotation + 2));
+        return sound;
     }
 
     // Evidence, and the change of reference that it may bring; turns the mean field with the heading.
@@ -715,6 +730,7 @@ private:
         if (!field.candidate_wins(settings_.field, s.reference[0], s.reference[1])) return;
         double& variance = P(rotation + 2, rotation + 2);
         const double distrust = field.distrust(settings_.field, variance);
+        keep_unit(s, mean);
         s.reference[0] = field.candidate_horizontal();
         s.reference[1] = field.candidate[2];
         Vector none = Vector::Zero();
@@ -730,6 +746,16 @@ private:
         }
         field.adopt_candidate();
         s.calm_s = 0;
+    }
+
+    // Gates and noise are in units of the strength. One that started inside a shield or beside a magnet would measure the
+    // field that it adopts in units of another one; within four of them no place on Earth differs from another.
+    static void keep_unit(State& s, MeanField& mean) {
+        const double change = Vector3(s.field.candidate).norm();
+        if ((change < 4 && change > 0.25) || change == 0) return;
+        s.strength *= change;
+        Eigen::Map<Vector3>(s.field.candidate) /= change;
+        mean.n /= change;
     }
 
     // Turns attitude and all that is kept in navigation axes about the vertical.
@@ -752,10 +778,10 @@ private:
     }
 
     // True heading of body x from a heading aid. It does not correct the horizon either.
-    void correct_heading(State& s, Covariance& P, Vector& error, const Event& event) const {
+    bool correct_heading(State& s, Covariance& P, Vector& error, const Event& event) const {
         const Vector3 body_x = rotation_matrix(Quaternion(s.x)).col(0);
         const double level = body_x.head<2>().squaredNorm();
-        if (!(level > 1e-4)) return; // body x is within 0.6 deg of the vertical: it has no heading
+        if (!(level > 1e-4)) return true; // body x is within 0.6 deg of the vertical: it has no heading
         // theta x body_x, seen about down
         const Vector3 h(-body_x[2] * body_x[0] / level, -body_x[2] * body_x[1] / level, 1);
         const Eigen::Matrix<double, errors, 1> PHt = P.middleCols<3>(rotation) * h;
@@ -777,9 +803,10 @@ private:
             ++s.gated[heading];
         }
         const double before = P(rotation + 2, rotation + 2);
-        condition<1, considered>(P, error, PHt, S, innovation);
+        const bool sound = condition<1, considered>(P, error, PHt, S, innovation);
         s.heading_information += information_gained(before, P(rotation + 2, rotation + 2));
         s.settled = 1; // heading from elsewhere needs no evidence of a field
+        return sound;
     }
 
     static void apply(State& s, const Vector& error) {
@@ -790,12 +817,13 @@ private:
         Eigen::Map<Eigen::Vector2d>(s.velocity) += error.segment<2>(velocity);
         Eigen::Map<Eigen::Vector2d>(s.reference) += error.segment<2>(reference);
         s.reference[0] = std::fmax(0, s.reference[0]); // by what north means; a correction near a magnetic pole may not see it
-        s.latency += error[latency];
+        s.latency = std::clamp(s.latency + error[latency], -largest_latency_s, largest_latency_s);
     }
 
-    // A variance that is not positive is the first that rounding would break; only then is the whole matrix looked at.
-    static void keep(State& s, Covariance& P) {
-        if (!(P.diagonal().minCoeff() > 0)) s.repaired += repair<errors>(P);
+    // A variance that is not positive is the first that rounding would break; only then, or when a correction met a matrix
+    // without its sign, is the whole matrix looked at.
+    static void keep(State& s, Covariance& P, bool sound) {
+        if (!sound || !(P.diagonal().minCoeff() > 0)) s.repaired += repair<errors>(P);
         pack<errors>(P, s.P);
     }
 

@@ -462,13 +462,21 @@ private:
         const Direction force{accel, Vector3(0, 0, -1), Vector3(event.value[accel]).normalized(),
                               settings_.accel_density2 / T_accel};
         const Direction field{mag, Vector3(s.reference_north, 0, s.reference_down),
-                              Vector3(event.value[mag]) / s.reference_strength, settings_.mag_density2 / T_mag};
+                              in_units(event.value[mag], s.reference_strength), settings_.mag_density2 / T_mag};
         if (T_accel > 0 && T_mag > 0)
             correct_by<2>(s, event.t_s, {force, field});
         else if (T_accel > 0)
             correct_by<1>(s, event.t_s, {force});
         else if (T_mag > 0)
             correct_by<1>(s, event.t_s, {field});
+    }
+
+    // Of a field a thousand times the reference no more than the direction is to be believed: taken at its word it would
+    // throw the bias beyond all rates.
+    static Vector3 in_units(const double* field, double strength) {
+        const Vector3 b = Vector3(field) / strength;
+        const double length = b.norm();
+        return length > 1e3 ? Vector3(b * (1e3 / length)) : b;
     }
 
     // A vector known in the navigation frame and measured in the body.
@@ -527,7 +535,7 @@ private:
         i.dimension = 3;
         Eigen::Map<Vector3>(i.value) = nu;
         Eigen::Map<Matrix3>(i.S) = S;
-        i.nis = Cholesky<3>(S).quadratic_form<1>(nu)(0, 0);
+        i.nis = std::fmax(0, Cholesky<3>(S).quadratic_form<1>(nu)(0, 0)); // rounding, where S is nearly singular
         i.noise_scale = 1;
         const double limit = settings_.gate_nis[channel];
         if (limit > 0 && i.nis > limit && gate_works(s, channel))
@@ -585,6 +593,7 @@ private:
         Correction(const HrekfModel& model, State& s, double t_s, const Eigen::Matrix<double, m, 4>& H)
             : settings_(model.settings_), H_(H), t_s_(t_s), interval_s_(t_s - s.last_correction_s) {
             P_ = unpack<7>(s.x + 7);
+            keep_sense(P_);
             RobustReport report;
             Sigma_ = inflate<7>(P_, settings_.weight, interval_s_, settings_.robust, &report);
             s.gamma = report.gamma;
@@ -635,6 +644,17 @@ private:
         }
 
     private:
+        // A unit quaternion has no error beyond 1. After ages without a sample its variances outgrow the digits that the
+        // noise needs beside them in S; turned down on both sides, P stays a covariance.
+        static void keep_sense(Covariance& P) {
+            constexpr double largest = 1e6;
+            const double trace = P.template topLeftCorner<4, 4>().trace();
+            if (!(trace > largest)) return;
+            const double factor = std::sqrt(largest / trace);
+            P.template topRows<4>() *= factor;
+            P.template leftCols<4>() *= factor;
+        }
+
         // K R, where R is block-diagonal: sensors do not share noise.
         static Gain times_noise(const Gain& K, const Square<m>& R) {
             constexpr int n = m % 3 == 0 ? 3 : m;

@@ -68,8 +68,8 @@ public:
         if (kalman_) kalman_->start();
     }
 
-    // u: held since the step before (not used by the first step); z: NaN where a channel is missing. False: the
-    // innovation covariance is singular or the estimate would not be finite; everything is as before.
+    // u: held since the step before (not used by the first step); z: NaN where a channel is missing. False: a covariance is
+    // singular or negative, or the estimate would not be finite; everything is as before.
     bool step(const double* u, const double* z) {
         std::copy(state_, state_ + state_count_, spare_);
         const bool first = *steps_ == 0;
@@ -91,8 +91,9 @@ public:
             good = printed_->step(u, z, z_before_.data(), *steps_ == 1, present_, result_);
         }
         *steps_ += 1;
-        if (result_.innovation.array().isNaN().all()) *result_.nis = nan;
-        if (good && X().allFinite() && P().diagonal().allFinite() && X().cwiseAbs().maxCoeff() < beyond) return true;
+        const bool seen = !result_.innovation.array().isNaN().all();
+        if (!seen) *result_.nis = nan;
+        if (good && (!seen || std::isfinite(*result_.nis)) && has_answer()) return true;
         std::copy(spare_, spare_ + state_count_, state_);
         return false;
     }
@@ -136,6 +137,16 @@ public:
 private:
     static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     static constexpr double beyond = 1e150; // the square of an estimate must be a number
+
+    // Numbers, and covariances with the sign of one: what lies clearly below zero is the work of matrices too far apart for
+    // the digits of a number. The printed forms promise no sign: their equations lose it by themselves.
+    bool has_answer() const {
+        for (int i = 0; i < model.nz; ++i)
+            if (!(noise_scale()[i] > 0 && std::isfinite(noise_scale()[i]) && std::isfinite(fault_probability()[i]))) return false;
+        const auto variances = P().diagonal().array();
+        if (!X().allFinite() || !(X().cwiseAbs().maxCoeff() < beyond) || !variances.isFinite().all()) return false;
+        return is_printed() || (variances.minCoeff() >= -1e-9 * variances.maxCoeff() && !(*result_.nis < 0));
+    }
 
     bool is_printed() const { return settings_.form == Form::mdkf || settings_.form == Form::amdkf; }
     bool is_late() const { return is_printed() || settings_.lag; }

@@ -209,7 +209,7 @@ private:
         for (int g = 0; g < n; ++g) precision += belief[g] * inverse_level_[g];
         for (int g = 1; g < n; ++g) faulty += belief[g];
         scale_[i] = 1 / precision;
-        fault_[i] = faulty;
+        fault_[i] = std::fmin(1, faulty); // a sum, with its rounding
     }
 
     NoiseScaleSettings settings_;

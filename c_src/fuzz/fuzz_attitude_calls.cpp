@@ -10,7 +10,7 @@ using fuzz::Input;
 struct Sequence {
     hnav_filter* filter;
     double latest_s = 0; // the latest time that was ever named
-    std::vector<unsigned char> state;
+    std::vector<unsigned char> state{};
 
     // A time: a step from the latest one, or any number.
     double time(Input& in) {

@@ -61,7 +61,7 @@ void change(Input& in, fuzz::InsErrorModel& m) {
     }
 }
 
-void call(hnav_ins_error_filter* filter, fuzz::InsErrorModel& model, std::vector<unsigned char>& state, Input& in) {
+void call(hnav_ins_error_filter* filter, bool printed, fuzz::InsErrorModel& model, std::vector<unsigned char>& state, Input& in) {
     double u[32] = {}, z[32] = {};
     std::uint8_t present[32] = {1, 1};
     hnav_status status = HNAV_OK;
@@ -106,7 +106,7 @@ void call(hnav_ins_error_filter* filter, fuzz::InsErrorModel& model, std::vector
     }
     }
     fuzz::answered(status, hnav_ins_error_filter_message(filter));
-    fuzz::look(filter);
+    fuzz::look(filter, printed);
 }
 
 } // namespace
@@ -123,11 +123,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     fuzz::answered(status, message);
     HOLDS((filter != nullptr) == (status == HNAV_OK));
     if (!filter) return 0;
+    const bool printed = options.form == HNAV_INS_ERROR_MDKF || options.form == HNAV_INS_ERROR_AMDKF;
     std::vector<unsigned char> state;
-    for (int calls = 0; calls < 100 && !in.end(); ++calls) call(filter, model, state, in);
+    for (int calls = 0; calls < 100 && !in.end(); ++calls) call(filter, printed, model, state, in);
     // Whatever came before: after a reset to x0 and P0 it takes a step as long as the present model can.
     HOLDS(hnav_ins_error_filter_reset(filter) == HNAV_OK);
-    fuzz::look(filter);
+    fuzz::look(filter, printed);
     hnav_ins_error_filter_destroy(filter);
     return 0;
 }

@@ -66,10 +66,10 @@ private:
     }
 
     double pattern() {
-        std::uint8_t bytes[8];
-        for (std::uint8_t& b : bytes) b = byte();
+        std::uint64_t bits = 0;
+        for (int k = 0; k < 64; k += 8) bits |= static_cast<std::uint64_t>(byte()) << k;
         double value;
-        std::memcpy(&value, bytes, sizeof value);
+        std::memcpy(&value, &bits, sizeof value);
         return value;
     }
 

@@ -27,7 +27,8 @@ inline std::vector<unsigned char> saved(const hnav_ins_error_filter* filter) {
     return state;
 }
 
-inline void look(const hnav_ins_error_filter* filter) {
+// printed: MDKF and AMDKF, whose innovation covariance need not be one.
+inline void look(const hnav_ins_error_filter* filter, bool printed = false) {
     hnav_ins_error_status s;
     HOLDS(hnav_ins_error_filter_get_status(filter, &s) == HNAV_OK);
     HOLDS(s.nx >= 1 && s.nx <= 32 && s.nz >= 1 && s.nz <= 32 && s.shown_step <= s.steps);
@@ -43,7 +44,7 @@ inline void look(const hnav_ins_error_filter* filter) {
     HOLDS(status == HNAV_OK || status == HNAV_ERROR_NO_DATA);
     bool none = true; // without a channel there is no innovation
     for (int i = 0; i < s.nz && status == HNAV_OK; ++i) none = none && std::isnan(innovation[i]);
-    if (status == HNAV_OK) HOLDS(none ? std::isnan(nis) || nis == 0 : nis >= 0 && std::isfinite(nis));
+    if (status == HNAV_OK) HOLDS(none ? std::isnan(nis) || nis == 0 : (nis >= 0 || printed) && std::isfinite(nis));
     answered(hnav_ins_error_filter_coloured_error(filter, lambda, lambda_sigma, compensated), "no data");
     HOLDS(hnav_ins_error_filter_warning(filter) != nullptr);
 }

@@ -258,9 +258,9 @@ private:
     }
 
     static bool finite(const State& state) {
-        double sum = 0; // any NaN or infinity survives a sum of differences
-        for (double v : state.x) sum += v - v;
-        return sum == 0;
+        double sum = 0; // no NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length
+        for (double v : state.x) sum += v * v;
+        return std::isfinite(sum);
     }
 
     // The chain of events begins with a base that stands for all that went before.

@@ -633,7 +633,7 @@ HNAV_API hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter *
 
 /* One step: u (nu) was held since the last step and is not read by the first, whose prior is x0 and P0; z (nz). A channel
  * is missing when its z is NaN, or when present (nz, null for all) is 0 there. Errors: NON_FINITE (u, infinite z), SOLVER
- * (innovation covariance not positive definite, or an estimate without bound). */
+ * (a covariance without its sign, or an estimate without bound). */
 HNAV_API hnav_status hnav_ins_error_filter_step(hnav_ins_error_filter *filter, const double *u, const double *z,
                                                 const uint8_t *present);
 
@@ -645,7 +645,8 @@ HNAV_API hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filte
 HNAV_API hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter *filter, double *lambda, double *sigma,
                                                           double *compensated);
 /* Of the newest sample: innovation (nz, NaN where there was none), its covariance S (nz x nz) with the noise that was
- * used, and NIS over the present channels. NO_DATA before the first sample. */
+ * used, and NIS over the present channels. NO_DATA before the first sample. In MDKF and AMDKF S need not be a covariance,
+ * and NIS can be negative: so are their equations. */
 HNAV_API hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filter *filter, double *innovation, double *S,
                                                       double *nis);
 /* By channel (nz): factor on Qv (on R in AMDKF), and the probability that it is above 1 (HMM; 0 or 1 by the gate of
