@@ -7,6 +7,8 @@ import sys
 import numpy as np
 import pytest
 
+from hnav import __version__
+
 
 def hnav(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "hnav", *map(str, arguments)], capture_output=True, text=True)
@@ -82,7 +84,7 @@ def test_options_are_listed_with_unit_and_range():
 
 
 def test_version_names_package_and_library():
-    assert hnav("--version").stdout.startswith("hnav 0.1.0, library 0.1.0")
+    assert hnav("--version").stdout.startswith(f"hnav {__version__}, library {__version__}")
 
 
 def test_score_prints_all_trials_and_writes_json(broad_trials, tmp_path):

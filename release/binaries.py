@@ -2,15 +2,17 @@
 
     python release/binaries.py DIST
 
-looks at every FMU of DIST/fmi2 and DIST/fmi3 and at DIST's library, and exits with the first thing that is wrong.
+looks at every FMU of DIST/fmi2 and DIST/fmi3 and at the library in wheel and .tar.gz, and exits with the first thing that
+is wrong.
 """
 
 from __future__ import annotations
 
 import io
 import sys
+import tarfile
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pefile
@@ -19,6 +21,7 @@ from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 from elftools.elf.sections import SymbolTableSection
 
+TOP = Path(__file__).resolve().parents[1]
 GLIBC = (2, 17)
 # What Windows 10 brings itself; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
 SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux", "kernel32.dll", "ntdll.dll", "ucrtbase.dll", "api-ms-win-crt-")
@@ -26,16 +29,21 @@ SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux",
 
 @dataclass(frozen=True)
 class Needs:
-    """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None."""
+    """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None.
+
+    paths: whether the place of this checkout is written in it.
+    """
 
     exports: tuple[str, ...]
     libraries: tuple[str, ...]
     glibc: tuple[int, ...] | None
+    paths: bool = False
 
 
 def needs(content: bytes) -> Needs:
     """content: of an ELF file or a DLL."""
-    return _needs_of_elf(content) if content.startswith(b"\x7fELF") else _needs_of_dll(content)
+    what = _needs_of_elf(content) if content.startswith(b"\x7fELF") else _needs_of_dll(content)
+    return replace(what, paths=str(TOP).encode() in content)
 
 
 def _needs_of_elf(content: bytes) -> Needs:
@@ -67,6 +75,8 @@ def faults(what: Needs, prefix: str) -> list[str]:
     found += [f"needs {library}" for library in what.libraries if not library.startswith(SYSTEM)]
     if what.glibc and what.glibc > GLIBC:
         found.append(f"needs glibc {'.'.join(map(str, what.glibc))}")
+    if what.paths:
+        found.append(f"holds the path {TOP}")
     return found
 
 
@@ -81,6 +91,10 @@ def binaries(dist: Path) -> dict[str, tuple[bytes, str]]:
     for wheel in sorted(dist.glob("hnav-*.whl")):
         with zipfile.ZipFile(wheel) as archive:
             found[f"{wheel.name} hnav/libhnav.so"] = archive.read("hnav/libhnav.so"), "hnav_"
+    for package in sorted(dist.glob("libhnav-dev*.tar.gz")):
+        with tarfile.open(package) as archive:
+            for member in (m for m in archive.getmembers() if m.isfile() and "libhnav.so" in m.name):
+                found[f"{package.name} {member.name}"] = archive.extractfile(member).read(), "hnav_"
     return found
 
 

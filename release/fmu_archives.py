@@ -1,10 +1,10 @@
-"""Puts the binaries of every platform into the FMUs that this machine's build has made.
+"""Puts the binaries of every platform into the FMUs and systems that a build for this machine has made.
 
-    python release/fmu_archives.py HOST_FMUS DIST PLATFORM=FOLDER...
+    python release/fmu_archives.py BUILD DIST PLATFORM=FOLDER...
 
-HOST_FMUS/fmiN/NAME.fmu brings description, documentation, licences and icons; FOLDER/fmiN/NAME.so or .dll are the
-binaries of a platform of release/platforms.py. DIST/fmiN/NAME.fmu holds those and none of this machine's own, whose
-glibc would be too new for others. Equal content gives equal bytes: the archives carry no time of day.
+BUILD/fmus/fmiN/NAME.fmu brings description, documentation, licences and icons; FOLDER/fmiN/NAME.so or .dll are the
+binaries of a platform of release/platforms.py, and DIST/fmiN/NAME.fmu holds those alone. DIST/ssp/NAME.ssp is
+BUILD/ssp/NAME.ssp with these FMUs. Equal content gives equal bytes: the archives carry no time of day.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from platforms import PLATFORMS
 LONG_AGO = (1980, 1, 1, 0, 0, 0)
 
 
-def write_archive(host: Path, binaries: dict[str, bytes], target: Path) -> None:
-    """binaries: content by path inside the archive."""
+def write_archive(built: Path, added: dict[str, bytes], target: Path) -> None:
+    """The archive with its binaries, and what else goes by the same name, replaced by added: content by path inside."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    with zipfile.ZipFile(host) as source, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(built) as source, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         entries = {n.removeprefix("./"): n for n in source.namelist() if not n.endswith("/")}
-        files = {name: source.read(entry) for name, entry in entries.items() if not name.startswith("binaries/")} | binaries
+        files = {name: source.read(entry) for name, entry in entries.items() if not name.startswith("binaries/")} | added
         for name in sorted(files):
             archive.writestr(zipfile.ZipInfo(name, LONG_AGO), files[name], zipfile.ZIP_DEFLATED)
 
@@ -41,16 +41,33 @@ def collect(name: str, version: int, folders: dict[str, Path]) -> dict[str, byte
     return binaries
 
 
-def main(host: Path, dist: Path, folders: dict[str, Path]) -> None:
+def fmus_of(system: Path, dist: Path) -> dict[str, bytes]:
+    """The FMUs of a system as they are in DIST, by path inside the archive. Exits when one is not there."""
+    with zipfile.ZipFile(system) as archive:
+        names = [n.removeprefix("./") for n in archive.namelist() if n.endswith(".fmu")]
+    found = {name: dist / "fmi2" / Path(name).name for name in names}
+    for name, path in found.items():
+        if not path.is_file():
+            sys.exit(f"fmu_archives: {system.name} holds {name}, and there is no {path}")
+    return {name: path.read_bytes() for name, path in found.items()}
+
+
+def main(build: Path, dist: Path, folders: dict[str, Path]) -> None:
     for version in (2, 3):
-        fmus = sorted((host / f"fmi{version}").glob("*.fmu"))
+        fmus = sorted((build / "fmus" / f"fmi{version}").glob("*.fmu"))
         if not fmus:
-            sys.exit(f"fmu_archives: no FMU in {host / f'fmi{version}'}")
+            sys.exit(f"fmu_archives: no FMU in {build / 'fmus' / f'fmi{version}'}")
         for fmu in fmus:
             target = dist / f"fmi{version}" / fmu.name
             binaries = collect(fmu.stem, version, folders)
             write_archive(fmu, binaries, target)
-            print(f"{target.relative_to(dist)}: {', '.join(b.split('/')[1] for b in binaries)}, {target.stat().st_size / 1e6:.1f} MB")
+            sizes = ", ".join(f"{path.split('/')[1]} {len(content) / 1e6:.2f}" for path, content in binaries.items())
+            print(f"{target.relative_to(dist)}: {target.stat().st_size / 1e6:.2f} MB; binaries in MB: {sizes}")
+    for system in sorted((build / "ssp").glob("*.ssp")):
+        target = dist / "ssp" / system.name
+        fmus = fmus_of(system, dist)
+        write_archive(system, fmus, target)
+        print(f"{target.relative_to(dist)}: {target.stat().st_size / 1e6:.2f} MB; {len(fmus)} FMUs")
 
 
 if __name__ == "__main__":

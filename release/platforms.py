@@ -2,29 +2,49 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True)
 class Platform:
     """Where an FMU of each version keeps its binary, and what starts a program of the platform on this machine.
 
-    fmi2: None where FMI 2 has no name for the platform. runner: empty on the machine's own platform.
+    fmi2: None where FMI 2 has no name for the platform. emulators: names to look for, none on the machine's own platform;
+    emulator_arguments: words behind the name; a folder among them has to be there. debian: packages that bring both.
     """
 
     name: str
     fmi2: str | None
     fmi3: str
     suffix: str
-    runner: tuple[str, ...] = ()
-    runner_package: str = ""
+    emulators: tuple[str, ...] = ()
+    emulator_arguments: tuple[str, ...] = ()
+    debian: str = ""
 
     def folder(self, version: int) -> str | None:
         return self.fmi2 if version == 2 else self.fmi3
 
+    def runner(self) -> list[str] | None:
+        """The words before a program, or None when its emulator is not complete here."""
+        if not self.emulators:
+            return []
+        found = next((path for name in self.emulators if (path := shutil.which(name))), None)
+        complete = all(Path(word).is_dir() for word in self.emulator_arguments if word.startswith("/"))
+        return [found, *self.emulator_arguments] if found and complete else None
+
+    def advice(self) -> str:
+        """How to get what runner() lacks."""
+        folders = [word for word in self.emulator_arguments if word.startswith("/")]
+        wanted = " with ".join([" or ".join(self.emulators), *folders])
+        return f"{wanted} is missing (Debian, Ubuntu: apt-get install {self.debian})"
+
 
 PLATFORMS = (
     Platform("x86_64-linux", "linux64", "x86_64-linux", ".so"),
-    Platform("x86_64-windows", "win64", "x86_64-windows", ".dll", ("/usr/lib/wine/wine64",), "wine64"),
-    Platform("aarch64-linux", None, "aarch64-linux", ".so", ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"), "qemu-user and libc6-arm64-cross"),
-)
+    # Debian's wine64 lies outside of PATH.
+    Platform("x86_64-windows", "win64", "x86_64-windows", ".dll", ("wine64", "/usr/lib/wine/wine64", "wine"), (), "wine64"),
+    Platform("aarch64-linux", None, "aarch64-linux", ".so", ("qemu-aarch64", "qemu-aarch64-static"),
+             ("-L", "/usr/aarch64-linux-gnu"), "qemu-user libc6-arm64-cross"),
+)  # fmt: skip

@@ -1,21 +1,24 @@
-"""Steps the binaries of a release over their example input, each on its platform, and compares what comes out.
+"""Steps the binaries of a release through the same drive, each on its platform, and compares what comes out.
 
     python release/trajectories.py DIST PLATFORM=PROGRAM...
 
-PROGRAM is fmu/tests/trajectory.c built for the platform. The reference is fmpy driving this machine's binary; a platform
-whose emulator is not installed is named and left out. Exits when a number differs by more than 1e-9 of itself (or of 1,
-when it is smaller).
+PROGRAM is fmu/tests/trajectory.c built for the platform. The drive is the example input of the FMU, and for inputs that
+it does not name those of DRIVE; every input is set and every output read at each step. The reference is fmpy driving this
+machine's binary; a platform whose emulator is not installed is named and left out. Exits when a number differs by more than
+1e-9 of itself (or of 1, when it is smaller).
 """
 
 from __future__ import annotations
 
 import csv
+import math
 import os
-import shutil
+import re
 import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,9 +29,18 @@ from fmpy.fmi3 import FMU3Slave
 from platforms import PLATFORMS, Platform
 
 TOLERANCE = 1e-9
-# Types by FMI version, in the order of the plan: reals, integers, booleans. Enumerations are parameters or echoes of them.
+# Types by FMI version, in the order of the plan: reals, integers, booleans.
 TYPES = {2: ("Real", "Integer", "Boolean"), 3: ("Float64", "Int32", "Boolean")}
-
+# What an input is at time t of a drive that ends at T, by its name: the first that fits counts. Aid and realign take the
+# attitude filters, missing channels and reset the error filters where the example input does not lead.
+DRIVE: tuple[tuple[str, Callable[[float, float], float]], ...] = (
+    (r"command\.\w+", lambda t, T: 0.02 * math.sin(0.7 * t)),
+    (r"aid\.heading", lambda t, T: math.sin(0.5 * t)),
+    (r"aid\.valid", lambda t, T: t % 2 > 1),
+    (r"present\.[pqw]", lambda t, T: t % 3 < 2),
+    (r"realign", lambda t, T: 0.5 * T < t < 0.6 * T),
+    (r"reset", lambda t, T: 0.8 * T < t < 0.9 * T),
+)
 
 @dataclass(frozen=True)
 class Plan:
@@ -54,20 +66,46 @@ class Plan:
 
 
 def read_plan(folder: Path) -> Plan:
-    """folder: an unpacked FMU."""
+    """folder: an unpacked FMU. Exits when its inputs or outputs are of a type that a plan has no place for."""
     description = fmpy.read_model_description(str(folder), validate=False)
     version = int(description.fmiVersion[0])
-    variables = {v.name: v for v in description.modelVariables}
-    with (folder / "resources" / "example_input.csv").open() as file:
-        header, *rows = csv.reader(file)
-    table = np.array(rows, float)
-    columns = [[i for i, n in enumerate(header) if i and variables[n].type == kind] for kind in TYPES[version]]
-    outputs = [[v.valueReference for v in variables.values() if v.causality == "output" and v.type == kind] for kind in TYPES[version]]
+    variables = [v for v in description.modelVariables if v.causality in ("input", "output")]
+    for v in variables:
+        if v.type not in TYPES[version]:
+            sys.exit(f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(TYPES[version])}")
+    groups = {c: [[v for v in variables if v.causality == c and v.type == kind] for kind in TYPES[version]] for c in ("input", "output")}
+    example = read_example(folder / "resources" / "example_input.csv")
+    experiment = description.defaultExperiment
+    stop_s, step_s = example["time"][-1] if example else float(experiment.stopTime), float(experiment.stepSize)
+    t_s = step_s * np.arange(round(stop_s / step_s) + 1)
+    columns = [drive(v, example, t_s) for group in groups["input"] for v in group]
     return Plan(
         version, description.guid, description.coSimulation.modelIdentifier,
-        tuple([variables[header[i]].valueReference for i in group] for group in columns), tuple(outputs),
-        table[:, 0], table[:, [i for group in columns for i in group]],
+        tuple([v.valueReference for v in group] for group in groups["input"]),
+        tuple([v.valueReference for v in group] for group in groups["output"]),
+        t_s, np.column_stack(columns) if columns else np.empty((len(t_s), 0)),
     )  # fmt: skip
+
+
+def read_example(path: Path) -> dict[str, np.ndarray]:
+    """Columns by name, or nothing: an FMU without inputs has no example."""
+    if not path.is_file():
+        return {}
+    with path.open() as file:
+        header, *rows = csv.reader(file)
+    return dict(zip(header, np.array(rows, float).T))
+
+
+def drive(variable, example: dict[str, np.ndarray], t_s: np.ndarray) -> np.ndarray:
+    """What one input is at every point: the held example, unless it is 0 throughout, else DRIVE, else the start value."""
+    if variable.name in example and example[variable.name].any():
+        # The decimals of a file and multiples of the step differ in the last bits.
+        held = np.searchsorted(example["time"], t_s + 1e-9, side="right") - 1
+        return example[variable.name][held]
+    for pattern, value in DRIVE:
+        if re.fullmatch(pattern, variable.name):
+            return np.array([value(t, t_s[-1]) for t in t_s], float)
+    return np.full(len(t_s), float({"true": 1, "false": 0}.get(variable.start, variable.start)))
 
 
 def run_by_fmpy(plan: Plan, folder: Path) -> np.ndarray:
@@ -102,19 +140,11 @@ def run_by_program(plan: Plan, folder: Path, platform: Platform, program: Path) 
     # Relative paths mean the same to an emulated system.
     Path(folder, "plan.txt").write_text(plan.text(folder / "resources"))
     binary = f"binaries/{platform.folder(plan.version)}/{plan.identifier}{platform.suffix}"
-    done = subprocess.run([*platform.runner, program, binary, "plan.txt"], cwd=folder, capture_output=True, text=True, env=os.environ | {"WINEDEBUG": "-all"})
+    command = [*(platform.runner() or []), program, binary, "plan.txt"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=os.environ | {"WINEDEBUG": "-all"})
     if done.returncode:
         raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"status {done.returncode}")
     return np.array([[struct.unpack(">d", bytes.fromhex(word))[0] for word in line.split()] for line in done.stdout.splitlines()])
-
-
-def missing(platform: Platform) -> str | None:
-    """Why the platform cannot be run here, or None."""
-    if platform.runner and shutil.which(platform.runner[0]) is None:
-        return f"{platform.name} not run: {platform.runner[0]} is not installed (Debian: {platform.runner_package})"
-    folders = [Path(word) for word in platform.runner[1:] if word.startswith("/")]
-    absent = [str(f) for f in folders if not f.is_dir()]
-    return f"{platform.name} not run: no {absent[0]} (Debian: {platform.runner_package})" if absent else None
 
 
 def difference(a: np.ndarray, b: np.ndarray) -> float:
@@ -125,9 +155,10 @@ def difference(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def main(dist: Path, programs: dict[str, Path]) -> None:
-    left_out = {p.name: reason for p in PLATFORMS if p.name in programs and (reason := missing(p))}
-    for reason in left_out.values():
-        print(reason)
+    platforms = [p for p in PLATFORMS if p.name in programs]
+    runnable = [p for p in platforms if p.runner() is not None]
+    largest = {p.name: 0.0 for p in runnable}
+    count = 0
     for version in (2, 3):
         for fmu in sorted((dist / f"fmi{version}").glob("*.fmu")):
             with tempfile.TemporaryDirectory() as unpacked:
@@ -135,9 +166,7 @@ def main(dist: Path, programs: dict[str, Path]) -> None:
                 plan = read_plan(folder)
                 reference = run_by_fmpy(plan, folder)
                 said = []
-                for platform in PLATFORMS:
-                    if platform.folder(version) is None or platform.name not in programs or platform.name in left_out:
-                        continue
+                for platform in (p for p in runnable if p.folder(version)):
                     try:
                         worst = difference(run_by_program(plan, folder, platform, programs[platform.name]), reference)
                     except RuntimeError as error:
@@ -145,7 +174,14 @@ def main(dist: Path, programs: dict[str, Path]) -> None:
                     if worst > TOLERANCE:
                         sys.exit(f"trajectories: fmi{version}/{fmu.name} on {platform.name} differs from fmpy by {worst:.2g}")
                     said.append(f"{platform.name} {worst:.1g}")
-                print(f"fmi{version}/{fmu.name}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {', '.join(said)}")
+                    largest[platform.name] = max(largest[platform.name], worst)
+            count += 1
+            print(f"fmi{version}/{fmu.name}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {', '.join(said)}")
+    if not count:
+        sys.exit(f"trajectories: no FMU in {dist}")
+    print(f"trajectories: {count} FMUs; largest difference to fmpy: {', '.join(f'{name} {worst:.2g}' for name, worst in largest.items())}")
+    for platform in (p for p in platforms if p not in runnable):
+        print(f"trajectories: {platform.name} not run: {platform.advice()}")
 
 
 if __name__ == "__main__":

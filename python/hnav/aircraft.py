@@ -20,6 +20,7 @@ from scipy.linalg import expm
 
 from hnav.ins_error_filter import LinearModel
 from hnav.library import HnavError
+from hnav.model_files import model_files
 
 LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
@@ -145,10 +146,7 @@ def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], 
 
 
 def models_folder() -> Path:
-    """The one in this package (wheel), else the checkout's."""
-    here = Path(__file__).resolve().parent
-    packaged = here / "models" / "aircraft"
-    return packaged if packaged.is_dir() else here.parents[1] / "models" / "aircraft"
+    return model_files("aircraft")
 
 
 def read_aircraft(path: str | Path) -> Aircraft:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hnav.library import HnavError
+from hnav.model_files import model_files
 
 GRADES = ("consumer", "industrial", "tactical")
 G_M_S2 = 9.80665
@@ -104,7 +105,7 @@ class Grade:
 
 
 def models_folder() -> Path:
-    return Path(__file__).resolve().parents[2] / "models" / "sensors"
+    return model_files("sensors")
 
 
 def read_grade(name_or_path: str | Path) -> Grade:

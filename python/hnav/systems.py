@@ -167,26 +167,31 @@ class System:
 
 
 def system_path(text: str) -> Path:
-    """An .ssp file, a folder with an SSD, or a name: HNAV_SYSTEMS/NAME.ssp, else the package's, else the build's."""
+    """An .ssp file, a folder with an SSD, or a name: HNAV_SYSTEMS/NAME.ssp, else the build's, else the package's."""
     path = Path(text)
     if path.suffix == ".ssp" or path.is_dir() or os.sep in text:
         if not path.exists():
             raise HnavError(2, f"{text}: file not found")
         return path
-    here = Path(__file__).resolve().parent
-    folders = [Path(os.environ["HNAV_SYSTEMS"])] if "HNAV_SYSTEMS" in os.environ else _system_folders(here)
-    for folder in folders:
-        if (folder / f"{text}.ssp").is_file():
-            return folder / f"{text}.ssp"
-    known = sorted({p.stem for folder in folders for p in folder.glob("*.ssp")})
-    hint = f"there are {', '.join(known)}" if known else "./run fmus makes them, or set HNAV_SYSTEMS to their folder"
+    known = _known_systems()
+    if text in known:
+        return known[text]
+    hint = f"there are {', '.join(sorted(known))}" if known else "./run fmus makes them, or set HNAV_SYSTEMS to their folder"
     raise HnavError(2, f"there is no system {text}: {hint}")
 
 
-def _system_folders(here: Path) -> list[Path]:
-    """The systems lie beside the FMUs: of a build in ssp/ next to fmus/, of a wheel inside the package."""
-    built = [Path(os.environ["HNAV_FMUS"]).parent / "ssp"] if "HNAV_FMUS" in os.environ else []
-    return [*built, here / "ssp", here.parents[1] / "build" / "ssp"]
+def _known_systems() -> dict[str, Path]:
+    """By name: archives beside the FMUs of a build, or the folders of a wheel, which has each FMU once, among its own."""
+
+    def archives(folder: Path) -> dict[str, Path]:
+        return {path.stem: path for path in folder.glob("*.ssp")}
+
+    if "HNAV_SYSTEMS" in os.environ:
+        return archives(Path(os.environ["HNAV_SYSTEMS"]))
+    here = Path(__file__).resolve().parent
+    packaged = {path.parent.name: path.parent for path in here.glob(f"models/systems/*/{STRUCTURE}")}
+    built = archives(Path(os.environ["HNAV_FMUS"]).parent / "ssp") if "HNAV_FMUS" in os.environ else {}
+    return packaged | archives(here.parents[1] / "build" / "ssp") | built
 
 
 def read_system(path: Path | str) -> System:
