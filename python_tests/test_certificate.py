@@ -9,7 +9,7 @@ import pytest
 from hnav import Options
 from hnav.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
 from hnav.certificate import certify, free_rates, largest, largest_below, largest_from, printed_theorem
-from hnav.certify_run import attenuation_of, read_results
+from hnav.certify_run import attenuation_of, certify_run, filter_of_run, read_results
 from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.library import Filter, HnavError
 from hnav.recordings import RecordingError
@@ -366,6 +366,39 @@ def test_values_held_between_samples_are_no_samples(tmp_path):
     data = read_results(tmp_path)
     np.testing.assert_array_equal(np.isfinite(data.field_b_tesla).all(axis=1), [False, True, False, True])
     assert np.isfinite(data.rate_b_rad_s).all()
+
+
+def write_run(folder, parameters: dict) -> None:
+    (folder / "run.json").write_text(json.dumps({"parameters": parameters}))
+
+
+def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
+    assert filter_of_run(tmp_path) == ("default", {})
+    start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
+    write_run(tmp_path, start | {"hrekf.preset": 1, "hrekf.gamma_mode": 3, "hrekf.solver": 0, "hrekf.gamma": 0.1, "hrekf.sampling_mode": 1, "hekf.gamma": 9})
+    preset, settings = filter_of_run(tmp_path)
+    options = Options("hrekf", preset, **settings)
+    assert preset == "paper" and sorted(settings) == ["gamma", "gamma_mode", "start_q_nb"]
+    assert (options.gamma_mode, options.gamma, list(options.start_q_nb)) == ("kl", 0.1, [0.6, 0.0, 0.8, 0.0])
+    write_run(tmp_path, {"hrekf.preset": 7})
+    with pytest.raises(RecordingError, match="run.json: no parameters"):
+        filter_of_run(tmp_path)
+
+
+def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turntable):
+    """The gains of the folder are those that its settings give, not those of the default preset."""
+    solver()
+    data = turntable.recording
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = data.t_s
+        for end, values in (("gyro.rate", data.rate_b_rad_s), ("accel.force", data.force_b_m_s2), ("mag.field", data.field_b_tesla)):
+            file[f"sensor.{end}"] = values
+    write_run(tmp_path, {"hrekf.preset": 1, "hrekf.gamma_mode": 0})
+
+    def found(preset, settings):
+        return certify_run(tmp_path, None, "hrekf", preset, settings, 0.5, None, 1, -1.0, "T", lambda *_: None)
+
+    assert found(None, {}).printed == found("paper", {"gamma_mode": "off"}).printed != found("default", {}).printed
 
 
 def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):

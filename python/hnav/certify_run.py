@@ -12,7 +12,7 @@ from rich.table import Table
 from hnav.attenuation import attenuation
 from hnav.certificate import Certificate, Progress, certify
 from hnav.gain_record import GainRecord, record_gains
-from hnav.library import HnavError, Options
+from hnav.library import PRESETS, HnavError, Options, option_table
 from hnav.recordings import Recording, RecordingError, read_recording
 from hnav.turntable import Experiment, Turntable
 
@@ -55,11 +55,35 @@ def read_results(folder: Path) -> Recording:
     return Recording(folder.name, signals["t_s"], *(vector(end).astype(float) for end in ("gyro.rate", "accel.force", "mag.field")))
 
 
+def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str, str]]:
+    """(preset, settings) that the component had in the simulation, from its run.json; ("default", {}) where it says nothing.
+
+    Without its solver: the certificate's reference knows the closed form only. Raises RecordingError.
+    """
+    path = folder / "run.json"
+    try:
+        said = json.loads(path.read_text())["parameters"] if path.is_file() else {}
+        values = {name[len(component) + 1 :]: float(value) for name, value in said.items() if name.startswith(component + ".")}
+        preset = PRESETS[int(values.pop("preset", 0))]
+    except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError):
+        raise RecordingError(f"{path}: no parameters of a simulation in it") from None
+    settings = {}
+    for name, option in option_table("hrekf").items():
+        if name in values and name != "solver":
+            settings[name] = option.choices[int(values[name])] if option.choices else f"{values[name]:.17g}"
+        elif f"{name}[1]" in values:
+            settings[name] = ",".join(f"{values[f'{name}[{i + 1}]']:.17g}" for i in range(option.count))
+    return preset, settings
+
+
 def certify_run(
-    recording: Path | None, experiment: str | None, filter: str, preset: str, settings: dict[str, str], begin_s: float,
+    recording: Path | None, experiment: str | None, filter: str, preset: str | None, settings: dict[str, str], begin_s: float,
     duration_s: float | None, seed: int, gain_factor: float, mag_unit: str, progress: Progress,
 ) -> Certificate:  # fmt: skip
-    """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise."""
+    """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise.
+
+    Of a folder the filter is that of the simulation's component hrekf; a preset given replaces its settings.
+    """
     if filter != "hrekf":
         raise HnavError(16, f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
     known: Experiment | None = None
@@ -70,8 +94,11 @@ def certify_run(
         data, settings = known.recording, known.settings | settings
     else:
         data = read_results(recording) if recording.is_dir() else read_recording(recording, mag_unit)
+        if recording.is_dir() and preset is None:
+            preset, simulated = filter_of_run(recording)
+            settings = simulated | settings
         data = data if duration_s is None else data.cropped(duration_s)
-    options = Options(filter, preset, **{"solver": "closed_form"} | settings)
+    options = Options(filter, preset or "default", **{"solver": "closed_form"} | settings)
     whole = record_gains(data, options, lambda done, of: progress("samples", done, of))
     record = whole.from_time(data.t_s[0] + begin_s)
     if len(record.corrections) < 2:
@@ -116,7 +143,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
         ("attenuation", number(found.attenuation), f"error energy over disturbance energy; gamma^2 = {bound}"),
         ("solver-free rate", number(float(free.min()), " 1/s"), f"by the filter's own covariance, at the slowest correction; median {number(float(np.median(free)))}"),
         ("theorem as printed", "holds" if printed.holds else "fails", f"d > 0 never; d < 0 needs a flow that contracts by {printed.needed_flow_rate_1_s:.3g} 1/s, it has {printed.flow_rate_1_s:.3g}"),
-        ("search", f"{found.seconds:.1f} s", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
+        ("search", f"{found.seconds:.1f} s" if found.solves else "-", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
     ]  # fmt: skip
     return [row for row in rows if row[1] != "-"]
 
