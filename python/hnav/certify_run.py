@@ -137,7 +137,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
         ("", number(found.region_bias_deg_s, " deg/s"), f"largest bias error inside; errors decay by {number(found.region_rate_1_s)} 1/s or more"),
         ("noise floor", number(found.noise_floor_deg, " deg"), f"bound on the rms error; {number(found.noise_share)} of the level, must stay below 1"),
         ("longest interval", number(found.longest_interval_s, " s"), f"{number(found.longest_interval_s / found.interval_s)} times the actual one: linear part, these gains, all corrections equally far apart{limit}"),
-        ("", number(found.mixed_interval_s, " s"), f"{number(found.mixed_interval_s / found.interval_s)} times: linear part, intervals from the actual one to this in any order"),
+        ("", number(found.mixed_interval_s, " s"), f"{number(found.mixed_interval_s / found.interval_s)} times: linear part, intervals from the actual one to this in any order; checked at both ends and four between"),
         ("", number(found.region_interval_s, " s"), f"{number(found.region_interval_s / found.interval_s)} times: with the nonlinear remainders, in a region of half the radius, no decay asked"),
         ("boundary starts", "-" if starts is None else f"{starts.worst_ratio:.6f}", "V over its bound at the worst correction of the nonlinear equations; must not exceed 1"),
         ("attenuation", number(found.attenuation), f"error energy over disturbance energy; gamma^2 = {bound}"),

@@ -34,7 +34,7 @@ def verdict(figures: dict) -> str:
     return "certified" if figures["certified"] else f"not certified: {figures['reason']}"
 
 
-@panel("certificate", "Stability certificate", "Of the gains that the paper's filter has on the samples of this run: hnav certify DIR --out DIR/certificate.json.",
+@panel("certificate", "Stability certificate", "Of the gains that the HREKF of this run has on its samples: hnav certify DIR --out DIR/certificate.json.",
        lambda run: "certificate" in run.about)  # fmt: skip
 def draw_certificate(run: Run) -> go.Figure:
     found = run.about["certificate"]
