@@ -270,6 +270,16 @@ def test_remainders_are_paid_for_by_decay(record):
     assert inequality.solve(0.9 * rate, 0.05) is None
 
 
+def test_the_progress_of_each_stage_grows_and_ends_full(record):
+    solver()
+    told: dict[str, list[tuple[int, int]]] = {}
+    certify(GainRecord(record.name, record.corrections[180:], 0.0), lambda what, done, of: told.setdefault(what, []).append((done, of)), starts=2)
+    assert list(told) == ["decay rate", "region", "longest interval", "starts"]
+    for steps in told.values():
+        assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+        assert steps[-1][0] == steps[-1][1]
+
+
 def test_intervals_nest(record):
     """Any order of intervals is more than one interval at a time, and no P helps where a single correction lets errors grow."""
     solver()

@@ -148,7 +148,7 @@ def largest_from(holds: Callable[[float], object | None], low: float, high: floa
 
 # --------------------------------------------------------------------------------------------- the certificate
 
-PROBES = {"decay rate": 8, "region": 7, "longest interval": 20}  # about: more when the region is small or the interval long
+PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
 
 
 def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
@@ -193,16 +193,19 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
         k = int(np.argmin(rates))
         return f"the error grows at the correction at {found.t_s[k]:g} s: spectral radius of (I - KH) Phi is {radius[k]:.6f}"
 
-    def counted(stage: str, holds):
-        done = [0]
+    done = dict.fromkeys(PROBES, 0)
 
+    def counted(stage: str, holds):
         def probe(value: float):
             answer = holds(value)
-            done[0] += 1
-            progress(stage, min(done[0], PROBES[stage]), PROBES[stage])
+            done[stage] += 1
+            progress(stage, min(done[stage], PROBES[stage]), PROBES[stage])
             return answer
 
         return probe
+
+    def complete(stage: str) -> None:
+        progress(stage, PROBES[stage], PROBES[stage])
 
     rate = largest(counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
                    found.spectral_rate_1_s * (1 + 1e-9), PROBES["decay rate"], geometric=False)  # fmt: skip
@@ -215,11 +218,13 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     region = largest_below(counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
     if region is None:
         return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
+    complete("region")
     rho, (P, tau, found.smallest_eigenvalue) = region
     found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
     _measure_region(found, inequality, rho)
 
     _measure_intervals(found, inequality, rho, lambda holds: counted("longest interval", holds))
+    complete("longest interval")
     if starts:
         found.starts = fall_from_boundary(record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of))
         if found.starts.worst_ratio > 1 + 1e-9:

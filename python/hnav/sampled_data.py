@@ -25,8 +25,8 @@ bounded by |a + m|^2 <= (1 + beta) |a|^2 + (1 + 1/beta) |m|^2 and P_dd <= kappa 
 With z = (e, r, s, n) the rest is quadratic forms F_i(z) >= 0 (or = 0), so the S-procedure gives: if P > 0, kappa and
 multipliers tau exist with, for every correction k,
 
-    X_k = blkdiag(e^{-2 sigma T} P, 0) - sum_i tau_i F_i - kappa (beta + beta^2) / |q + K nu|^2 D'D - (1 + beta) B'PB >= 0,
-    e+ = B z + (m, 0) / |q + K nu|,    d- = D z
+    X_k = blkdiag(e^{-2 sigma T} P, 0) - sum_i tau_i F_i - kappa (beta + beta^2) / |q + K nu|^2 C'C - (1 + beta) B'PB >= 0,
+    e+ = B z + (m, 0) / |q + K nu|,    d- = C z
 
 then V = e'Pe falls by e^{-2 sigma T} at every correction while c <= rho (Yakubovich 1971; Boyd et al., Linear Matrix
 Inequalities in System and Control Theory, 1994, section 2.6.3). rho = 0 is the linear part, M = J (I - K H) Phi:
@@ -45,7 +45,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.sparse import csc_matrix
 
-from hnav.gain_record import CHANNELS, GainRecord
+from hnav.gain_record import GainRecord
 
 N = 6  # of e
 ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
