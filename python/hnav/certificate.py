@@ -253,12 +253,17 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
             return None
         return answer
 
-    constant = counted(lambda t: inequality.with_interval(t).solve(0.0, 0.0))
+    def constant(t: float, radius: float):
+        changed = inequality.with_interval(t)
+        answer = changed.solve(0.0, radius)
+        inequality.vertices = changed.vertices  # where the next interval begins
+        return answer
+
     inequality.forget_vertices()
-    found.longest_interval_s = float(largest_from(constant, T, limit, 2.0, 5))
+    found.longest_interval_s = float(largest_from(counted(lambda t: constant(t, 0.0)), T, limit, 2.0, 5))
+    inequality.forget_vertices()
     found.mixed_interval_s = float(largest_from(counted(mixed), T, found.longest_interval_s, 2.0, 5))
-    with_remainders = counted(lambda t: inequality.with_interval(t).solve(0.0, 0.5 * rho))
-    found.region_interval_s = float(largest_from(with_remainders, T, found.longest_interval_s, 2.0, 2))
+    found.region_interval_s = float(largest_from(counted(lambda t: constant(t, 0.5 * rho)), T, found.longest_interval_s, 2.0, 2))
 
 
 def _measure_region(found: Certificate, inequality: SampledDataInequality, rho: float) -> None:
