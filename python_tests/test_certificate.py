@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hnav import Options
 from hnav.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
-from hnav.certificate import SampledDataInequality, certify, flow_matrix, free_rates, largest, largest_below, printed_theorem, sphere_bound
-from hnav.certify_run import attenuation_of, read_results
+from hnav.certificate import certify, free_rates, largest, largest_below, largest_from, printed_theorem
+from hnav.certify_run import attenuation_of, certify_run, filter_of_run, read_results
 from hnav.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.library import Filter, HnavError
 from hnav.recordings import RecordingError
 from hnav.reference import ReferenceFilter, product
+from hnav.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
 from hnav.turntable import DIP_RAD, INTERVAL_S, Turntable
 from scipy.linalg import expm
 from test_cli import hnav
@@ -21,7 +22,6 @@ from test_cli import hnav
 
 def solver():
     pytest.importorskip("cvxpy", reason="cvxpy is not installed: pip install 'hnav[certify]'")
-    pytest.importorskip("clarabel", reason="clarabel is not installed: pip install 'hnav[certify]'")
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,8 @@ def test_the_rates_in_c_are_positive_and_errors_fall_at_least_so_fast(turntable,
 def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(record):
     rng = np.random.default_rng(0)
     n, rho = 500, 0.4
-    for c in record.corrections[1::40]:
+    alpha, beta = return_to_sphere(record, rho)
+    for i, c in list(enumerate(record.corrections))[1::40]:
         axis = rng.normal(size=(n, 3))
         chord = rho * rng.uniform(size=n)
         q = quaternion_exp(2 * np.arcsin(chord / 2)[:, None] * axis / np.linalg.norm(axis, axis=1, keepdims=True))
@@ -132,19 +133,64 @@ def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(recor
         seen = difference_of_measurements(c, q)
         r = np.linalg.norm(seen - d @ c.H[:, 1:4].T, axis=1)
         np.testing.assert_allclose(r, chord * np.linalg.norm(d @ c.H[:, 1:4].T, axis=1), atol=1e-13)
+        y = d @ c.H[:, 1:4].T
+        for first, second in ((slice(0, 3), slice(0, 3)), (slice(3, 6), slice(3, 6)), (slice(0, 3), slice(3, 6))):
+            lengths = np.sum(y[:, first] * y[:, second], axis=1)
+            np.testing.assert_allclose(np.sum(seen[:, first] * seen[:, second], axis=1), lengths, atol=1e-13)
+            across = np.sum(y[:, first] * seen[:, second] + seen[:, first] * y[:, second], axis=1)
+            np.testing.assert_allclose(across, (2 - chord**2) * lengths, atol=1e-13)
 
         e = np.hstack([1 - q[:, :1], d]) @ c.turn[:4, :4].T - seen @ c.K[:4].T
         after = np.array([c.norm, 0, 0, 0]) - e
         d_after = -after[:, 1:] / np.linalg.norm(after, axis=1, keepdims=True)
-        linear = (d @ c.turn[1:4, 1:4].T - seen @ c.K[1:4].T) / c.norm
-        n_bound = sphere_bound(c, rho) * np.linalg.norm(d, axis=1)
-        assert (np.linalg.norm(d_after - linear, axis=1) <= n_bound).all()
+        u = seen @ c.K[1:4].T
+        before = np.hstack([1 - q[:, :1], d]) @ c.turn[1:4, :4].T  # d' of return_to_sphere
+        along = before * np.sum(before * u, axis=1, keepdims=True) / c.norm**2
+        assert (np.sum(along**2, axis=1) <= alpha[i] * np.sum(along * u, axis=1) * (1 + 1e-12)).all()
+        rest = c.norm * d_after - (d @ c.turn[1:4, 1:4].T - u + along)
+        assert (np.linalg.norm(rest, axis=1) <= beta[i] * np.linalg.norm(d, axis=1)).all()
 
         e_b = rng.normal(size=(n, 3))
         flown, _ = flow(c, q, e_b)
         s = np.linalg.norm(-flown[:, 1:] - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T, axis=1)
         farthest = np.maximum(chord, 2 * np.sin(np.arccos(np.clip(flown[:, 0], -1, 1)) / 2)) + 0.5 * c.interval_s * np.linalg.norm(e_b, axis=1)
         assert (s <= 0.5 * c.interval_s * farthest * np.linalg.norm(e_b, axis=1) + 1e-14).all()
+
+
+def test_every_form_of_the_inequality_holds_on_the_nonlinear_equations(record):
+    """z of exact errors: B z is what the correction leaves, but for m, and each form has the sign that the S-procedure uses."""
+    rng = np.random.default_rng(1)
+    rho, scale, n = 0.4, 2.0, 200
+    inequality = SampledDataInequality(record, scale)
+    k = np.arange(1, len(record.corrections), 40)
+    B, forms = inequality.terms(k, rho)
+    alpha, beta = (bound[k] for bound in inequality.bounds(rho))
+    for i, c in enumerate(record.corrections[j] for j in k):
+        axis, e_b = rng.normal(size=(n, 3)), 0.3 * rng.normal(size=(n, 3))
+        chord = 0.99 * rho * rng.uniform(size=n)
+        q = quaternion_exp(2 * np.arcsin(chord / 2)[:, None] * axis / np.linalg.norm(axis, axis=1, keepdims=True))
+        q_minus, b_minus = flow(c, q, e_b)
+        d, d_minus = -q[:, 1:], -q_minus[:, 1:]
+        s = d_minus - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T
+        seen = difference_of_measurements(c, q_minus)
+        r, u = seen - d_minus @ c.H[:, 1:4].T, seen @ c.K[1:4].T
+        turned = np.hstack([1 - q_minus[:, :1], d_minus]) @ c.turn[1:4, :4].T
+        along = turned * np.sum(turned * u, axis=1, keepdims=True) / c.norm**2
+        most_u = np.linalg.norm(c.K[1:4]) * np.linalg.norm(c.H[:, 1:4])
+        z = np.hstack([d, scale * e_b, r / rho, s / (0.5 * rho * c.interval_s), along / (alpha[i] * most_u)])
+
+        value = [np.einsum("ni,ij,nj->n", z, F[i], z) for F in forms]
+        shorter = np.stack([value[0], 0.5 * value[2], 0.5 * value[2], value[1]], axis=1).reshape(-1, 2, 2)
+        assert np.linalg.eigvalsh(shorter).min() > -1e-13
+        np.testing.assert_allclose(value[3:6], 0, atol=1e-12)
+        assert value[6].min() > -1e-12 and value[7].min() > -1e-9 and value[8].min() >= 0
+
+        e = np.hstack([1 - q_minus[:, :1], d_minus, b_minus]) @ c.turn.T - seen @ c.K.T
+        after = np.array([c.norm, 0, 0, 0]) - e[:, :4]
+        exact = np.hstack([-after[:, 1:] / np.linalg.norm(after, axis=1, keepdims=True), scale * e[:, 4:]])
+        missing = exact - z @ B[i].T / np.sqrt(1 + beta[i])
+        assert (np.linalg.norm(missing[:, :3], axis=1) <= beta[i] / c.norm * np.linalg.norm(d_minus, axis=1)).all()
+        np.testing.assert_allclose(missing[:, 3:], 0, atol=1e-13)
 
 
 def test_starts_lie_on_the_boundary():
@@ -211,7 +257,70 @@ def test_an_inequality_that_holds_holds_for_every_correction(record):
     assert inequality.solve(1.1 * rate, 0.0) is None
 
 
+def test_remainders_are_paid_for_by_decay(record):
+    """With less decay asked the same corrections hold a larger region; what is answered is verified anew from P and tau alone."""
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    inequality = SampledDataInequality(steady, 2.0)
+    rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
+    P, tau, least = inequality.solve(0.1 * rate, 0.05)
+    assert multipliers_hold(tau) and np.linalg.eigvalsh(P[:3, :3])[-1] <= tau[-1]
+    anew = SampledDataInequality(steady, 2.0).smallest_eigenvalues(P, tau, 0.1 * rate, 0.05)
+    assert len(anew) == 50 and anew.min() == pytest.approx(least) and least >= 0
+    assert inequality.solve(0.9 * rate, 0.05) is None
+
+
+def test_the_progress_of_each_stage_grows_and_ends_full(record):
+    solver()
+    told: dict[str, list[tuple[int, int]]] = {}
+    certify(GainRecord(record.name, record.corrections[180:], 0.0), lambda what, done, of: told.setdefault(what, []).append((done, of)), starts=2)
+    assert list(told) == ["decay rate", "region", "longest interval", "starts"]
+    for steps in told.values():
+        assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+        assert steps[-1][0] == steps[-1][1]
+
+
+def test_intervals_nest(record):
+    """Any order of intervals is more than one interval at a time, and no P helps where a single correction lets errors grow."""
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    np.testing.assert_allclose(SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14)
+    # The body turns back faster than the gains have learnt: an interval too long turns the bias error away from them.
+    turned = [replace(c, turns=((np.array([0, 0, -0.3]), INTERVAL_S),)) for c in steady.corrections[::5]]
+    found = certify(GainRecord("turned", turned, 0.0), starts=0)
+    inequality = SampledDataInequality(GainRecord("turned", turned, 0.0), 2.0)
+    assert INTERVAL_S < found.mixed_interval_s <= found.longest_interval_s
+    assert INTERVAL_S < found.region_interval_s <= found.longest_interval_s
+    grows = [np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max() >= 1 for t in (found.interval_limit_s, 1.01 * found.interval_limit_s)]
+    assert found.longest_interval_s <= found.interval_limit_s and grows == [False, True]
+    P, tau, _ = inequality.and_interval(found.mixed_interval_s).solve(0.0, 0.0)
+    for t in (INTERVAL_S, found.mixed_interval_s):
+        assert inequality.with_interval(t).smallest_eigenvalues(P, tau, 0.0, 0.0).min() >= 0
+
+
+def test_the_solver_is_asked_what_is_meant():
+    solver()
+    F = np.zeros((3, 3, 2))
+    F[0, 0, 0] = F[1, 1, 1] = F[0, 2, 0] = F[2, 0, 0] = 1.0
+    F[2, 2] = [0.0, 1.0]
+    # [[x1, 0, x1], [0, x2, 0], [x1, 0, x2]] >= 0.5 I needs (x1 - 0.5)(x2 - 0.5) >= x1^2.
+    x = smallest(np.array([0.0, 1.0]), [(F, 0.5)])
+    assert np.linalg.eigvalsh(F @ x)[0] == pytest.approx(0.5, abs=1e-3)
+    assert x[1] == pytest.approx(0.5 + min(v**2 / (v - 0.5) for v in np.linspace(0.6, 3, 2401)), rel=2e-3)
+    assert smallest(np.array([1.0]), [(-np.ones((1, 1, 1)), 1.0), (np.ones((1, 1, 1)), 0.0)]) is None
+
+
+def test_multipliers_get_the_signs_that_they_missed_by_rounding():
+    tau = np.array([1.0, 1e-9, -2e-8, -0.5, 0.0, 0.5, -1e-12, 0.1, 2.0])
+    assert not multipliers_hold(tau)
+    assert multipliers_hold(with_signs(tau))
+    np.testing.assert_allclose(with_signs(tau), tau, atol=1e-7)
+
+
 def test_bisection_finds_the_edge():
+    assert largest_from(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 2.0, 12) == pytest.approx(0.3, rel=1e-3)
+    assert largest_from(lambda x: None, 1e-3, 1.0, 2.0, 5) == 1e-3
+    assert largest_from(lambda x: x, 1e-3, 1.0, 2.0, 5) == 1.0
     assert largest(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 20)[0] == pytest.approx(0.3, rel=1e-4)
     assert largest(lambda x: None, 1e-3, 1.0, 5) is None
     assert largest_below(lambda x: x if x < 0.03 else None, 1.0, 1e-4, 12)[0] == pytest.approx(0.03, rel=1e-3)
@@ -267,6 +376,39 @@ def test_values_held_between_samples_are_no_samples(tmp_path):
     data = read_results(tmp_path)
     np.testing.assert_array_equal(np.isfinite(data.field_b_tesla).all(axis=1), [False, True, False, True])
     assert np.isfinite(data.rate_b_rad_s).all()
+
+
+def write_run(folder, parameters: dict) -> None:
+    (folder / "run.json").write_text(json.dumps({"parameters": parameters}))
+
+
+def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
+    assert filter_of_run(tmp_path) == ("default", {})
+    start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
+    write_run(tmp_path, start | {"hrekf.preset": 1, "hrekf.gamma_mode": 3, "hrekf.solver": 0, "hrekf.gamma": 0.1, "hrekf.sampling_mode": 1, "hekf.gamma": 9})
+    preset, settings = filter_of_run(tmp_path)
+    options = Options("hrekf", preset, **settings)
+    assert preset == "paper" and sorted(settings) == ["gamma", "gamma_mode", "start_q_nb"]
+    assert (options.gamma_mode, options.gamma, list(options.start_q_nb)) == ("kl", 0.1, [0.6, 0.0, 0.8, 0.0])
+    write_run(tmp_path, {"hrekf.preset": 7})
+    with pytest.raises(RecordingError, match="run.json: no parameters"):
+        filter_of_run(tmp_path)
+
+
+def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turntable):
+    """The gains of the folder are those that its settings give, not those of the default preset."""
+    solver()
+    data = turntable.recording
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = data.t_s
+        for end, values in (("gyro.rate", data.rate_b_rad_s), ("accel.force", data.force_b_m_s2), ("mag.field", data.field_b_tesla)):
+            file[f"sensor.{end}"] = values
+    write_run(tmp_path, {"hrekf.preset": 1, "hrekf.gamma_mode": 0})
+
+    def found(preset, settings):
+        return certify_run(tmp_path, None, "hrekf", preset, settings, 0.5, None, 1, -1.0, "T", lambda *_: None)
+
+    assert found(None, {}).printed == found("paper", {"gamma_mode": "off"}).printed != found("default", {}).printed
 
 
 def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 from conftest import tilted_motion
 from hnav import Filter, Options
 from hnav.engines import ENGINES, run_recording
+from hnav.fmus import Fmu, fmu_path, parameter_values
 from hnav.library import FILTERS
 from hnav.recordings import read_recording
 from hnav.reference import bias_error_deg_s, run_reference
@@ -85,6 +86,39 @@ def test_co_simulation_is_the_library_bit_for_bit(engine, filter, motion):
     assert np.array_equal(c.ready, fmu.ready)
     assert fmu.counts["rhs_evals"] > 0  # SUNDIALS did the work
     assert fmu.counts["accel_used"] == c.counts["accel_used"] == len(motion.recording.t_s)
+
+
+def rates_in_fmu(version: int, settings: dict[str, str], m) -> list[float]:
+    """hinf.decay_rate of Hrekf in Co-Simulation, after the samples of every row of m."""
+    rates = []
+    with Fmu(fmu_path("Hrekf", version)) as fmu:
+        for name, value in parameter_values("hrekf", settings, "default").items():
+            fmu.set(name, value)
+        fmu.initialise()
+        for k, row in enumerate(zip(m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)):
+            for (prefix, variable), sample in zip((("gyro", "gyro.rate"), ("accel", "accel.force"), ("mag", "mag.field")), row):
+                for axis in range(3):
+                    fmu.set(f"{variable}[{axis + 1}]", sample[axis])
+                fmu.set(f"{prefix}.t_meas", m.t_s[k])
+                fmu.set(f"{prefix}.sample", k + 1)
+            fmu.do_step(float(m.t_s[k]), 0.01)
+            rates.append(fmu.get("hinf.decay_rate"))
+    return rates
+
+
+@pytest.mark.parametrize("version", (2, 3))
+@pytest.mark.parametrize("gamma_mode", ("off", "relative", "kl"))
+def test_the_decay_rate_of_the_fmu_is_that_of_the_library_number_by_number(version, gamma_mode, motion):
+    m, settings = motion.recording.cropped(1), {"gamma_mode": gamma_mode}
+    in_c, expected = Filter(Options("hrekf", **settings)), []
+    for t_s, rate, force, field in zip(m.t_s.tolist(), m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla):
+        in_c.push_gyro(t_s, rate)
+        in_c.push_accel(t_s, force)
+        in_c.push_mag(t_s, field)
+        in_c.advance(t_s)
+        expected.append(in_c.status().decay_rate_1_s)
+    assert rates_in_fmu(version, settings, m) == expected
+    assert sum(rate != 0 for rate in expected) > 90
 
 
 @pytest.mark.parametrize("filter", FILTERS)

@@ -2,46 +2,26 @@
 
 As printed the theorem asks the flow to contract; quaternion kinematics never do, and its dwell condition points the
 wrong way (printed_theorem). Here flow and jump are taken together, from just after one correction to just after the
-next. The error is that of a second estimate with the same gains and samples: with p = q_other (x) q_recorded*, a unit
-quaternion, in navigation axes,
-
-    e = (d, e_b),   d = -vec p,   e_b = b_recorded - b_other,   c = |1 - p| = 2 sin(angle / 4)
-    flow    d' = -1/2 e_b + ...,     after it  d- = Phi_d e + s      |s| <= 1/2 T c |e_b|     the flow is bilinear
-    seen    h_recorded - h_other = H d- + r                          |r| = c |H d-|           h is quadratic
-    jump    e+ = J (I - K H) (d-, e_b) - J K r + (n, 0)              |n| <= f(c) |d-|         the return to the sphere
-
-with J = blkdiag(I/|q + K nu|, I); f is derived at sphere_bound. While c <= rho every bound is a multiple of a linear form
-of z = (e, r, s, n), so the S-procedure gives: if P > 0 and tau >= 0 exist with, for every correction k,
-
-    X_k = blkdiag(e^{-2 sigma T} P, 0) + sum_i tau_i (E_i'E_i - C_i'C_i) - B'PB >= 0,    B = [M, -JK, J(I-KH)_d, E_d],  M = J(I-KH) Phi
-
-then V = e'Pe falls by e^{-2 sigma T} at every correction once e is in {V <= level} (Yakubovich 1971; Boyd et al., Linear
-Matrix Inequalities in System and Control Theory, 1994, section 2.6.3). The solver is never trusted: X_k is computed
-anew for every correction and its smallest eigenvalue looked at; corrections that fail join the constraints (cutting
-planes). Only what passed on all of them is reported.
+next, and one V = e'Pe is sought that falls by e^{-2 sigma T} at every correction once e is in {V <= level}: the inequality,
+its remainders and its solution stand in sampled_data. Only what passed on all corrections is reported.
 """
 
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hnav.boundary_starts import BoundaryStarts, fall_from_boundary
-from hnav.gain_record import CHANNELS, Correction, GainRecord
+from hnav.gain_record import GainRecord
 from hnav.library import HnavError
+from hnav.sampled_data import ATTITUDE, BIAS, SampledDataInequality, flow_matrix
 
-N = 6
-ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
-FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
-LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
-LONGEST_HOLD_S = 100.0
+LONGEST_HOLD_S, BETWEEN = 10.0, 4  # no longer interval is tried; intervals that are checked between two with one P
 LARGEST_RADIUS, LEAST_RADIUS = 1.0, 1e-4  # of c: 120 and 0.01 deg
 Progress = Callable[[str, int, int], None]  # what, done, of
 
@@ -74,9 +54,13 @@ class Certificate:
     sure_deg: float = np.nan  # every attitude error below this is inside, if the bias error is zero
     noise_floor_deg: float = np.nan  # bound on the rms attitude error that noise sustains
     noise_share: float = np.nan  # bound on E V over the level of the region; above 1 noise may leave it
-    longest_interval_s: float = np.nan  # T_max: with these gains the linear part is certified up to it
+    longest_interval_s: float = np.nan  # T_max, linear part: all corrections equally far apart, one P for each interval
+    interval_limit_s: float = np.nan  # no T_max can exceed it: there the error grows at a single correction; NaN if nowhere
+    interval_limit_at_s: float = np.nan  # when that correction is
+    mixed_interval_s: float = np.nan  # linear part: intervals from the actual one to this in any order, one P
+    region_interval_s: float = np.nan  # as T_max with the remainders, in a region of half the radius; no decay asked
     smallest_eigenvalue: float = np.nan  # of all X_k at the radius reported
-    tau: tuple[float, ...] = ()
+    tau: tuple[float, ...] = ()  # multipliers, see sampled_data
     P: np.ndarray | None = None
     level: float = np.nan
     vertices: int = 0
@@ -127,144 +111,7 @@ def printed_theorem(record: GainRecord) -> PrintedTheorem:
     return PrintedTheorem(float(d), float(d / T), 0.0 if abs(flow) < 1e-12 else float(flow), bool(flow > d / T))
 
 
-def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
-    """6 x 6, of the error in navigation axes: d' = -1/2 e_b, e_b' = rate_n x e_b."""
-    A = np.zeros((N, N))
-    A[ATTITUDE, BIAS] = -0.5 * np.eye(3)
-    x, y, z = rate_n
-    A[BIAS, BIAS] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-    return A
-
-
-def sphere_bound(c: Correction, rho: float) -> float:
-    """f with |n| <= f |d-| while |1 - p| <= rho; infinite where the bound breaks down.
-
-    d+ = a_d / |a|, a = q_other + K nu_other in axes of the corrected attitude. Its length differs from that of the
-    recorded one by little, for K nu is nearly across q: with s = 2 sqrt(2) rho >= |nu_other - nu|, K_0 the row of K along q,
-        | |a|^2 - norm^2 | <= 2 |K_0| s + 2 rho |K| (|nu| + s) + |K|^2 s (2 |nu| + s)
-    The corrected axes differ from the predicted ones by the quaternion turn, which carries 1 - p_0 = |d| tan(angle/4) into d.
-    """
-    seen, innovation = 2 * np.sqrt(2) * rho, np.linalg.norm(c.nu)
-    gain, along = np.linalg.norm(c.K[:4], 2), np.linalg.norm(c.turn[:4, 0] @ c.K[:4])
-    squares = 2 * along * seen + 2 * rho * gain * (innovation + seen) + gain**2 * seen * (2 * innovation + seen)
-    shortest = c.norm**2 - squares
-    if not shortest > 0:
-        return np.inf
-    difference = squares / (c.norm + np.sqrt(shortest))
-    carried = np.linalg.norm(c.turn[1:4, 0]) * 0.5 * rho / np.sqrt(1 - 0.25 * rho**2)
-    raw = 1 + gain * np.linalg.norm(c.H[:, :4], 2) * (1 + rho) + carried
-    return carried / c.norm + raw * difference / (c.norm * np.sqrt(shortest))
-
-
-# --------------------------------------------------------------------------------------------- the inequality
-
-
-class SampledDataInequality:
-    """X_k for all corrections of a record, in scaled errors (d, scale e_b); affine in P and tau.
-
-    rho = 0: the linear part alone, e^{-2 sigma T} P - M'PM.
-    """
-
-    def __init__(self, record: GainRecord, scale: float):
-        c = record.corrections
-        self.record, self.D = record, np.diag([1.0] * 3 + [scale] * 3)
-        inverse = np.diag(1 / np.diag(self.D))
-        self.T = np.array([x.interval_s for x in c])
-        self.M = np.stack([self.D @ x.M[1:, 1:] @ inverse for x in c])
-        self.JK = np.stack([self.D @ (x.J @ x.K)[1:] for x in c])
-        self.JIKH = np.stack([self.D @ (x.J @ x.IKH)[1:, 1:] for x in c])
-        self.predicted = np.stack([np.hstack([x.Phi[1:4, 1:] @ inverse, np.zeros((3, CHANNELS)), np.eye(3), np.zeros((3, 3))]) for x in c])
-        self.H = np.stack([x.H[:, 1:4] for x in c])
-        self.bias = np.eye(N, N + CHANNELS + 6)[BIAS] / scale
-        self.solves = 0
-        self.vertices = list(range(0, len(c), max(1, len(c) // FIRST_VERTICES)))
-
-    def with_interval(self, interval_s: float) -> np.ndarray:
-        """M of all corrections if each came interval_s after the one before, its gain unchanged."""
-        Phi = expm(np.stack([flow_matrix(c.turns[-1][0]) for c in self.record.corrections]) * interval_s)
-        return self.JIKH @ Phi @ np.diag(1 / np.diag(self.D))
-
-    def terms(self, k: np.ndarray, rho: float) -> tuple[np.ndarray, list[np.ndarray]]:
-        """B (m x 6 x 18) and, for each remainder, E'E - C'C (m x 18 x 18), of the corrections k.
-
-        Remainders in units of their bounds, z = bound z', keep the numbers of the inequality alike.
-        """
-        m, rows = len(k), N + CHANNELS + 6
-        to_d = np.broadcast_to(np.eye(N)[:, ATTITUDE], (m, N, 3))
-        B = np.concatenate([self.M[k], -self.JK[k], self.JIKH[k][:, :, ATTITUDE], to_d], axis=2)
-        unit = np.ones((m, 1, rows))
-        forms = []
-        for first, size, bound, C in (
-            (N, CHANNELS, np.full(m, rho), self.H[k] @ self.predicted[k]),
-            (N + CHANNELS, 3, 0.5 * self.T[k] * rho, np.broadcast_to(self.bias, (m, 3, rows))),
-            (N + CHANNELS + 3, 3, self.sphere[k], self.predicted[k]),
-        ):
-            unit[:, 0, first : first + size] = bound[:, None]
-            forms.append((np.diag((np.arange(rows) >= first) & (np.arange(rows) < first + size)).astype(float), C))
-        return B * unit, [E - np.swapaxes(C * unit, 1, 2) @ (C * unit) for E, C in forms]
-
-    def X(self, k: np.ndarray, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float, M: np.ndarray | None = None) -> np.ndarray:
-        """m x 6 x 6 when rho is 0, else m x 18 x 18."""
-        if rho == 0:
-            return self._part_of_P(k, P, sigma, (self.M if M is None else M)[k])
-        B, forms = self.terms(k, rho)
-        return self._part_of_P(k, P, sigma, B) + sum(t * F for t, F in zip(tau, forms))
-
-    def _part_of_P(self, k: np.ndarray, P: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
-        X = -np.swapaxes(B, 1, 2) @ P @ B
-        X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * P
-        return X
-
-    def solve(self, sigma: float, rho: float, M: np.ndarray | None = None):
-        """(P, tau, smallest eigenvalue) that holds for every correction, or None. Adds cutting planes until it does."""
-        if rho > 0:
-            self.sphere = np.array([sphere_bound(c, rho) for c in self.record.corrections])
-            if not np.isfinite(self.sphere).all():
-                return None
-        margin = max(LEAST_MARGIN, 1e-3 * (1 - np.exp(-2 * sigma * self.T.min())))
-        every = np.arange(len(self.T))
-        for _ in range(PASSES):
-            found = self._solve_at_vertices(sigma, rho, M, margin)
-            if found is None:
-                return None
-            P, tau = found
-            smallest = np.linalg.eigvalsh(self.X(every, P, tau, sigma, rho, M))[:, 0]
-            failing = np.flatnonzero(smallest < 0)
-            if len(failing) == 0 and np.linalg.eigvalsh(P)[0] > 0 and (tau >= 0).all():
-                return P, tau, float(smallest.min())
-            worst = failing[np.argsort(smallest[failing])][:NEW_VERTICES]
-            if len(worst) == 0 or set(worst) <= set(self.vertices):
-                return None  # the solver's answer is not good enough at its own constraints
-            self.vertices = sorted({*self.vertices, *worst.tolist()})
-        return None
-
-    def _solve_at_vertices(self, sigma: float, rho: float, M, margin: float):
-        """The smallest trace of P >= I over the vertices; None when the solver finds none."""
-        import cvxpy as cp
-
-        self.solves += 1
-        k = np.array(self.vertices)
-        B, forms = ((self.M if M is None else M)[k], []) if rho == 0 else self.terms(k, rho)
-        basis = np.array([np.eye(1, N * N, i * N + j).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
-        basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
-        p, tau = cp.Variable(len(basis)), cp.Variable(3, nonneg=True)
-        columns = [self._part_of_P(k, b, sigma, B) for b in basis] + forms
-        F = np.stack(columns, axis=-1)  # vertices x rows x rows x unknowns
-        unknowns = cp.hstack([p, tau]) if rho > 0 else p
-        rows = F.shape[1]
-        constraints = [cp.reshape(basis.reshape(-1, N * N).T @ p, (N, N), order="C") - np.eye(N) >> 0]
-        constraints += [cp.reshape(f.reshape(rows * rows, -1) @ unknowns, (rows, rows), order="C") - margin * np.eye(rows) >> 0 for f in F]
-        problem = cp.Problem(cp.Minimize(np.einsum("bii->b", basis) @ p), constraints)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
-                # The smallest trace is wanted roughly, the constraints well.
-                problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8)
-        except cp.SolverError:
-            return None
-        if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-            return None
-        return np.tensordot(p.value, basis, 1), np.zeros(3) if rho == 0 else np.maximum(tau.value, 0)
+# --------------------------------------------------------------------------------------------- searches
 
 
 def largest(holds: Callable[[float], object | None], low: float, high: float, probes: int, geometric: bool = True, best=None):
@@ -279,9 +126,29 @@ def largest(holds: Callable[[float], object | None], low: float, high: float, pr
     return best
 
 
+def largest_below(holds: Callable[[float], object | None], high: float, least: float, probes: int):
+    """As largest, between the halves of high: what holds is mostly found in few probes, and the dear ones are those that fail."""
+    while high > least:
+        answer = holds(high / 2)
+        if answer is not None:
+            return largest(holds, high / 2, high, probes, best=(high / 2, answer))
+        high /= 2
+    return None
+
+
+def largest_from(holds: Callable[[float], object | None], low: float, high: float, growth: float, probes: int) -> float:
+    """The largest up to which every value that was tried holds: from low upwards by the factor, then by bisection."""
+    while low < high:
+        further = min(growth * low, high)
+        if holds(further) is None:
+            return largest(holds, low, further, probes, best=(low, None))[0]
+        low = further
+    return low
+
+
 # --------------------------------------------------------------------------------------------- the certificate
 
-PROBES = {"decay rate": 8, "region": 7, "longest interval": 9}  # of the region more when it is small
+PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
 
 
 def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
@@ -306,7 +173,7 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
     inequality = SampledDataInequality(record, bias_scale(record))
     found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)
     found.certified = not found.reason
-    found.vertices, found.solves = len(inequality.vertices), inequality.solves
+    found.vertices, found.solves = max(inequality.programs, default=0), len(inequality.programs)
     found.seconds = time.perf_counter() - begin
     return found
 
@@ -315,16 +182,6 @@ def bias_scale(record: GainRecord) -> float:
     """s: how much attitude error goes with a bias error, from the filter's own sigmas at the median."""
     ratios = [np.trace(c.P[1:4, 1:4]) / np.trace(c.P[4:, 4:]) for c in record.corrections]
     return float(np.sqrt(np.median(ratios)))
-
-
-def largest_below(holds: Callable[[float], object | None], high: float, least: float, probes: int):
-    """As largest, between the halves of high: what holds is mostly found in few probes, and the dear ones are those that fail."""
-    while high > least:
-        answer = holds(high / 2)
-        if answer is not None:
-            return largest(holds, high / 2, high, probes, best=(high / 2, answer))
-        high /= 2
-    return None
 
 
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
@@ -337,16 +194,19 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
         k = int(np.argmin(rates))
         return f"the error grows at the correction at {found.t_s[k]:g} s: spectral radius of (I - KH) Phi is {radius[k]:.6f}"
 
-    def counted(stage: str, holds):
-        done = [0]
+    done = dict.fromkeys(PROBES, 0)
 
+    def counted(stage: str, holds):
         def probe(value: float):
             answer = holds(value)
-            done[0] += 1
-            progress(stage, min(done[0], PROBES[stage]), PROBES[stage])
+            done[stage] += 1
+            progress(stage, min(done[stage], PROBES[stage]), PROBES[stage])
             return answer
 
         return probe
+
+    def complete(stage: str) -> None:
+        progress(stage, PROBES[stage], PROBES[stage])
 
     rate = largest(counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
                    found.spectral_rate_1_s * (1 + 1e-9), PROBES["decay rate"], geometric=False)  # fmt: skip
@@ -355,16 +215,17 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     found.rate_1_s = rate[0]
 
     sigma = found.region_rate_1_s = SHARE_OF_RATE * found.rate_1_s
+    inequality.forget_vertices()
     region = largest_below(counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
     if region is None:
         return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
+    complete("region")
     rho, (P, tau, found.smallest_eigenvalue) = region
     found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
     _measure_region(found, inequality, rho)
 
-    longest = largest(counted("longest interval", lambda t: inequality.solve(0.0, 0.0, inequality.with_interval(t))), found.interval_s,
-                      LONGEST_HOLD_S, PROBES["longest interval"])  # fmt: skip
-    found.longest_interval_s = longest[0] if longest else np.nan
+    _measure_intervals(found, inequality, rho, lambda holds: counted("longest interval", holds))
+    complete("longest interval")
     if starts:
         found.starts = fall_from_boundary(record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of))
         if found.starts.worst_ratio > 1 + 1e-9:
@@ -372,6 +233,38 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     if not found.noise_share < 1:
         return f"noise may leave the region: E V is bounded by {found.noise_share:.3g} times its level only"
     return ""
+
+
+def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rho: float, counted) -> None:
+    """With the gains as they are, from the actual interval upwards; nothing holds beyond LONGEST_HOLD_S, for nothing is tried there."""
+    T = found.interval_s
+
+    def growing(t: float) -> np.ndarray:
+        return np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max(axis=1)
+
+    limit = largest_from(lambda t: t if growing(t).max() < 1 else None, T, LONGEST_HOLD_S, 2.0, 10)
+    if limit < LONGEST_HOLD_S:
+        found.interval_limit_s = float(limit)
+        found.interval_limit_at_s = float(found.t_s[np.argmax(growing(1.01 * limit))])
+
+    def mixed(t: float):
+        answer = inequality.and_interval(t).solve(0.0, 0.0)
+        between = np.linspace(T, t, BETWEEN + 2)[1:-1]
+        if answer is None or any(inequality.with_interval(x).smallest_eigenvalues(answer[0], answer[1], 0.0, 0.0).min() < 0 for x in between):
+            return None
+        return answer
+
+    def constant(t: float, radius: float):
+        changed = inequality.with_interval(t)
+        answer = changed.solve(0.0, radius)
+        inequality.vertices = changed.vertices  # where the next interval begins
+        return answer
+
+    inequality.forget_vertices()
+    found.longest_interval_s = float(largest_from(counted(lambda t: constant(t, 0.0)), T, limit, 2.0, 5))
+    inequality.forget_vertices()
+    found.mixed_interval_s = float(largest_from(counted(mixed), T, found.longest_interval_s, 2.0, 5))
+    found.region_interval_s = float(largest_from(counted(lambda t: constant(t, 0.5 * rho)), T, found.longest_interval_s, 2.0, 2))
 
 
 def _measure_region(found: Certificate, inequality: SampledDataInequality, rho: float) -> None:

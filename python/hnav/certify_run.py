@@ -12,7 +12,7 @@ from rich.table import Table
 from hnav.attenuation import attenuation
 from hnav.certificate import Certificate, Progress, certify
 from hnav.gain_record import GainRecord, record_gains
-from hnav.library import HnavError, Options
+from hnav.library import PRESETS, HnavError, Options, option_table
 from hnav.recordings import Recording, RecordingError, read_recording
 from hnav.turntable import Experiment, Turntable
 
@@ -55,11 +55,35 @@ def read_results(folder: Path) -> Recording:
     return Recording(folder.name, signals["t_s"], *(vector(end).astype(float) for end in ("gyro.rate", "accel.force", "mag.field")))
 
 
+def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str, str]]:
+    """(preset, settings) that the component had in the simulation, from its run.json; ("default", {}) where it says nothing.
+
+    Without its solver: the certificate's reference knows the closed form only. Raises RecordingError.
+    """
+    path = folder / "run.json"
+    try:
+        said = json.loads(path.read_text())["parameters"] if path.is_file() else {}
+        values = {name[len(component) + 1 :]: float(value) for name, value in said.items() if name.startswith(component + ".")}
+        preset = PRESETS[int(values.pop("preset", 0))]
+    except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError):
+        raise RecordingError(f"{path}: no parameters of a simulation in it") from None
+    settings = {}
+    for name, option in option_table("hrekf").items():
+        if name in values and name != "solver":
+            settings[name] = option.choices[int(values[name])] if option.choices else f"{values[name]:.17g}"
+        elif f"{name}[1]" in values:
+            settings[name] = ",".join(f"{values[f'{name}[{i + 1}]']:.17g}" for i in range(option.count))
+    return preset, settings
+
+
 def certify_run(
-    recording: Path | None, experiment: str | None, filter: str, preset: str, settings: dict[str, str], begin_s: float,
+    recording: Path | None, experiment: str | None, filter: str, preset: str | None, settings: dict[str, str], begin_s: float,
     duration_s: float | None, seed: int, gain_factor: float, mag_unit: str, progress: Progress,
 ) -> Certificate:  # fmt: skip
-    """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise."""
+    """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise.
+
+    Of a folder the filter is that of the simulation's component hrekf; a preset given replaces its settings.
+    """
     if filter != "hrekf":
         raise HnavError(16, f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
     known: Experiment | None = None
@@ -70,8 +94,11 @@ def certify_run(
         data, settings = known.recording, known.settings | settings
     else:
         data = read_results(recording) if recording.is_dir() else read_recording(recording, mag_unit)
+        if recording.is_dir() and preset is None:
+            preset, simulated = filter_of_run(recording)
+            settings = simulated | settings
         data = data if duration_s is None else data.cropped(duration_s)
-    options = Options(filter, preset, **{"solver": "closed_form"} | settings)
+    options = Options(filter, preset or "default", **{"solver": "closed_form"} | settings)
     whole = record_gains(data, options, lambda done, of: progress("samples", done, of))
     record = whole.from_time(data.t_s[0] + begin_s)
     if len(record.corrections) < 2:
@@ -102,18 +129,21 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
     printed, starts = found.printed, found.starts
     free = found.free_rate_1_s
     bound = number(found.gamma_squared) if np.isfinite(found.gamma_squared) else "infinite, gamma is off"
+    limit = f"; beyond {number(found.interval_limit_s)} s the correction at {found.interval_limit_at_s:g} s alone lets errors grow" if np.isfinite(found.interval_limit_s) else ""
     rows = [
         ("corrections", f"{found.corrections}", f"every {1e3 * found.interval_s:.4g} ms; library and reference agree to {found.largest_difference:.0e}"),
         ("decay rate", number(found.rate_1_s, " 1/s"), f"one P for all corrections; the slowest single one allows {number(found.spectral_rate_1_s)}"),
         ("region", number(found.region_deg, " deg"), f"largest attitude error inside; all below {number(found.sure_deg)} deg are, without bias error"),
         ("", number(found.region_bias_deg_s, " deg/s"), f"largest bias error inside; errors decay by {number(found.region_rate_1_s)} 1/s or more"),
         ("noise floor", number(found.noise_floor_deg, " deg"), f"bound on the rms error; {number(found.noise_share)} of the level, must stay below 1"),
-        ("longest interval", number(found.longest_interval_s, " s"), f"with these gains, linear part: {number(found.longest_interval_s / found.interval_s)} times the actual one"),
+        ("longest interval", number(found.longest_interval_s, " s"), f"{number(found.longest_interval_s / found.interval_s)} times the actual one: linear part, these gains, all corrections equally far apart{limit}"),
+        ("", number(found.mixed_interval_s, " s"), f"{number(found.mixed_interval_s / found.interval_s)} times: linear part, intervals from the actual one to this in any order; checked at both ends and four between"),
+        ("", number(found.region_interval_s, " s"), f"{number(found.region_interval_s / found.interval_s)} times: with the nonlinear remainders, in a region of half the radius, no decay asked"),
         ("boundary starts", "-" if starts is None else f"{starts.worst_ratio:.6f}", "V over its bound at the worst correction of the nonlinear equations; must not exceed 1"),
         ("attenuation", number(found.attenuation), f"error energy over disturbance energy; gamma^2 = {bound}"),
         ("solver-free rate", number(float(free.min()), " 1/s"), f"by the filter's own covariance, at the slowest correction; median {number(float(np.median(free)))}"),
         ("theorem as printed", "holds" if printed.holds else "fails", f"d > 0 never; d < 0 needs a flow that contracts by {printed.needed_flow_rate_1_s:.3g} 1/s, it has {printed.flow_rate_1_s:.3g}"),
-        ("search", f"{found.seconds:.1f} s", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
+        ("search", f"{found.seconds:.1f} s" if found.solves else "-", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
     ]  # fmt: skip
     return [row for row in rows if row[1] != "-"]
 

@@ -464,7 +464,7 @@ def certify_command(
     experiment: Annotated[Optional[str], typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
     filter: FilterName = "hrekf",
     set: Settings = None,
-    preset: Preset = "default",
+    preset: Annotated[Optional[str], typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")] = None,
     begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")] = 15.0,
     duration: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")] = None,
     seed: Annotated[int, typer.Option(help="Of the experiment and of the starts on the boundary")] = 5,

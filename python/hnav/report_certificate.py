@@ -17,8 +17,11 @@ FIGURES = (
     ("region_bias_deg_s", "deg/s", "largest bias error inside the region"),
     ("region_rate_1_s", "1/s", "decay inside the region, remainders included"),
     ("noise_floor_deg", "deg", "bound on the rms attitude error that noise sustains"),
-    ("longest_interval_s", "s", "longest interval with these gains, linear part"),
+    ("longest_interval_s", "s", "longest interval with these gains: linear part, all corrections equally far apart"),
     ("dwell_ratio", "", "the same in actual intervals"),
+    ("interval_limit_s", "s", "beyond it the error grows at a single correction"),
+    ("mixed_interval_s", "s", "linear part, intervals from the actual one to this in any order"),
+    ("region_interval_s", "s", "with the nonlinear remainders, in a region of half the radius, no decay asked"),
     ("attenuation", "", "error energy over disturbance energy"),
     ("gamma_squared", "", "what the attenuation must stay below"),
     ("free_rate_min_1_s", "1/s", "solver-free rate at the slowest correction"),
@@ -31,7 +34,7 @@ def verdict(figures: dict) -> str:
     return "certified" if figures["certified"] else f"not certified: {figures['reason']}"
 
 
-@panel("certificate", "Stability certificate", "Of the gains that the paper's filter has on the samples of this run: hnav certify DIR --out DIR/certificate.json.",
+@panel("certificate", "Stability certificate", "Of the gains that the HREKF of this run has on its samples: hnav certify DIR --out DIR/certificate.json.",
        lambda run: "certificate" in run.about)  # fmt: skip
 def draw_certificate(run: Run) -> go.Figure:
     found = run.about["certificate"]
