@@ -15,7 +15,7 @@ import scipy.io
 from hnav.aircraft import models_folder, read_aircraft
 from hnav.library import HnavError
 from hnav.recordings import Recording, RecordingError, read_recording
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
@@ -80,6 +80,7 @@ rows = st.lists(st.lists(cells, min_size=8, max_size=11), max_size=4)
 
 @bounded
 @given(header=st.one_of(st.just(HEADER.split(",")), st.lists(st.sampled_from(HEADER.split(",") + ["", "x", "\ufeff"]), max_size=12)), rows=rows)
+@example(header=HEADER.split(","), rows=[['"', *"0" * 7], ["0", '"', *"0" * 7, "1,5"]])  # a quoted cell over two lines
 def test_a_csv_of_any_cells_is_read_whole_or_refused(folder, header, rows):
     path = folder / "cells.csv"
     path.write_text("\n".join(",".join(row) for row in [header, *rows]) + "\n", encoding="utf-8", errors="replace")

@@ -19,6 +19,7 @@ using At = hnav_filter::At;
 
 constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
 constexpr double least_direction = 1e-15; // of force and field, in any unit: below lies nothing but rounding
+constexpr double least_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
 constexpr double largest_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
 constexpr double largest_state = 1e50;  // of an integrator outside: beyond, products overflow
 constexpr double near_singular_pitch = 85 * M_PI / 180;

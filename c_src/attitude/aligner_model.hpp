@@ -795,7 +795,7 @@ private:
         i.dimension = 1;
         i.value[0] = innovation[0];
         i.S[0] = S(0, 0);
-        i.nis = innovation[0] * innovation[0] / S(0, 0);
+        i.nis = normalised_square<1>(S, innovation);
         const double limit = settings_.heading_gate_nis;
         if (limit > 0 && i.nis > limit && heading_ready(s)) {
             i.noise_scale = 1 + (i.nis / limit - 1) * S(0, 0) / (sigma * sigma);

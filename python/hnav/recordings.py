@@ -211,5 +211,6 @@ def _fault(path: Path, columns: list[str]) -> str | None:
                     try:
                         float(cell)
                     except ValueError:
-                        return f"{path}, line {line}, column {name}: '{cell.strip()}' is not a number"
+                        # A quoted cell may hold anything: its beginning, on one line.
+                        return f"{path}, line {line}, column {name}: {cell.strip()[:40]!r} is not a number"
     return None

@@ -353,7 +353,7 @@ HNAV_API hnav_status hnav_filter_push_accel(hnav_filter *filter, double t_s, con
 HNAV_API hnav_status hnav_filter_push_mag(hnav_filter *filter, double t_s, const double field_b_tesla[3]);
 HNAV_API hnav_status hnav_filter_push_imu(hnav_filter *filter, double t_s, const double rate_b_rad_s[3],
                                           const double force_b_m_s2[3]); /* both or neither */
-/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0. */
+/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0, at least 1e-9 of it is used. */
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter *filter, double t_s, double heading_rad, double sigma_rad);
 
 /* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS, SOLVER. */
