@@ -19,6 +19,7 @@
 #include "hybrid/event_queue.hpp"
 #include "hybrid/propagator.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -280,8 +281,8 @@ private:
     }
 
     // The first event has no time before it: its interval is infinite, and the state begins there. An interval with more
-    // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure
-    // would come back with every later sample, because the interval only grows.
+    // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure, or
+    // numbers without bound, would come back with every later sample, because the interval only grows.
     void flow_over(State& state, double interval_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return;
         if (settings_.closed_form) {
@@ -289,7 +290,11 @@ private:
             return;
         }
         const FlowContext context{&model_, &state};
-        if (!propagator_.integrate(&context, interval_s, state.x)) model_.flow_exactly(state, interval_s);
+        double before[nx];
+        std::copy(state.x, state.x + nx, before);
+        if (propagator_.integrate(&context, interval_s, state.x) && finite(state)) return;
+        std::copy(before, before + nx, state.x);
+        model_.flow_exactly(state, interval_s);
     }
 
     // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
