@@ -5,11 +5,11 @@ heading of 30 deg: inputs at constant values, periodic sampling.
 """
 
 import math
-import shutil
 
 import fmpy
 import pytest
 from hnav.fmus import Fmu, fmu_path
+from importing import ecos
 
 HEADING_DEG = 30.0
 VALUES = {
@@ -38,12 +38,7 @@ def check(q: list[float], version: int) -> None:
 
 @versions
 def test_ecos_runs_it(version):
-    try:
-        ecospy = pytest.importorskip("ecospy", reason="ecospy is not installed", exc_type=ImportError)
-    except OSError as error:  # its library needs libtbb12
-        pytest.skip(f"ecospy cannot be loaded: {error}")
-    if not shutil.which("unzip"):
-        pytest.skip("ecospy needs the command unzip")
+    ecospy = ecos()
     structure = ecospy.EcosSimulationStructure()
     structure.add_model("filter", str(fmu_path("Hrekf", version)))
     structure.add_parameter_set("level", {f"filter::{name}": value for name, value in VALUES.items()})

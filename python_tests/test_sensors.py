@@ -83,6 +83,8 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
     "content, reason",
     [
         ("{", "grade.json: no JSON"),
+        (b"\xff\xfe", "grade.json: no JSON"),
+        ("[" * 100_000, "grade.json: no JSON"),
         ("[]", "grade.json: no object of sensors"),
         (GOOD | {"source": ""}, "grade.json: source is missing"),
         (GOOD | {"baro": {}}, "grade.json: there is no sensor baro; there are gyro, accel, mag"),
@@ -95,7 +97,10 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
 )
 def test_what_is_wrong_is_said_in_one_line(tmp_path, content, reason):
     file = tmp_path / "grade.json"
-    file.write_text(content if isinstance(content, str) else json.dumps(content))
+    if isinstance(content, bytes):
+        file.write_bytes(content)
+    else:
+        file.write_text(content if isinstance(content, str) else json.dumps(content))
     with pytest.raises(HnavError) as error:
         read_grade(file)
     assert str(error.value).startswith(reason)

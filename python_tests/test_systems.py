@@ -1,7 +1,6 @@
 """The SSP systems: valid, and run by fmpy and Ecos."""
 
 import os
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from fmpy.ssp.ssd import ParameterSet, read_ssd
 from hnav.aircraft import models_folder, read_aircraft
 from hnav.aircraft_plant import AircraftPlant
 from hnav.ins_error_filter import InsErrorFilter, InsErrorOptions
+from importing import ecos
 
 BUILD = Path(os.environ.get("HNAV_BUILD", Path(__file__).resolve().parents[1] / "build"))
 LEVEL = {"accel.force[3]": -9.81, "mag.field[1]": 2e-5, "mag.field[3]": 4.5e-5}
@@ -83,12 +83,7 @@ def test_fmpy_runs_the_aircraft_and_its_three_filters_as_the_library_does(motion
 @pytest.mark.parametrize("motion", SEEDS)
 def test_ecos_runs_the_aircraft_and_its_filters(motion):
     """Ecos cannot set enumerations: its filters stay augmented and sample by period."""
-    try:
-        ecospy = pytest.importorskip("ecospy", reason="ecospy is not installed", exc_type=ImportError)
-    except OSError as error:  # its library needs libtbb12
-        pytest.skip(f"ecospy cannot be loaded: {error}")
-    if not shutil.which("unzip"):
-        pytest.skip("ecospy needs the command unzip")
+    ecospy = ecos()
     aircraft = read_aircraft(models_folder() / f"f4c_{motion}.json")
     plant = AircraftPlant(aircraft, seed=SEEDS[motion])
     flight = plant.run(100)

@@ -1,7 +1,6 @@
 """The SSP system turntable: valid, complete, run by a loop of our own, by fmpy and by an importer that others wrote."""
 
 import os
-import shutil
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from pathlib import Path
@@ -15,6 +14,7 @@ from fmpy.ssp.ssd import read_ssd, read_ssv
 from hnav.fmus import fmu_path
 from hnav.sensors import GRADES
 from hnav.turntable_system import COMPONENTS, FILTERS, SCENARIOS, grade_values, write_system
+from importing import ecos
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -192,12 +192,7 @@ def _resource(ssp: str, name: str) -> str:
 
 
 def test_ecos_runs_the_system(ssp):
-    try:
-        ecospy = pytest.importorskip("ecospy", reason="ecospy is not installed", exc_type=ImportError)
-    except OSError as error:  # its library needs libtbb12
-        pytest.skip(f"ecospy cannot be loaded: {error}")
-    if not shutil.which("unzip"):
-        pytest.skip("ecospy needs the command unzip")
+    ecospy = ecos()
     with ecospy.EcosSimulation(ssp_path=ssp, step_size=0.01) as simulation:
         simulation.init(parameter_set="nominal")
         simulation.step(500)

@@ -10,7 +10,6 @@ white noise and a first-order Gauss-Markov error. Faults multiply the standard d
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from scipy.linalg import expm
 
 from hnav.ins_error_filter import LinearModel
 from hnav.library import HnavError
-from hnav.model_files import model_files
+from hnav.model_files import model_files, read_json
 
 LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
@@ -156,12 +155,7 @@ def read_aircraft(path: str | Path) -> Aircraft:
     def refuse(reason: str):
         raise HnavError(2, f"{path.name}: {reason}")
 
-    try:
-        data = json.loads(path.read_text())
-    except OSError as error:
-        raise HnavError(2, f"{path}: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
-        refuse(f"no JSON: {str(error).splitlines()[0]}")
+    data = read_json(path)
 
     def entry(name: str):
         value = data.get(name) if isinstance(data, dict) else None

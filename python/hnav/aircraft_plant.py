@@ -17,7 +17,7 @@ import numpy as np
 
 from hnav.aircraft import Aircraft
 from hnav.ins_error_filter import LinearModel, _Model
-from hnav.library import HnavError, _doubles, library
+from hnav.library import LibraryObject, _doubles, library
 
 # Streams of c_src/world/aircraft_flight.hpp, by the names that hnav.aircraft.fly gives to sources.
 STREAMS = {"process": 1000, "measurement": 1001, "colour": 1002, "gravity": 1003}
@@ -73,12 +73,14 @@ class PlantFlight:
     noise_factor: np.ndarray  # n x nx, on the standard deviation of the white noise
 
 
-class AircraftPlant:
+class AircraftPlant(LibraryObject):
     """Every method is the C function of that name and raises HnavError with its message.
 
     gravity_sigma, gravity_time_constant_s: nx each, a second coloured error; controls: with the file's square waves;
     faults: with the file's faults.
     """
+
+    KIND = "aircraft"
 
     def __init__(
         self,
@@ -91,10 +93,9 @@ class AircraftPlant:
         controls: bool = True,
         faults: bool = True,
     ):
-        self._lib = _library()
-        self._handle = C.c_void_p()
+        lib = _library()
         self.nx, self.nu = len(aircraft.channels), len(aircraft.controls)
-        options = self._lib.hnav_aircraft_defaults()
+        options = lib.hnav_aircraft_defaults()
         options.seed, options.euler_colour, options.exact_process_noise = seed, euler_colour, exact_process_noise
         windows = np.tile([0.0, 0.0, 1.0], (self.nx, 1))
         for fault in aircraft.faults:
@@ -123,19 +124,7 @@ class AircraftPlant:
             nx=self.nx, nu=self.nu, interval_s=aircraft.interval_s, accelerometer_error=_GaussMarkov(*pointers[:2]),
             gravity_error=_GaussMarkov(*pointers[2:]), **{name: array.ctypes.data for name, array in arrays.items()},
         )  # fmt: skip
-        message = C.create_string_buffer(320)
-        status = self._lib.hnav_aircraft_create(C.byref(self._handle), C.byref(options), C.byref(model), message, len(message))
-        if status:
-            raise HnavError(status, message.value.decode())
-
-    def __del__(self):
-        if getattr(self, "_handle", None):
-            self._lib.hnav_aircraft_destroy(self._handle)
-
-    def _call(self, name: str, *arguments) -> None:
-        status = getattr(self._lib, f"hnav_aircraft_{name}")(self._handle, *arguments)
-        if status:
-            raise HnavError(status, self._lib.hnav_aircraft_message(self._handle).decode())
+        super().__init__(lib, lib.hnav_aircraft_create, C.byref(options), C.byref(model))
 
     def run(self, n: int, command: np.ndarray | None = None) -> PlantFlight:
         """n samples from the present one on; command: n x nu, row k held from sample k to k + 1."""
@@ -159,16 +148,6 @@ class AircraftPlant:
 
     def reset(self) -> None:
         self._call("reset")
-
-    def save(self) -> bytes:
-        size = C.c_size_t()
-        self._call("state_size", C.byref(size))
-        buffer = C.create_string_buffer(size.value)
-        self._call("save", buffer, size)
-        return buffer.raw
-
-    def load(self, state: bytes) -> None:
-        self._call("load", state, len(state))
 
 
 def normal_numbers(seed: int, stream: int, count: int) -> np.ndarray:

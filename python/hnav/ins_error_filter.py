@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
-from hnav.library import HnavError, OptionInfo, _doubles, _OptionInfo, library
+from hnav.library import HnavError, LibraryObject, OptionInfo, _doubles, _OptionInfo, library
 
 FORMS = ("mdkf", "amdkf", "differenced", "augmented", "plain")
 NOISE_SCALINGS = ("none", "paper_match", "gated_match", "hmm")
@@ -237,28 +237,15 @@ class InsErrorRun:
     fault_probability: np.ndarray  # n x nz
 
 
-class InsErrorFilter:
+class InsErrorFilter(LibraryObject):
     """Every method is the C function of that name and raises HnavError with its message."""
 
+    KIND = "ins_error_filter"
+
     def __init__(self, model: LinearModel, options: InsErrorOptions | None = None):
-        self._lib = _library()
-        self._handle = C.c_void_p()
         self.model, self.options = model, options or InsErrorOptions()
-        message = C.create_string_buffer(320)
-        status = self._lib.hnav_ins_error_filter_create(
-            C.byref(self._handle), C.byref(self.options.struct), C.byref(model._struct()), message, len(message)
-        )
-        if status:
-            raise HnavError(status, message.value.decode())
-
-    def __del__(self):
-        if getattr(self, "_handle", None):
-            self._lib.hnav_ins_error_filter_destroy(self._handle)
-
-    def _call(self, name: str, *arguments) -> None:
-        status = getattr(self._lib, f"hnav_ins_error_filter_{name}")(self._handle, *arguments)
-        if status:
-            raise HnavError(status, self._lib.hnav_ins_error_filter_message(self._handle).decode())
+        lib = _library()
+        super().__init__(lib, lib.hnav_ins_error_filter_create, C.byref(self.options.struct), C.byref(model._struct()))
 
     def step(self, u, z, present=None) -> None:
         """u: nu, held since the last step; z: nz, NaN where missing; present: nz, false where missing."""
@@ -325,16 +312,6 @@ class InsErrorFilter:
         status = _Status()
         self._call("get_status", C.byref(status))
         return status
-
-    def save(self) -> bytes:
-        size = C.c_size_t()
-        self._call("state_size", C.byref(size))
-        buffer = C.create_string_buffer(size.value)
-        self._call("save", buffer, size)
-        return buffer.raw
-
-    def load(self, state: bytes) -> None:
-        self._call("load", state, len(state))
 
 
 def _mask(present, shape) -> np.ndarray | None:

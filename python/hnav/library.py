@@ -307,26 +307,47 @@ def _doubles(values, shape: tuple[int, ...], name: str) -> np.ndarray:
     return array
 
 
-class Filter:
-    """An attitude filter; every method is the C function of that name and raises HnavError with its message."""
+class LibraryObject:
+    """An object of the C library, whose functions are hnav_KIND_...; destroyed with this one. Raises HnavError with its message."""
 
-    def __init__(self, options: Options):
-        self._lib = library()
+    KIND: str
+
+    def __init__(self, lib: C.CDLL, create, *arguments):
+        self._lib = lib
         self._handle = C.c_void_p()
         message = C.create_string_buffer(320)
-        create = getattr(self._lib, f"hnav_{options.filter}_create")
-        status = create(C.byref(self._handle), C.byref(options.struct), message, len(message))
+        status = create(C.byref(self._handle), *arguments, message, len(message))
         if status:
             raise HnavError(status, message.value.decode())
 
     def __del__(self):
         if getattr(self, "_handle", None):
-            self._lib.hnav_filter_destroy(self._handle)
+            getattr(self._lib, f"hnav_{self.KIND}_destroy")(self._handle)
 
     def _call(self, name: str, *arguments) -> None:
-        status = getattr(self._lib, f"hnav_filter_{name}")(self._handle, *arguments)
+        status = getattr(self._lib, f"hnav_{self.KIND}_{name}")(self._handle, *arguments)
         if status:
-            raise HnavError(status, self._lib.hnav_filter_message(self._handle).decode())
+            raise HnavError(status, getattr(self._lib, f"hnav_{self.KIND}_message")(self._handle).decode())
+
+    def save(self) -> bytes:
+        size = C.c_size_t()
+        self._call("state_size", C.byref(size))
+        buffer = C.create_string_buffer(size.value)
+        self._call("save", buffer, size)
+        return buffer.raw
+
+    def load(self, state: bytes) -> None:
+        self._call("load", state, len(state))
+
+
+class Filter(LibraryObject):
+    """An attitude filter; every method is the C function of that name and raises HnavError with its message."""
+
+    KIND = "filter"
+
+    def __init__(self, options: Options):
+        lib = library()
+        super().__init__(lib, getattr(lib, f"hnav_{options.filter}_create"), C.byref(options.struct))
 
     def _vector(self, value, name: str):
         return _doubles(value, (3,), name).ctypes.data_as(C.c_void_p)
@@ -421,15 +442,6 @@ class Filter:
 
     def realign(self) -> None:
         self._call("realign")
-
-    def save(self) -> bytes:
-        size = self._get("state_size", C.c_size_t).value
-        buffer = C.create_string_buffer(size)
-        self._call("save", buffer, size)
-        return buffer.raw
-
-    def load(self, state: bytes) -> None:
-        self._call("load", C.create_string_buffer(state, len(state)), len(state))
 
     # ----------------------------------------------------------------------------------------- hybrid view
 

@@ -10,13 +10,12 @@ refused with one line that names file, entry and unit.
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from hnav.library import HnavError
-from hnav.model_files import model_files
+from hnav.model_files import model_files, read_json
 
 GRADES = ("consumer", "industrial", "tactical")
 G_M_S2 = 9.80665
@@ -115,12 +114,7 @@ def read_grade(name_or_path: str | Path) -> Grade:
     def refuse(reason: str):
         raise HnavError(2, f"{path.name}: {reason}")
 
-    try:
-        data = json.loads(path.read_text())
-    except OSError as error:
-        raise HnavError(2, f"{path}: {error.strerror}") from None
-    except json.JSONDecodeError as error:
-        refuse(f"no JSON: {error}")
+    data = read_json(path)
     if not isinstance(data, dict):
         refuse("no object of sensors")
     for text in ("name", "source", "assumed"):
