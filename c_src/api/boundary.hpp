@@ -114,7 +114,7 @@ inline hnav_status advance(hnav_filter* f, double t_s) {
     case Outcome::backwards:
         return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
     default:
-        return f->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite at t = %.9g s; samples that led there were dropped", t_s);
+        return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no finite estimate and were dropped", t_s);
     }
 }
 

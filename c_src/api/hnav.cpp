@@ -295,7 +295,7 @@ hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_mi
     if (filter->causal_only)
         return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
     if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
-        return filter->fail(HNAV_ERROR_SOLVER, "the estimate would not be finite after the samples up to t = %.9g s; they were dropped", t_s);
+        return filter->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no finite estimate and were dropped", t_s);
     return HNAV_OK;
 }
 

@@ -9,7 +9,6 @@
 
 namespace fuzz {
 
-
 struct Options {
     bool aligner = false;
     hnav_hrekf_options hrekf_options{};
@@ -143,17 +142,20 @@ inline hnav_status push_good(hnav_filter* filter, double t_s) {
     return status == HNAV_OK ? hnav_filter_push_mag(filter, t_s, field) : status;
 }
 
-// Whatever came before: once time is beyond all that was seen, a good sample enters after no more advances than the queue
-// has places. Each of them may fail, because each drops the waiting sample that it failed over.
-inline void takes_good_sample(hnav_filter* filter, double latest_s, int queue_capacity) {
-    const double t_s = latest_s + 0.01 * std::fmax(1, std::fabs(latest_s));
-    if (!(t_s <= 1e12)) return; // the API takes no later times
+// Whatever came before: once time is beyond all that was seen, a good sample enters, after one advance where the queue is
+// full. That advance may fail: it drops all that it failed over.
+inline void enters(hnav_filter* filter, double latest_s, double t_s) {
     hnav_status status = push_good(filter, t_s);
-    for (int i = 0; i < queue_capacity + 1 && status == HNAV_ERROR_QUEUE_FULL; ++i) {
+    if (status == HNAV_ERROR_QUEUE_FULL) {
         hnav_filter_advance(filter, latest_s);
         status = push_good(filter, t_s);
     }
     HOLDS(status == HNAV_OK);
+}
+
+inline void takes_good_sample(hnav_filter* filter, double latest_s) {
+    const double t_s = latest_s + 0.01 * std::fmax(1, std::fabs(latest_s));
+    if (t_s <= 1e12) enters(filter, latest_s, t_s); // the API takes no later times
 }
 
 // After a reset nothing of the past is left: the same samples give the same bits as in a filter just made.

@@ -165,8 +165,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     if (!sequence.filter) return 0;
     fuzz::look(sequence.filter);
     for (int calls = 0; calls < 200 && !in.end(); ++calls) sequence.call(in);
-    const int capacity = options.aligner ? options.aligner_options.queue_capacity : options.hrekf_options.queue_capacity;
-    fuzz::takes_good_sample(sequence.filter, sequence.latest_s, capacity);
+    fuzz::takes_good_sample(sequence.filter, sequence.latest_s);
     fuzz::resets(sequence.filter, options);
     hnav_filter_destroy(sequence.filter);
     return 0;

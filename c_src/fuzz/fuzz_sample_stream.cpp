@@ -45,12 +45,7 @@ void recovers(hnav_filter* filter, double latest_s) {
     int sent = 0;
     for (; sent < 500; ++sent) {
         t_s += 0.01;
-        hnav_status status = fuzz::push_good(filter, t_s);
-        if (status == HNAV_ERROR_QUEUE_FULL) {
-            hnav_filter_advance(filter, t_s - 0.01);
-            status = fuzz::push_good(filter, t_s);
-        }
-        HOLDS(status == HNAV_OK);
+        fuzz::enters(filter, t_s - 0.01, t_s);
         hnav_filter_advance(filter, t_s);
         if (sent == 0) HOLDS(hnav_filter_advance(filter, t_s) == HNAV_OK); // what could not be used has been dropped
     }

@@ -67,7 +67,7 @@ void attitude_filter(Input& in, int head) {
         HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
     HOLDS(fuzz::saved(filter) == whole);
     fuzz::look(filter);
-    fuzz::takes_good_sample(filter, 0.01 * samples, 8);
+    fuzz::takes_good_sample(filter, 0.01 * samples);
     HOLDS(hnav_filter_advance(filter, 0.01 * samples + 0.02) == HNAV_OK);
     hnav_filter_destroy(filter);
 }

@@ -97,18 +97,16 @@ public:
     // Room for `count` more samples, whatever their times.
     bool has_room(int count) const { return queue_.size() + count <= settings_.queue_capacity; }
 
-    // Uses the samples up to t_s and shows the estimate there.
+    // Uses the samples up to t_s and shows the estimate there. Events that lead to no finite state are dropped, all of
+    // them now: those that wait would fill the queue while each advance dropped one.
     Outcome advance(double t_s) {
         if (t_s < now_) return Outcome::backwards;
-        while (queue_.solved() < queue_.size() && queue_.at(queue_.solved()).event.t_s <= t_s) {
-            const Outcome outcome = solve(queue_.solved());
-            if (outcome == Outcome::ok) continue;
-            look_ahead(now_); // what was shown may have stood on the event that was dropped
-            return outcome;
-        }
+        Outcome outcome = Outcome::ok;
+        while (queue_.solved() < queue_.size() && queue_.at(queue_.solved()).event.t_s <= t_s)
+            if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
         close_events();
-        const Outcome outcome = look_ahead(t_s);
-        if (outcome == Outcome::ok) now_ = t_s;
+        if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
+        now_ = t_s;
         return outcome;
     }
 

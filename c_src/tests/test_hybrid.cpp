@@ -227,6 +227,25 @@ TEST(HybridFilter, TimeDoesNotRunBackwards) {
     EXPECT_EQ(filter.now_s(), 1);
 }
 
+TEST(HybridFilter, OneAdvanceDropsAllThatLeadToNoFiniteStateAndUsesTheRest) {
+    PendulumFilter struck, spared;
+    create(struck);
+    create(spared);
+    for (const Sample& good : {Sample{1.0, Pendulum::angle, {0.4, 0, 0}}, Sample{1.4, Pendulum::angle, {0.3, 0, 0}}})
+        for (PendulumFilter* f : {&struck, &spared}) {
+            ASSERT_EQ(f->push(good), Outcome::ok);
+        }
+    for (const double t_s : {1.1, 1.2, 1.3}) {
+        ASSERT_EQ(struck.push({t_s, Pendulum::angle, {1e300, 0, 0}}), Outcome::ok);
+    }
+    EXPECT_EQ(struck.advance(1.5), Outcome::diverged);
+    ASSERT_EQ(spared.advance(1.5), Outcome::ok);
+    EXPECT_EQ(struck.waiting(), 0);
+    EXPECT_EQ(struck.now_s(), 1.5);
+    EXPECT_TRUE(same_bits(struck.shown(), spared.shown()));
+    EXPECT_EQ(struck.advance(1.6), Outcome::ok);
+}
+
 TEST(HybridFilter, SaveWreckLoadGoOnIsBitEqual) {
     const auto samples = pendulum_samples(4);
     for (const double horizon_s : {0.0, 0.3}) {

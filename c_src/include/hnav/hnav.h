@@ -356,7 +356,8 @@ HNAV_API hnav_status hnav_filter_push_imu(hnav_filter *filter, double t_s, const
 /* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0, at least 1e-9 of it is used. */
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter *filter, double t_s, double heading_rad, double sigma_rad);
 
-/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS, SOLVER. */
+/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
+ * of the samples led to no finite estimate and were dropped, the others were used. */
 HNAV_API hnav_status hnav_filter_advance(hnav_filter *filter, double t_s);
 
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
