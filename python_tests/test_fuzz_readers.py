@@ -20,6 +20,9 @@ from hypothesis import strategies as st
 
 bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
 
+# MATLAB files are read in a process of their own, which takes a second on a busy machine.
+bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
+
 NUMBERS = ["0", "-0", "1", "nan", "inf", "-inf", "1e400", "1e-400", "0x10", "1_000", "1,5", "", " ", "abc", "٣", "\x00", '"', "1e", "--1"]
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
 
@@ -113,7 +116,7 @@ odd_values = st.one_of(
 )  # fmt: skip
 
 
-@bounded
+@bounded_mat
 @given(changes=st.dictionaries(st.sampled_from(list(broad_trial())), st.one_of(st.none(), odd_values), min_size=1, max_size=2),
        suffix=st.sampled_from([".hdf5", ".mat"]))  # fmt: skip
 def test_a_trial_with_arrays_of_any_shape_is_read_whole_or_refused(folder, changes, suffix):
@@ -131,8 +134,9 @@ def test_a_trial_with_arrays_of_any_shape_is_read_whole_or_refused(folder, chang
     read_or_say_why(path)
 
 
-@bounded
+@bounded_mat
 @given(seed=st.integers(0, 2**32))
+@example(seed=22)  # SciPy's reader ends its process
 def test_a_damaged_mat_file_is_read_whole_or_refused(folder, seed):
     path = folder / "01_undisturbed_damaged.mat"
     scipy.io.savemat(path, broad_trial())

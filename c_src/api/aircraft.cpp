@@ -1,6 +1,7 @@
 // The C boundary of the aircraft with an INS.
 #include "hnav/hnav_world.h"
 
+#include "api/message.hpp"
 #include "world/aircraft_flight.hpp"
 
 #include <cstdarg>
@@ -9,38 +10,19 @@
 #include <new>
 
 using hnav::AircraftFlight;
+using hnav::hash;
 using hnav::RowMajor;
 
-struct hnav_aircraft {
+struct hnav_aircraft : hnav::KeptMessage<320> {
     AircraftFlight flight;
     // What a filter of this aircraft is made from, row-major.
     RowMajor H, An, Qv, QU, Lambda0, P0;
     std::uint64_t fingerprint;
-    mutable char message[320];
-
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        std::vsnprintf(message, sizeof message, format, arguments);
-        va_end(arguments);
-        return status;
-    }
 };
 
 namespace {
 
 constexpr std::uint64_t aircraft_cookie = 0x686e61760001'0101ull; // "hnav", options layout, plant
-
-#define REQUIRE(a, pointer)                                                                                          \
-    do {                                                                                                             \
-        if (!(a)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
-        if (!(pointer)) return (a)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
-    } while (0)
-
-std::uint64_t hash(const void* data, std::size_t bytes, std::uint64_t seed = 14695981039346656037ull) {
-    for (std::size_t i = 0; i < bytes; ++i) seed = (seed ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
-    return seed;
-}
 
 // Checks the entries of a model one after the other and keeps the first complaint.
 class Check {
@@ -219,7 +201,7 @@ hnav_aircraft_options hnav_aircraft_defaults(void) {
 hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options, const hnav_aircraft_model* model,
                                  char* message, size_t message_size) {
     Check is(message, message_size);
-    if (message && message_size > 0) message[0] = '\0';
+    hnav::CallersMessage{message, message_size}.clear();
     if (aircraft) *aircraft = nullptr;
     if (!aircraft) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
     else if (!options) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "options is null");
@@ -235,7 +217,6 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
         return is.status;
     }
     auto* self = new (memory) hnav_aircraft;
-    self->message[0] = '\0';
     assign(self->flight, *options, *model);
     if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() || !self->flight.aircraft.factor.allFinite()) {
         hnav_aircraft_destroy(self);

@@ -143,7 +143,7 @@ const hnav_option_info* hnav_aligner_option(int32_t index) {
 }
 
 hnav_status hnav_aligner_create(hnav_filter** filter, const hnav_aligner_options* options, char* message, size_t message_size) {
-    const hnav::Creation creation{message, message_size, hnav::aligner_option_table(), hnav::aligner_cookie, "hnav_aligner_defaults"};
+    const hnav::Creation creation{{message, message_size}, hnav::aligner_option_table(), hnav::aligner_cookie, "hnav_aligner_defaults"};
     const hnav_status status = creation.check(filter, options);
     if (status != HNAV_OK) return status;
     const hnav::Frames frames = hnav::frames_of(*options);

@@ -2,32 +2,22 @@
 // into the model's and back; the mathematics is the model's, the time is the filter's.
 #pragma once
 
+#include "api/message.hpp"
 #include "attitude/estimate.hpp"
 #include "attitude/frames.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
 #include <new>
 
 // What the C functions need of a filter, whatever its model. Not destroyed through the base: see destroy().
-struct hnav_filter {
+struct hnav_filter : hnav::KeptMessage<256> {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
 
     hnav::Frames frames;
     bool backward_hold = false;
     bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
-    mutable char message[256] = "";
-
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        std::vsnprintf(message, sizeof message, format, arguments);
-        va_end(arguments);
-        return status;
-    }
 
     virtual void destroy() = 0;
     virtual void reset() = 0;

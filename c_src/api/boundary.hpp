@@ -7,17 +7,10 @@
 #include <cmath>
 #include <cstring>
 
-#define REQUIRE(f, pointer)                                                                                          \
-    do {                                                                                                             \
-        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
-        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
-    } while (0)
-
 namespace hnav::boundary {
 
 using At = hnav_filter::At;
 
-constexpr double largest_reading = 1e6; // in any unit of any sensor; beyond lies nothing but overflow
 constexpr double least_direction = 1e-15; // of force and field, in any unit: below lies nothing but rounding
 constexpr double least_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
 constexpr double largest_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
@@ -114,7 +107,7 @@ inline hnav_status advance(hnav_filter* f, double t_s) {
     case Outcome::backwards:
         return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
     default:
-        return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no finite estimate and were dropped", t_s);
+        return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     }
 }
 

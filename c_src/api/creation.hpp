@@ -28,38 +28,20 @@ StartSettings start_of(const Options& o, const Frames& frames) {
     return s;
 }
 
-struct Creation {
-    char* message;
-    std::size_t message_size;
+struct Creation : CallersMessage {
     OptionTable table;
     std::uint64_t cookie;
     const char* defaults; // the call that makes the options
 
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        if (message && message_size > 0) std::vsnprintf(message, message_size, format, arguments);
-        va_end(arguments);
-        return status;
-    }
-
     // Null pointers, the stamp, the range of every field, quaternions of no length.
     template <class Options>
     hnav_status check(hnav_filter** filter, const Options* options) const {
-        if (message && message_size > 0) message[0] = '\0';
+        clear();
         if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
         *filter = nullptr;
         if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-        if (options->cookie != cookie)
-            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s of hnav %s", defaults, hnav_version());
-        int component;
-        double value;
-        if (const hnav_option_info* row = find_impossible(table, options, &component, &value)) {
-            char index[16] = "";
-            if (row->count > 1) std::snprintf(index, sizeof index, "[%d]", component);
-            return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g]", row->name, index, value,
-                        row->min_is_open ? '(' : '[', row->min, row->max);
-        }
+        const hnav_status status = check_options(options, options->cookie, cookie, defaults, table);
+        if (status != HNAV_OK) return status;
         if (Quaternion(options->start_q_nb).norm() < 0.1)
             return fail(HNAV_ERROR_OPTION, "start_q_nb is no attitude: its length is below 0.1");
         if (Quaternion(options->q_body_sensor).norm() < 0.1)

@@ -4,6 +4,7 @@
 #include "api/boundary.hpp"
 #include "api/hnav_version.hpp"
 
+using hnav::largest_reading;
 using hnav::Outcome;
 using hnav::Sample;
 using hnav::Vector3;
@@ -31,7 +32,7 @@ const char* hnav_status_text(hnav_status status) {
     case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
     case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
     case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
-    case HNAV_ERROR_SOLVER: return "there is no finite answer";
+    case HNAV_ERROR_SOLVER: return "there is no usable answer";
     case HNAV_ERROR_ILL_CONDITIONED: return "the data do not determine the answer";
     }
     return "unknown status";
@@ -295,7 +296,7 @@ hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_mi
     if (filter->causal_only)
         return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
     if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
-        return filter->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no finite estimate and were dropped", t_s);
+        return filter->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     return HNAV_OK;
 }
 

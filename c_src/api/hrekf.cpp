@@ -131,7 +131,7 @@ const hnav_option_info* hnav_hrekf_option(int32_t index) {
 }
 
 hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message, size_t message_size) {
-    const hnav::Creation creation{message, message_size, hnav::hrekf_option_table(), hnav::hrekf_cookie, "hnav_hrekf_defaults"};
+    const hnav::Creation creation{{message, message_size}, hnav::hrekf_option_table(), hnav::hrekf_cookie, "hnav_hrekf_defaults"};
     hnav_status status = creation.check(filter, options);
     if (status != HNAV_OK) return status;
     if (const char* reason = contradiction(*options)) return creation.fail(HNAV_ERROR_OPTION, "%s", reason);

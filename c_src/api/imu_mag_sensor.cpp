@@ -1,7 +1,8 @@
 // The C boundary of the inertial and magnetic sensor: datasheet units become SI, spreads become numbers.
 #include "world/imu_mag_sensor.hpp"
 
-#include "api/world_creation.hpp"
+#include "api/message.hpp"
+#include "api/world_options.hpp"
 #include "world/streams.hpp"
 
 #include <cstdlib>
@@ -126,11 +127,11 @@ void fill_models(const hnav_imu_mag_sensor_options& o, double start_s, SensorMod
 
 // What no single row can refuse.
 template <class Options>
-hnav_status check_time(const hnav::WorldCreation& creation, const char* sensor, const Options& o) {
+hnav_status check_time(const hnav::CallersMessage& caller, const char* sensor, const Options& o) {
     if (!(o.jitter_s < 0.5 * o.period_s))
-        return creation.fail(HNAV_ERROR_OPTION, "%s.jitter_s = %g must be below half of %s.period_s = %g", sensor, o.jitter_s, sensor, o.period_s);
+        return caller.fail(HNAV_ERROR_OPTION, "%s.jitter_s = %g must be below half of %s.period_s = %g", sensor, o.jitter_s, sensor, o.period_s);
     if (!(o.latency_s <= hnav::longest_latency_periods * o.period_s))
-        return creation.fail(HNAV_ERROR_OPTION, "%s.latency_s = %g is more than %g times %s.period_s = %g", sensor, o.latency_s,
+        return caller.fail(HNAV_ERROR_OPTION, "%s.latency_s = %g is more than %g times %s.period_s = %g", sensor, o.latency_s,
                              hnav::longest_latency_periods, sensor, o.period_s);
     return HNAV_OK;
 }
@@ -161,20 +162,20 @@ const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index) {
 
 hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_imu_mag_sensor_options* options, double start_s,
                                        char* message, size_t message_size) {
-    const hnav::WorldCreation creation{message, message_size};
-    if (message && message_size > 0) message[0] = '\0';
-    if (!sensor) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "sensor is null");
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!sensor) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "sensor is null");
     *sensor = nullptr;
-    if (!options) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     const hnav::OptionTable table = hnav::imu_mag_sensor_option_table();
-    hnav_status status = creation.check(options, options->cookie, hnav::imu_mag_sensor_cookie, "hnav_imu_mag_sensor_defaults", table);
-    if (status == HNAV_OK) status = check_time(creation, "gyro", options->gyro);
-    if (status == HNAV_OK) status = check_time(creation, "accel", options->accel);
-    if (status == HNAV_OK) status = check_time(creation, "mag", options->mag);
+    hnav_status status = caller.check_options(options, options->cookie, hnav::imu_mag_sensor_cookie, "hnav_imu_mag_sensor_defaults", table);
+    if (status == HNAV_OK) status = check_time(caller, "gyro", options->gyro);
+    if (status == HNAV_OK) status = check_time(caller, "accel", options->accel);
+    if (status == HNAV_OK) status = check_time(caller, "mag", options->mag);
     if (status != HNAV_OK) return status;
-    if (!std::isfinite(start_s)) return creation.fail(HNAV_ERROR_NON_FINITE, "start_s = %g is not finite", start_s);
+    if (!std::isfinite(start_s)) return caller.fail(HNAV_ERROR_NON_FINITE, "start_s = %g is not finite", start_s);
     void* memory = std::malloc(sizeof(hnav_imu_mag_sensor));
-    if (!memory) return creation.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the sensor");
+    if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the sensor");
     auto* self = new (memory) hnav_imu_mag_sensor;
     fill_models(*options, start_s, self->models);
     std::uint64_t start_word;

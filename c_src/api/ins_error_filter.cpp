@@ -1,7 +1,7 @@
 // The C boundary of the filter for coloured INS errors.
 #include "hnav/hnav.h"
 
-#include "api/option_table.hpp"
+#include "api/message.hpp"
 #include "coloured/ins_error_filter.hpp"
 
 #include <cmath>
@@ -11,23 +11,15 @@
 #include <cstring>
 #include <new>
 
+using hnav::hash;
 using hnav::InsErrorFilter;
 using hnav::Refusal;
 
 // One block of memory: this object, then the arenas of the filter, a spare copy of its state, and a row of measurements.
-struct hnav_ins_error_filter {
+struct hnav_ins_error_filter : hnav::KeptMessage<320> {
     std::optional<InsErrorFilter> filter;
     double* z;
     std::uint64_t fingerprint;
-    mutable char message[320];
-
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        std::vsnprintf(message, sizeof message, format, arguments);
-        va_end(arguments);
-        return status;
-    }
 };
 
 namespace {
@@ -35,12 +27,6 @@ namespace {
 // The enumerations are the API's, one to one.
 static_assert(int(hnav::Form::mdkf) == HNAV_INS_ERROR_MDKF && int(hnav::Form::plain) == HNAV_INS_ERROR_PLAIN);
 static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::hmm) == HNAV_NOISE_SCALING_HMM);
-
-#define REQUIRE(f, pointer)                                                                                          \
-    do {                                                                                                             \
-        if (!(f)) return HNAV_ERROR_NULL_ARGUMENT;                                                                   \
-        if (!(pointer)) return (f)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                              \
-    } while (0)
 
 hnav::ModelData data_of(const hnav_ins_error_model& m) {
     return {m.nx, m.nu, m.nz, m.nw, m.nl, m.interval_s, m.A, m.B, m.G, m.H, m.An, m.Bn, m.Qw, m.Qv, m.QU, m.Lambda0, m.x0, m.P0};
@@ -90,12 +76,6 @@ struct SavedHeader {
     std::uint64_t checksum;
 };
 constexpr std::uint64_t magic = 0x6c6f63'76616e68ull; // "hnavcol"
-
-std::uint64_t checksum(const void* data, std::size_t bytes) {
-    std::uint64_t hash = 14695981039346656037ull;
-    for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
-    return hash;
-}
 
 std::size_t state_size(const hnav_ins_error_filter* f) { return sizeof(SavedHeader) + f->filter->state_count() * sizeof(double); }
 
@@ -190,29 +170,20 @@ const hnav_option_info* hnav_ins_error_option(int32_t index) {
 
 hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const hnav_ins_error_options* options,
                                          const hnav_ins_error_model* model, char* message, size_t message_size) {
-    const auto fail = [&](hnav_status status, const char* format, auto... arguments) {
-        if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
-        return status;
-    };
-    if (message && message_size > 0) message[0] = '\0';
-    if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
     *filter = nullptr;
-    if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (!model) return fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
-    if (options->cookie != hnav::ins_error_cookie)
-        return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_ins_error_defaults of hnav %s", hnav_version());
-
+    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (!model) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
     const hnav::OptionTable table = hnav::ins_error_option_table();
-    int component;
-    double value;
-    if (const hnav_option_info* bad = hnav::find_impossible(table, options, &component, &value))
-        return fail(HNAV_ERROR_OPTION, "%s = %g is impossible: it must be in %c%g, %g]", bad->name, value, bad->min_is_open ? '(' : '[',
-                    bad->min, bad->max);
+    const hnav_status status = caller.check_options(options, options->cookie, hnav::ins_error_cookie, "hnav_ins_error_defaults", table);
+    if (status != HNAV_OK) return status;
 
     const hnav::ModelData data = data_of(*model);
     const hnav::InsErrorSettings settings = settings_of(*options);
     Refusal why;
-    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why)) return fail(status_of(why), "%s", why.text);
+    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why)) return caller.fail(status_of(why), "%s", why.text);
 
     // Built once without memory, to learn how much it needs.
     hnav::Arena state_size, work_size;
@@ -220,17 +191,16 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 63) / 64 * 64;
     const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
     void* memory = std::malloc(head + 2 * state_bytes + row_bytes + work_size.used());
-    if (!memory) return fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx, model->nz, options->window);
+    if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx, model->nz, options->window);
     auto* self = new (memory) hnav_ins_error_filter;
     char* block = static_cast<char*>(memory) + head;
     hnav::Arena state(block), work(block + 2 * state_bytes + row_bytes);
     self->filter.emplace(state, work, block + state_bytes, data, settings);
     self->z = reinterpret_cast<double*>(block + 2 * state_bytes);
-    self->message[0] = '\0';
 
     if (!self->filter->model.assign(data, why)) {
         hnav_ins_error_filter_destroy(self);
-        return fail(status_of(why), "%s", why.text);
+        return caller.fail(status_of(why), "%s", why.text);
     }
     self->filter->create();
     self->fingerprint = hnav::fingerprint(table, options) ^ (self->filter->model.fingerprint() * 3);
@@ -283,7 +253,6 @@ hnav_status hnav_ins_error_filter_estimate(const hnav_ins_error_filter* filter, 
 
 hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter, double* P) {
     REQUIRE(filter, P);
-    const int nx = filter->filter->model.nx;
     covariance(*filter->filter, P);
     return HNAV_OK;
 }
@@ -351,7 +320,7 @@ hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void
     if (bytes < state_size(filter)) return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, state_size(filter));
     const InsErrorFilter& f = *filter->filter;
     const std::size_t payload = f.state_count() * sizeof(double);
-    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()), checksum(f.state(), payload)};
+    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()), hash(f.state(), payload)};
     std::memcpy(buffer, &header, sizeof header);
     std::memcpy(static_cast<char*>(buffer) + sizeof header, f.state(), payload);
     return HNAV_OK;
@@ -367,7 +336,7 @@ hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void
     SavedHeader header;
     std::memcpy(&header, buffer, sizeof header);
     if (header.magic != magic || header.fingerprint != filter->fingerprint || header.count != static_cast<std::uint64_t>(f.state_count()) ||
-        header.checksum != checksum(numbers, payload))
+        header.checksum != hash(numbers, payload))
         return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options or another model");
     std::memcpy(f.state(), numbers, payload);
     return HNAV_OK;

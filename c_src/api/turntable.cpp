@@ -1,5 +1,6 @@
 // The C boundary of the turntable.
-#include "api/world_creation.hpp"
+#include "api/message.hpp"
+#include "api/world_options.hpp"
 #include "world/motion.hpp"
 #include "world/random.hpp"
 #include "world/streams.hpp"
@@ -64,16 +65,16 @@ const hnav_option_info* hnav_turntable_option(int32_t index) {
 }
 
 hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message, size_t message_size) {
-    const hnav::WorldCreation creation{message, message_size};
-    if (message && message_size > 0) message[0] = '\0';
-    if (!table) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!table) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
     *table = nullptr;
-    if (!options) return creation.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    const hnav_status status = creation.check(options, options->cookie, hnav::turntable_cookie, "hnav_turntable_defaults",
+    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    const hnav_status status = caller.check_options(options, options->cookie, hnav::turntable_cookie, "hnav_turntable_defaults",
                                               hnav::turntable_option_table());
     if (status != HNAV_OK) return status;
     void* memory = std::malloc(sizeof(hnav_turntable));
-    if (!memory) return creation.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
+    if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
     auto* self = new (memory) hnav_turntable;
     const hnav::RandomStream random(static_cast<std::uint64_t>(options->seed), hnav::streams::turntable);
     const hnav_axis_options* axes[] = {&options->roll, &options->pitch, &options->yaw};

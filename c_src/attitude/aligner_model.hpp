@@ -153,6 +153,7 @@ public:
     // -------------------------------------------------------------------------------------------- flow
 
     bool flows(const State& s) const { return s.started != 0; }
+    bool plausible(const State& s) const { return Vector3(s.bias).cwiseAbs().maxCoeff() <= largest_reading; }
 
     void flow(const State& s, const double* x, double* dx) const {
         if (!s.started) {

@@ -10,6 +10,9 @@ namespace hnav {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
+// Of any sensor in any unit, and so of a gyro's bias; beyond lies nothing but overflow.
+constexpr double largest_reading = 1e6;
+
 // Channels of an attitude filter, in the order in which samples of equal time act.
 enum Channel : int { gyro = 0, accel = 1, mag = 2, heading = 3, channel_count = 4 };
 

@@ -108,6 +108,7 @@ public:
     // -------------------------------------------------------------------------------------------- flow
 
     bool flows(const State& s) const { return s.started != 0; }
+    bool plausible(const State& s) const { return Vector3(s.x + 4).cwiseAbs().maxCoeff() <= largest_reading; }
 
     void flow(const State& s, const double* x, double* dx) const {
         if (!s.started) {
@@ -507,8 +508,8 @@ private:
             R.template block<3, 3>(3 * k, 3 * k).diagonal().setConstant(d.variance);
         }
 
-        Correction<m> correction(*this, s, t_s, H);
-        const Square<m> S = correction.innovation_covariance(R);
+        Correction<m> correction(*this, s, t_s, H, R);
+        const Square<m> S = correction.innovation_covariance();
         Innovation* used[count];
         bool gated = false;
         for (int k = 0; k < count; ++k) {
@@ -525,7 +526,8 @@ private:
         }
         const bool by_force = directions.at[0].channel == accel;
         const bool by_field = directions.at[count - 1].channel == mag;
-        correction.apply(s, R, gated ? correction.innovation_covariance(R) : S, nu, by_force, by_field, gated);
+        if (gated) correction.change_noise(R);
+        correction.apply(s, nu, by_force, by_field, gated);
     }
 
     // Keeps what a sensor said and answers the factor by which its gate inflates the noise.
@@ -564,8 +566,8 @@ private:
         const double sigma = event.value[heading][1];
         const Square<1> R(sigma * sigma);
         const Eigen::Matrix<double, 1, 1> nu(wrap_angle(event.value[heading][0] - std::atan2(east, north)));
-        Correction<1> correction(*this, s, event.t_s, H);
-        const double S = correction.innovation_covariance(R)(0, 0);
+        Correction<1> correction(*this, s, event.t_s, H, R);
+        const double S = correction.innovation_covariance()(0, 0);
         Innovation& i = s.innovation[heading];
         i = {};
         i.t_s = event.t_s;
@@ -573,14 +575,14 @@ private:
         i.value[0] = nu[0];
         i.S[0] = S;
         i.nis = nu[0] * nu[0] / S;
-        Square<1> R_used = R;
         const double limit = settings_.gate_nis[heading];
         if (limit > 0 && i.nis > limit && gate_works(s, heading)) {
-            R_used(0, 0) += (i.nis / limit - 1) * S;
-            i.noise_scale = R_used(0, 0) / R(0, 0);
+            const Square<1> inflated(R(0, 0) + (i.nis / limit - 1) * S);
+            i.noise_scale = inflated(0, 0) / R(0, 0);
             ++s.gated[heading];
+            correction.change_noise(inflated);
         }
-        correction.apply(s, R_used, correction.innovation_covariance(R_used), nu, false, true, i.noise_scale > 1);
+        correction.apply(s, nu, false, true, i.noise_scale > 1);
     }
 
     // One correction of m rows that see the quaternion only: H = [H_q, 0].
@@ -590,31 +592,36 @@ private:
         using Rows = Eigen::Matrix<double, m, 1>;
         using Gain = Eigen::Matrix<double, 7, m>;
 
-        Correction(const HrekfModel& model, State& s, double t_s, const Eigen::Matrix<double, m, 4>& H)
+        Correction(const HrekfModel& model, State& s, double t_s, const Eigen::Matrix<double, m, 4>& H, const Square<m>& R)
             : settings_(model.settings_), H_(H), t_s_(t_s), interval_s_(t_s - s.last_correction_s) {
             P_ = unpack<7>(s.x + 7);
             keep_sense(P_);
-            RobustReport report;
-            Sigma_ = inflate<7>(P_, settings_.weight, interval_s_, settings_.robust, &report);
+            RobustReport report = predict();
+            change_noise(R);
+            if (!factor_.positive()) { // over a long gap the integrator has left P indefinite
+                s.repaired += repair<7>(P_);
+                report = predict();
+                HSigmaHt_.diagonal() = HSigmaHt_.diagonal().cwiseMax(0);
+                change_noise(R);
+            }
             s.gamma = report.gamma;
             s.gamma_margin = report.margin;
             s.gamma_raised += report.raised;
-            SigmaHt_.noalias() = Sigma_.template leftCols<4>() * H_.transpose();
-            HSigmaHt_.noalias() = H_ * SigmaHt_.template topRows<4>();
         }
 
-        Square<m> innovation_covariance(const Square<m>& R) const {
-            Square<m> S = HSigmaHt_ + R;
-            symmetrise<m>(S);
-            return S;
+        void change_noise(const Square<m>& R) {
+            R_ = R;
+            S_ = HSigmaHt_ + R;
+            symmetrise<m>(S_);
+            factor_ = Cholesky<m>(S_);
         }
 
-        // S: the innovation covariance that belongs to R.
-        void apply(State& s, const Square<m>& R, const Square<m>& S, const Rows& nu, bool sees_tilt, bool sees_heading,
-                   bool gated) {
+        const Square<m>& innovation_covariance() const { return S_; }
+
+        void apply(State& s, const Rows& nu, bool sees_tilt, bool sees_heading, bool gated) {
             const Quaternion q_minus = Quaternion(s.x).normalized();
             const Vector3 before = rotation_variances(q_minus, P_.template topLeftCorner<4, 4>());
-            const Gain K = Cholesky<m>(S).template solve<7>(SigmaHt_.transpose()).transpose();
+            const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
 
             // Joseph form; I - K H differs from I in its first four columns only.
             const Eigen::Matrix<double, 7, 4> KH = K * H_;
@@ -622,9 +629,9 @@ private:
             P.noalias() -= KH * Sigma_.template topRows<4>();
             const Eigen::Matrix<double, 7, 4> left = P.template leftCols<4>();
             P.noalias() -= left * KH.transpose();
-            P.noalias() += times_noise(K, R) * K.transpose();
+            P.noalias() += times_noise(K, R_) * K.transpose();
 
-            if (settings_.adaptation.mode != Adaptation::off) adapt(s, R, nu, K, gated);
+            if (settings_.adaptation.mode != Adaptation::off) adapt(s, nu, K, gated);
 
             Eigen::Map<Vector7> x(s.x);
             x.noalias() += K * nu;
@@ -644,6 +651,14 @@ private:
         }
 
     private:
+        RobustReport predict() {
+            RobustReport report;
+            Sigma_ = inflate<7>(P_, settings_.weight, interval_s_, settings_.robust, &report);
+            SigmaHt_.noalias() = Sigma_.template leftCols<4>() * H_.transpose();
+            HSigmaHt_.noalias() = H_ * SigmaHt_.template topRows<4>();
+            return report;
+        }
+
         // A unit quaternion has no error beyond 1. After ages without a sample its variances outgrow the digits that the
         // noise needs beside them in S; turned down on both sides, P stays a covariance.
         static void keep_sense(Covariance& P) {
@@ -679,7 +694,7 @@ private:
             return norm;
         }
 
-        void adapt(State& s, const Square<m>& R, const Rows& nu, const Gain& K, bool gated) const {
+        void adapt(State& s, const Rows& nu, const Gain& K, bool gated) const {
             const AdaptationSettings& adaptation = settings_.adaptation;
             const Matrix3 Q = unpack<3>(s.bias_psd);
             if (adaptation.mode == Adaptation::paper) {
@@ -688,7 +703,7 @@ private:
             }
             // The plain Kalman correction, uninflated; its bias block only.
             const Gain PHt = P_.template leftCols<4>() * H_.transpose();
-            Square<m> S = H_ * PHt.template topRows<4>() + R;
+            Square<m> S = H_ * PHt.template topRows<4>() + R_;
             symmetrise<m>(S);
             const Eigen::Matrix<double, 3, m> bias_rows = PHt.template bottomRows<3>();
             const Eigen::Matrix<double, 3, m> K0 = Cholesky<m>(S).template solve<3>(bias_rows.transpose()).transpose();
@@ -706,7 +721,8 @@ private:
         double t_s_, interval_s_;
         Covariance P_, Sigma_;
         Gain SigmaHt_;
-        Square<m> HSigmaHt_;
+        Square<m> HSigmaHt_, R_, S_;
+        Cholesky<m> factor_;
     };
 
     Settings settings_;

@@ -9,6 +9,7 @@
 //     struct State { double x[nx]; ... }                       all that changes; 8-byte numbers only
 //     void begin(State&) const                                 the state before any sample
 //     bool flows(const State&) const                           false while there is nothing to integrate
+//     bool plausible(const State&) const                       false when finite numbers lie beyond all sense
 //     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state
 //     void flow_exactly(State&, double interval_s) const       the same over an interval, in closed form
 //     void before_flow(State&, const Event&) const             inputs of an event that act on the interval before it
@@ -97,7 +98,7 @@ public:
     // Room for `count` more samples, whatever their times.
     bool has_room(int count) const { return queue_.size() + count <= settings_.queue_capacity; }
 
-    // Uses the samples up to t_s and shows the estimate there. Events that lead to no finite state are dropped, all of
+    // Uses the samples up to t_s and shows the estimate there. Events that lead to no sound state are dropped, all of
     // them now: those that wait would fill the queue while each advance dropped one.
     Outcome advance(double t_s) {
         if (t_s < now_) return Outcome::backwards;
@@ -150,7 +151,7 @@ public:
             model_.jump(state, event);
             ++used;
         }
-        if (!finite(state)) {
+        if (!sound(state)) {
             for (; used > 0; --used) queue_.remove(1);
             return Outcome::diverged;
         }
@@ -256,10 +257,10 @@ private:
         c->model->flow(*c->held, x, dx);
     }
 
-    static bool finite(const State& state) {
+    bool sound(const State& state) const {
         double sum = 0; // no NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length
         for (double v : state.x) sum += v * v;
-        return std::isfinite(sum);
+        return std::isfinite(sum) && model_.plausible(state);
     }
 
     // The chain of events begins with a base that stands for all that went before.
@@ -290,7 +291,7 @@ private:
         const FlowContext context{&model_, &state};
         double before[nx];
         std::copy(state.x, state.x + nx, before);
-        if (propagator_.integrate(&context, interval_s, state.x) && finite(state)) return;
+        if (propagator_.integrate(&context, interval_s, state.x) && sound(state)) return;
         std::copy(before, before + nx, state.x);
         model_.flow_exactly(state, interval_s);
     }
@@ -303,7 +304,7 @@ private:
         model_.before_flow(slot.after, slot.event);
         flow_over(slot.after, slot.event.t_s - previous.event.t_s);
         model_.jump(slot.after, slot.event);
-        if (!finite(slot.after)) {
+        if (!sound(slot.after)) {
             queue_.remove(i);
             return Outcome::diverged;
         }
@@ -331,7 +332,7 @@ private:
         if (!(interval_s > 0)) return Outcome::ok;
         coasted_ = last.after;
         flow_over(coasted_, interval_s);
-        if (!finite(coasted_)) return Outcome::diverged;
+        if (!sound(coasted_)) return Outcome::diverged;
         view_ = &coasted_;
         return Outcome::ok;
     }

@@ -13,6 +13,7 @@ public:
     template <int k>
     using Rows = Eigen::Matrix<double, n, k, k == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
 
+    Cholesky() = default; // of nothing yet
     explicit Cholesky(const Square<n>& A) {
         for (int j = 0; j < n; ++j) {
             double scaled[n]; // L_jk D_k

@@ -26,6 +26,7 @@ struct Pendulum {
         for (int i = 0; i < nx; ++i) s.x[i] = start[i];
     }
     bool flows(const State&) const { return true; }
+    bool plausible(const State&) const { return true; }
 
     void flow(const State& s, const double* x, double* dx) const {
         dx[0] = x[1];

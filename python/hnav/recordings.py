@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from hnav.mat_file import read_mat
+
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
 TESLA_PER = {"T": 1.0, "uT": 1e-6, "G": 1e-4, "au": 5e-5}  # au: arbitrary; the filter learns the strength anyway
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
@@ -103,9 +105,7 @@ def read_broad(path: Path) -> Recording:
                 data = {name: file[name][:] for name in names}
                 rate_hz = float(file.attrs["sampling_rate"])
         else:
-            import scipy.io
-
-            contents = scipy.io.loadmat(path, squeeze_me=True)
+            contents = read_mat(path, (*names, "sampling_rate"))
             data = {name: contents[name] for name in names}
             rate_hz = float(contents["sampling_rate"])
     except KeyError as error:

@@ -69,7 +69,7 @@ typedef enum hnav_status {
     HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
     HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
     HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
-    HNAV_ERROR_SOLVER = 15,         /* there is no finite answer; the samples that led there were dropped */
+    HNAV_ERROR_SOLVER = 15,         /* there is no usable answer; the samples that led there were dropped */
     HNAV_ERROR_UNSUPPORTED = 16,    /* this filter cannot do what was asked */
     HNAV_ERROR_ILL_CONDITIONED = 17 /* the data do not determine the answer; the message says what is missing */
 } hnav_status;
@@ -357,7 +357,7 @@ HNAV_API hnav_status hnav_filter_push_imu(hnav_filter *filter, double t_s, const
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter *filter, double t_s, double heading_rad, double sigma_rad);
 
 /* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
- * of the samples led to no finite estimate and were dropped, the others were used. */
+ * of the samples led to no usable estimate and were dropped, the others were used. */
 HNAV_API hnav_status hnav_filter_advance(hnav_filter *filter, double t_s);
 
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
