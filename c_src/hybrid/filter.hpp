@@ -236,6 +236,8 @@ public:
     Refused refused{};
 
 private:
+    static constexpr double least_interval_s = 1e-12;
+
     struct FlowContext {
         const Model* model;
         const State* held;
@@ -281,10 +283,12 @@ private:
 
     // The first event has no time before it: its interval is infinite, and the state begins there. An interval with more
     // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure, or
-    // numbers without bound, would come back with every later sample, because the interval only grows.
+    // numbers without bound, would come back with every later sample, because the interval only grows. So is one of no
+    // length to speak of: a solver keeps its step for the next interval and multiplies the two, and a product that
+    // underflows says to it that time runs back, now and ever after.
     void flow_over(State& state, double interval_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return;
-        if (settings_.closed_form) {
+        if (settings_.closed_form || interval_s < least_interval_s) {
             model_.flow_exactly(state, interval_s);
             return;
         }
