@@ -153,7 +153,8 @@ public:
     // -------------------------------------------------------------------------------------------- flow
 
     bool flows(const State& s) const { return s.started != 0; }
-    bool plausible(const State& s) const { return Vector3(s.bias).cwiseAbs().maxCoeff() <= largest_reading; }
+    bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.bias); }
+    void adopt(State& s) const { restore_length(s.x); }
 
     void flow(const State& s, const double* x, double* dx) const {
         if (!s.started) {

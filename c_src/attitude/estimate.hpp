@@ -35,6 +35,21 @@ struct Estimate {
     bool heading_ready = false;
 };
 
+// Whether numbers are an attitude and a gyro's bias. Coarse integration strains the length of a quaternion; what is left
+// of it beyond these bounds, or a bias beyond all rates, is no estimate.
+inline bool has_sound_length(const double* q) {
+    const double square = Quaternion(q).squaredNorm();
+    return square > 0.25 && square < 4;
+}
+inline bool is_plausible(const double* q, const double* bias) {
+    return has_sound_length(q) && Vector3(bias).cwiseAbs().maxCoeff() <= largest_reading;
+}
+
+// The direction of a quaternion is the attitude, however an integrator outside has strained its length.
+inline void restore_length(double* q) {
+    if (!has_sound_length(q)) Eigen::Map<Quaternion>(q).normalize();
+}
+
 enum class FieldGate { accepted, refused, given_in };
 
 // What a filter holds of the magnetic field and its sensor.

@@ -246,21 +246,6 @@ TEST(HybridFilter, OneAdvanceDropsAllThatLeadToNoFiniteStateAndUsesTheRest) {
     EXPECT_EQ(struck.advance(1.6), Outcome::ok);
 }
 
-TEST(HybridFilter, AnIntervalOfNoLengthLeavesTheIntegratorAtWork) {
-    for (const auto integrator : {hnav::Integrator::erkstep, hnav::Integrator::adams}) {
-        PendulumFilter filter;
-        PendulumFilter::Settings settings;
-        settings.propagator.integrator = integrator;
-        ASSERT_TRUE(filter.create(Pendulum{}, settings));
-        for (const double t_s : {0.0, 5e-324, 0.01}) ASSERT_EQ(filter.push({t_s, Pendulum::angle, {0.4, 0, 0}}), Outcome::ok);
-        ASSERT_EQ(filter.advance(0.01), Outcome::ok);
-        const auto evaluations = filter.propagator().rhs_evals();
-        EXPECT_GT(evaluations, 0u);
-        ASSERT_EQ(filter.advance(0.02), Outcome::ok);
-        EXPECT_GT(filter.propagator().rhs_evals(), evaluations);
-    }
-}
-
 TEST(HybridFilter, SaveWreckLoadGoOnIsBitEqual) {
     const auto samples = pendulum_samples(4);
     for (const double horizon_s : {0.0, 0.3}) {
