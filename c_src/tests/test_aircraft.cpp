@@ -2,6 +2,8 @@
 // it claims, every refusal by name, and the heap.
 #include "hnav/hnav_world.h"
 
+#include "counted_heap.hpp"
+
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -353,17 +355,7 @@ TEST(Aircraft, NullArgumentsAreAnswered) {
 
 // ------------------------------------------------------------------------------------------------ heap
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-} // namespace
-
-extern "C" void* __libc_malloc(size_t);
-extern "C" void* malloc(size_t size) {
-    allocations += counting;
-    return __libc_malloc(size);
-}
+#ifdef HNAV_HEAP_IS_COUNTED
 
 namespace {
 
@@ -374,15 +366,15 @@ TEST(Aircraft, NothingIsAllocatedAfterCreate) {
     std::vector<double> z(3);
     hnav_aircraft_sample sample{};
     sample.z = z.data();
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int k = 0; k < 100; ++k) {
         hnav_aircraft_step(plant.handle, nullptr);
         hnav_aircraft_get_sample(plant.handle, &sample);
     }
     hnav_aircraft_reset(plant.handle);
-    counting = false;
-    EXPECT_EQ(allocations, 0);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
 }
 
 } // namespace

@@ -1,6 +1,8 @@
 // The C API from outside: laws of the samples, every status once, save and load, and the heap.
 #include "hnav/hnav.h"
 
+#include "counted_heap.hpp"
+
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -774,17 +776,7 @@ TEST(HybridView, RefusesTheBackwardHold) {
 
 // ------------------------------------------------------------------------------------------------ heap
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-} // namespace
-
-extern "C" void* __libc_malloc(size_t);
-extern "C" void* malloc(size_t size) {
-    allocations += counting;
-    return __libc_malloc(size);
-}
+#ifdef HNAV_HEAP_IS_COUNTED
 
 TEST(Heap, NothingIsAllocatedAfterCreate) {
     const auto rows = tilted_motion(2, {{0.01, 0, 0}}, 1);
@@ -802,8 +794,8 @@ TEST(Heap, NothingIsAllocatedAfterCreate) {
             hnav_attitude attitude;
             hnav_status worst = HNAV_OK;
             const auto check = [&worst](hnav_status status) { worst = worst == HNAV_OK ? status : worst; };
-            allocations = 0;
-            counting = true;
+            heap::allocations = 0;
+            heap::counting = true;
             for (const Row& row : rows) {
                 check(hnav_filter_push_imu(f, row.t_s, row.rate.v, row.force.v));
                 check(hnav_filter_push_mag(f, row.t_s, row.field.v));
@@ -813,9 +805,9 @@ TEST(Heap, NothingIsAllocatedAfterCreate) {
             check(hnav_filter_save(f, saved.data(), bytes));
             check(hnav_filter_load(f, saved.data(), bytes));
             check(hnav_filter_reset(f));
-            counting = false;
+            heap::counting = false;
             EXPECT_EQ(worst, HNAV_OK) << hnav_filter_message(f);
-            EXPECT_EQ(allocations, 0) << "solver " << solver << ", gamma mode " << mode;
+            EXPECT_EQ(heap::allocations, 0) << "solver " << solver << ", gamma mode " << mode;
         }
 }
 #endif

@@ -1,6 +1,8 @@
 // The filter for coloured INS errors from outside: laws that tie the forms together, every refusal by name, and the heap.
 #include "hnav/hnav.h"
 
+#include "counted_heap.hpp"
+
 #include <Eigen/Dense>
 
 #include <cmath>
@@ -554,17 +556,7 @@ TEST(InsErrorFilter, ARunStopsAtTheFirstWrongRowAndTellsHowFarItCame) {
 
 // ------------------------------------------------------------------------------------------------ heap
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-} // namespace
-
-extern "C" void* __libc_malloc(size_t);
-extern "C" void* malloc(size_t size) {
-    allocations += counting;
-    return __libc_malloc(size);
-}
+#ifdef HNAV_HEAP_IS_COUNTED
 
 namespace {
 
@@ -594,8 +586,8 @@ long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scalin
     std::vector<double> z(n), out(10 * n * n);
     hnav_status worst = HNAV_OK;
     const auto check = [&worst](hnav_status status) { worst = worst == HNAV_OK ? status : worst; };
-    allocations = 0;
-    counting = true;
+    heap::allocations = 0;
+    heap::counting = true;
     for (int k = 0; k < 12; ++k) {
         for (int i = 0; i < n; ++i) z[i] = std::sin(7.0 * i + 3 * k);
         if (k == 7) z[n / 2] = not_a_number;
@@ -610,9 +602,9 @@ long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scalin
     check(hnav_ins_error_filter_save(f, saved.data(), bytes));
     check(hnav_ins_error_filter_load(f, saved.data(), bytes));
     check(hnav_ins_error_filter_reset(f));
-    counting = false;
+    heap::counting = false;
     EXPECT_EQ(worst, HNAV_OK) << hnav_ins_error_filter_message(f);
-    return allocations;
+    return heap::allocations;
 }
 
 } // namespace
