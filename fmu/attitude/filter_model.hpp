@@ -10,8 +10,6 @@
 
 namespace hnav::fmu {
 
-inline double clamp_count(std::uint64_t n) { return n < 2147483647u ? static_cast<double>(n) : 2147483647.0; }
-
 template <class Kind>
 class FilterModel final : public Model {
 public:
@@ -281,7 +279,7 @@ private:
         values[at_.corrections] = clamp_count(s.corrections);
         values[at_.raised] = clamp_count(s.gamma_raised);
         values[at_.repaired] = clamp_count(s.covariance_repaired);
-        values[at_.missed] = sampler_.missed;
+        values[at_.missed] = clamp_count(sampler_.missed);
         values[at_.late] = clamp_count(s.late);
         values[at_.non_finite] = clamp_count(s.non_finite);
         values[at_.zero] = clamp_count(s.zero);

@@ -104,11 +104,11 @@ public:
             hnav_reading reading;
             hnav_imu_mag_sensor_reading(sensor_, kind, &reading);
             std::memcpy(values + place.value, reading.value, sizeof reading.value);
-            values[place.sample] = count(reading.count);
+            values[place.sample] = clamp_count(reading.count);
             values[place.t_meas] = reading.t_meas_s;
             values[place.valid] = reading.count > 0;
-            values[place.missed] = count(reading.missed);
-            values[place.dropped] = count(reading.dropped);
+            values[place.missed] = clamp_count(reading.missed);
+            values[place.dropped] = clamp_count(reading.dropped);
         }
     }
 
@@ -132,8 +132,6 @@ public:
 
 private:
     ~ImuMagSensor() = default;
-
-    static double count(std::uint64_t n) { return n < 2147483647u ? static_cast<double>(n) : 2147483647.0; }
 
     void describe_truth(Table& table) {
         const auto truth = [&table](const char* name, const char* unit, const char* display, int count, const char* text) {

@@ -126,10 +126,10 @@ public:
         if (groups & noise_group) hnav_ins_error_filter_noise(filter_, values + at_.noise_scale, values + at_.fault_probability);
         if (groups & status_group) {
             hnav_ins_error_filter_separability(filter_, values + at_.separability);
-            values[at_.samples] = clamp(memory_.samples);
-            values[at_.missed] = clamp(memory_.missed);
-            values[at_.non_finite] = clamp(memory_.non_finite);
-            values[at_.failed] = clamp(memory_.failed);
+            values[at_.samples] = clamp_count(memory_.samples);
+            values[at_.missed] = clamp_count(memory_.missed);
+            values[at_.non_finite] = clamp_count(memory_.non_finite);
+            values[at_.failed] = clamp_count(memory_.failed);
         }
     }
 
@@ -163,8 +163,6 @@ public:
 private:
     InsErrorFilter() = default;
     ~InsErrorFilter() = default;
-
-    static double clamp(double n) { return std::fmin(n, 2147483647); }
 
     void step(const double* z, double stamp_s) {
         // A step without an answer leaves the filter as it was; the model moves on without the measurement.
