@@ -557,6 +557,31 @@ def test_wrong_variables_are_named(version):
                 fmu.call(f.fmi3GetFloat64, f.component, good, 1, (C.c_double * 2)(), 2)
 
 
+ABSENT = {
+    2: "SetRealInputDerivatives GetRealOutputDerivatives CancelStep GetStatus GetRealStatus GetIntegerStatus GetBooleanStatus "
+    "GetStringStatus GetString SetString",
+    3: "GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32 SetUInt32 GetUInt64 "
+    "SetUInt64 GetString SetString GetBinary SetBinary GetClock SetClock GetNumberOfVariableDependencies GetVariableDependencies "
+    "GetAdjointDerivative GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal "
+    "SetIntervalFraction SetShiftDecimal SetShiftFraction EnterConfigurationMode ExitConfigurationMode GetOutputDerivatives",
+}
+
+
+@versions
+def test_what_the_fmu_lacks_is_refused_by_name(version):
+    """Capabilities that its description does not claim, and types that none of its variables has."""
+    with opened(version) as fmu:
+        fmu.initialise()
+        for name in ABSENT[version].split():
+            function = getattr(fmu.fmu.dll, f"fmi{version}{name}")
+            # One value, and no place for it: what is refused is not looked at.
+            nothing = [None if issubclass(kind, (C._Pointer, C.c_void_p)) else 1 for kind in function.argtypes[1:]]
+            fmu.messages.clear()
+            assert function(fmu.fmu.component, *nothing) == 3, name  # fmi2Error, fmi3Error
+            assert name in fmu.messages[-1] or name[3:] in fmu.messages[-1]  # the call, or the type
+        fmu.do_step(0, 0.01)
+
+
 @versions
 def test_an_impossible_parameter_set_stops_initialisation_with_its_name(version):
     with opened(version) as fmu:
