@@ -4,8 +4,6 @@
 #include "api/message.hpp"
 #include "world/aircraft_flight.hpp"
 
-#include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
 #include <new>
 
@@ -25,49 +23,35 @@ namespace {
 constexpr std::uint64_t aircraft_cookie = 0x686e61760001'0101ull; // "hnav", options layout, plant
 
 // Checks the entries of a model one after the other and keeps the first complaint.
-class Check {
-public:
-    Check(char* message, std::size_t size) : message_(message), size_(size) {}
-
+struct Check : hnav::CallersMessage {
     hnav_status status = HNAV_OK;
 
     // The entry and where it lies belong together: every number inside [min, max], or above min when that is open.
     void numbers(const char* name, const double* value, int count, double min, bool open, double max = no_bound) {
         if (status != HNAV_OK) return;
-        if (!value) return refuse(HNAV_ERROR_NULL_ARGUMENT, "%s is null", name);
-        for (int i = 0; i < count; ++i) number(name, value[i], i, min, open, max);
+        if (!value) status = fail(HNAV_ERROR_NULL_ARGUMENT, "%s is null", name);
+        for (int i = 0; i < count && status == HNAV_OK; ++i) number(name, value[i], i, min, open, max);
     }
 
     void number(const char* name, double value, int i, double min, bool open, double max = no_bound) {
         if (status != HNAV_OK) return;
-        if (!std::isfinite(value)) return refuse(HNAV_ERROR_NON_FINITE, "%s[%d] = %g is not finite", name, i, value);
-        if (value < min || value > max || (open && value == min))
-            refuse(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible: it must be %s %g", name, i, value,
+        if (!std::isfinite(value))
+            status = fail(HNAV_ERROR_NON_FINITE, "%s[%d] = %g is not finite", name, i, value);
+        else if (value < min || value > max || (open && value == min))
+            status = fail(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible: it must be %s %g", name, i, value,
                    value > max ? "at most" : open ? "above" : "at least", value > max ? max : min);
     }
 
     void size(const char* name, int value, int least) {
         if (status == HNAV_OK && (value < least || value > hnav::largest_dimension))
-            refuse(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, least, hnav::largest_dimension);
+            status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, least, hnav::largest_dimension);
     }
 
     void flag(const char* name, int value) {
-        if (status == HNAV_OK && value != 0 && value != 1) refuse(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
-    }
-
-    __attribute__((format(printf, 3, 4))) void refuse(hnav_status why, const char* format, ...) {
-        status = why;
-        va_list arguments;
-        va_start(arguments, format);
-        if (message_ && size_ > 0) std::vsnprintf(message_, size_, format, arguments);
-        va_end(arguments);
+        if (status == HNAV_OK && value != 0 && value != 1) status = fail(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
     }
 
     static constexpr double no_bound = 1e300;
-
-private:
-    char* message_;
-    std::size_t size_;
 };
 
 void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& is) {
@@ -95,7 +79,7 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
         is.numbers(e.time_constant, e.error.time_constant_s, m.nx, 0, true);
         for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
             if (o.euler_colour && !(m.interval_s < 2 * e.error.time_constant_s[i]))
-                is.refuse(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
+                is.status = is.fail(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
                           e.time_constant, i, e.error.time_constant_s[i], m.interval_s);
     }
     for (int j = 0; m.commands && j < m.nu; ++j) {
@@ -111,7 +95,7 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
     if (is.status != HNAV_OK) return;
     const std::complex<double> growth = hnav::LinearAircraft::fastest_growth(m.nx, m.A_1_s);
     if (growth.real() > 1e-9)
-        is.refuse(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
+        is.status = is.fail(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
 }
 
 void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircraft_model& m) {
@@ -200,28 +184,26 @@ hnav_aircraft_options hnav_aircraft_defaults(void) {
 
 hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options, const hnav_aircraft_model* model,
                                  char* message, size_t message_size) {
-    Check is(message, message_size);
-    hnav::CallersMessage{message, message_size}.clear();
+    Check is{{message, message_size}};
+    is.clear();
     if (aircraft) *aircraft = nullptr;
-    if (!aircraft) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
-    else if (!options) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    else if (!model) is.refuse(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    if (!aircraft) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
+    else if (!options) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    else if (!model) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
     else if (options->cookie != aircraft_cookie)
-        is.refuse(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
+        is.status = is.fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
     else check(*options, *model, is);
     if (is.status != HNAV_OK) return is.status;
 
     void* memory = std::malloc(sizeof(hnav_aircraft));
     if (!memory) {
-        is.refuse(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
-        return is.status;
+        return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
     }
     auto* self = new (memory) hnav_aircraft;
     assign(self->flight, *options, *model);
     if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() || !self->flight.aircraft.factor.allFinite()) {
         hnav_aircraft_destroy(self);
-        is.refuse(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
-        return is.status;
+        return is.fail(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
     }
     prepare_filter_model(*self);
     self->fingerprint = fingerprint(*self);

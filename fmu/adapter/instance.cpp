@@ -1,9 +1,11 @@
 #include "adapter/instance.hpp"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstring>
 #include <initializer_list>
 #include <new>
+#include <type_traits>
 
 namespace hnav::fmu {
 
@@ -200,7 +202,8 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
     refresh(groups);
     for (std::size_t i = 0; i < n; ++i) {
         const Variable& row = table_[references[i]];
-        const double value = row.causality == Causality::independent ? time_s_ : values_[references[i]];
+        double value = row.causality == Causality::independent ? time_s_ : values_[references[i]];
+        if constexpr (std::is_same_v<T, int>) value = std::fmin(value, 2147483647); // counts stop where 32 bits end
         out[i] = static_cast<T>(value);
     }
     return Status::ok;

@@ -17,9 +17,6 @@ constexpr double no_bound = std::numeric_limits<double>::infinity();
 
 enum class Type { real, integer, boolean, enumeration };
 
-// What an integer variable, which has 32 bits in FMI 2, can show of a count.
-inline double clamp_count(double n) { return std::fmin(n, 2147483647); }
-
 enum class Causality { independent, parameter, calculated, input, output, local };
 enum class Variability { fixed, discrete, continuous };
 

@@ -273,17 +273,17 @@ private:
         values[at_.decay_rate] = s.decay_rate_1_s;
         values[at_.bias_walk] = s.adapted_bias_walk_rad_s_per_sqrt_s;
         for (int i = 0; i < HNAV_SENSOR_COUNT; ++i) {
-            values[at_.innovation[i].used] = clamp_count(s.used[i]);
-            if (i != HNAV_SENSOR_GYRO) values[at_.innovation[i].gated] = clamp_count(s.gated[i]);
+            values[at_.innovation[i].used] = s.used[i];
+            if (i != HNAV_SENSOR_GYRO) values[at_.innovation[i].gated] = s.gated[i];
         }
-        values[at_.corrections] = clamp_count(s.corrections);
-        values[at_.raised] = clamp_count(s.gamma_raised);
-        values[at_.repaired] = clamp_count(s.covariance_repaired);
-        values[at_.missed] = clamp_count(sampler_.missed);
-        values[at_.late] = clamp_count(s.late);
-        values[at_.non_finite] = clamp_count(s.non_finite);
-        values[at_.zero] = clamp_count(s.zero);
-        values[at_.rhs_evals] = clamp_count(s.solver_rhs_evals);
+        values[at_.corrections] = s.corrections;
+        values[at_.raised] = s.gamma_raised;
+        values[at_.repaired] = s.covariance_repaired;
+        values[at_.missed] = sampler_.missed;
+        values[at_.late] = s.late;
+        values[at_.non_finite] = s.non_finite;
+        values[at_.zero] = s.zero;
+        values[at_.rhs_evals] = s.solver_rhs_evals;
     }
 
     void refresh_field(double* values) const {

@@ -104,11 +104,11 @@ public:
             hnav_reading reading;
             hnav_imu_mag_sensor_reading(sensor_, kind, &reading);
             std::memcpy(values + place.value, reading.value, sizeof reading.value);
-            values[place.sample] = clamp_count(reading.count);
+            values[place.sample] = reading.count;
             values[place.t_meas] = reading.t_meas_s;
             values[place.valid] = reading.count > 0;
-            values[place.missed] = clamp_count(reading.missed);
-            values[place.dropped] = clamp_count(reading.dropped);
+            values[place.missed] = reading.missed;
+            values[place.dropped] = reading.dropped;
         }
     }
 

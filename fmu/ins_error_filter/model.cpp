@@ -126,10 +126,10 @@ public:
         if (groups & noise_group) hnav_ins_error_filter_noise(filter_, values + at_.noise_scale, values + at_.fault_probability);
         if (groups & status_group) {
             hnav_ins_error_filter_separability(filter_, values + at_.separability);
-            values[at_.samples] = clamp_count(memory_.samples);
-            values[at_.missed] = clamp_count(memory_.missed);
-            values[at_.non_finite] = clamp_count(memory_.non_finite);
-            values[at_.failed] = clamp_count(memory_.failed);
+            values[at_.samples] = memory_.samples;
+            values[at_.missed] = memory_.missed;
+            values[at_.non_finite] = memory_.non_finite;
+            values[at_.failed] = memory_.failed;
         }
     }
 
