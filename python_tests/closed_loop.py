@@ -18,7 +18,7 @@ ORDER = ("turntable", "sensor")
 class ClosedLoop:
     """Components of the turntable system, FMI 2, started with parameters named component.parameter; stack closes them."""
 
-    def __init__(self, stack: ExitStack, parameters: Mapping[str, object], filters=("hekf", "hrekf", "aligner"), seed: int = 0):
+    def __init__(self, stack: ExitStack, parameters: Mapping[str, object], filters=("hekf", "hrekf", "ahrs"), seed: int = 0):
         self.filters = filters
         self.fmus = {name: stack.enter_context(Fmu(fmu_path(COMPONENTS[name], 2), name=name)) for name in (*ORDER, *filters)}
         for name in filters:

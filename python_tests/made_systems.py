@@ -78,8 +78,8 @@ SENSORS = ("gyro.", "accel.", "mag.")
 
 
 def make_turntable(folder: Path) -> Path:
-    """Turntable -> ImuMagSensor -> Hrekf twice and Aligner; the scenario gamma_off turns gamma off in both Hrekf."""
-    filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "aligner": "Aligner"}
+    """Turntable -> ImuMagSensor -> Hrekf twice and Ahrs; the scenario gamma_off turns gamma off in both Hrekf."""
+    filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "ahrs": "Ahrs"}
     connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"{f}.{s}*") for f in filters for s in SENSORS)]
     parameters = {f"{name}.sampling_mode": 1 for name in filters} | {"hekf.gamma_mode": 0, "hrekf.gamma_mode": 3}
     make_system(folder, {"turntable": "Turntable", "sensor": "ImuMagSensor", **filters}, connections, parameters)

@@ -121,8 +121,8 @@ def test_a_recording_without_a_field_is_refused_by_name(recording):
 
 def test_a_peer_that_is_not_installed_is_named_and_skipped(monkeypatch):
     monkeypatch.setitem(peers.PEERS, "imaginary", Peer("no_such_package", lambda samples: samples.rate_rad_s))
-    entered, missing = contenders(["aligner"], ["imaginary"])
-    assert [c.name for c in entered] == ["aligner"]
+    entered, missing = contenders(["ahrs"], ["imaginary"])
+    assert [c.name for c in entered] == ["ahrs"]
     assert len(missing) == 1 and "imaginary" in missing[0] and "pip install no_such_package" in missing[0]
 
 
@@ -130,7 +130,7 @@ def test_a_peer_that_is_not_installed_is_named_and_skipped(monkeypatch):
 
 
 @pytest.mark.parametrize("filters, named", [
-    (["magic"], "magic"), (["magic-smooth"], "magic"), (["aligner:no_such=1"], "no_such"), (["aligner:gyro_hold"], "NAME=VALUE"),
+    (["magic"], "magic"), (["magic-smooth"], "magic"), (["ahrs:no_such=1"], "no_such"), (["ahrs:gyro_hold"], "NAME=VALUE"),
 ])  # fmt: skip
 def test_an_unknown_filter_or_option_is_refused_before_the_first_run(filters, named):
     with pytest.raises(HnavError, match=named):
@@ -140,13 +140,13 @@ def test_an_unknown_filter_or_option_is_refused_before_the_first_run(filters, na
 def test_every_filter_of_the_library_is_entered_by_default():
     entered, _ = contenders(bench.DEFAULT_FILTERS, [])
     assert {c.name for c in entered} >= set(FILTERS)
-    assert [c.name for c in entered if c.offline] == ["aligner-smooth"]
+    assert [c.name for c in entered if c.offline] == ["ahrs-smooth"]
 
 
 def test_options_make_another_contender(recording):
-    entered, _ = contenders(["aligner", "aligner:gyro_hold=forward"], [])
+    entered, _ = contenders(["ahrs", "ahrs:gyro_hold=forward"], [])
     ours, other = run_trial("BROAD", recording, RATE_HZ, entered)
-    assert other.filter == "aligner:gyro_hold=forward"
+    assert other.filter == "ahrs:gyro_hold=forward"
     assert other.total_deg != ours.total_deg
 
 
@@ -200,7 +200,7 @@ def test_samples_without_an_estimate_are_counted(recording):
 
 def test_late_fields_are_not_timed_when_python_pushes_them(recording):
     (late,) = variants("LATE", [recording.cropped(20)])
-    ours = bench.own_contender("aligner")
+    ours = bench.own_contender("ahrs")
     assert np.isnan(ours.time_us(late, RATE_HZ))
     assert ours.time_us(recording, RATE_HZ) > 0
 
@@ -249,15 +249,15 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
     out, scores, picture = tmp_path / "bench.csv", tmp_path / "scores.json", tmp_path / "bench.png"
     done = hnav("bench", folder, "--sets", "BROAD,CROP", "--peers", "vqf", "--csv", out, "--picture", picture, "--repeat", "2")
     assert done.returncode == 0, done.stderr
-    for word in ("aligner-smooth", "hrekf", "vqf", "CROP", "undisturbed"):
+    for word in ("ahrs-smooth", "hrekf", "vqf", "CROP", "undisturbed"):
         assert word in done.stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
     rows = list(csv.DictReader(out.open()))
     assert len(rows) == 2 * 2 * (len(DEFAULT_FILTERS) + 1) and not any(r["failure"] for r in rows)
-    assert hnav("score", folder, "--filter", "aligner", "--json", scores).returncode == 0
+    assert hnav("score", folder, "--filter", "ahrs", "--json", scores).returncode == 0
     figures = json.loads(scores.read_text())
     for trial in figures["trials"].values():
-        (mine,) = [r for r in rows if (r["set"], r["filter"], r["trial"]) == ("BROAD", "aligner", trial["name"])]
+        (mine,) = [r for r in rows if (r["set"], r["filter"], r["trial"]) == ("BROAD", "ahrs", trial["name"])]
         for ours, theirs in (("total_deg", "total"), ("heading_deg", "heading"), ("inclination_deg", "inclination"), ("nees_per_axis", "nees_per_axis")):
             assert float(mine[ours]) == pytest.approx(trial[theirs], rel=1e-5)
     theirs = [float(r["total_deg"]) for r in rows if (r["set"], r["filter"]) == ("BROAD", "vqf")]
@@ -265,7 +265,7 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
 
 
 def test_failures_are_printed(folder):
-    done = hnav("bench", folder, "--sets", "BROAD", "--peers", "none", "--filters", "hrekf-smooth,aligner")
+    done = hnav("bench", folder, "--sets", "BROAD", "--peers", "none", "--filters", "hrekf-smooth,ahrs")
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("failed: BROAD, hrekf-smooth") == 2
     assert "2 failed" in done.stdout
@@ -280,7 +280,7 @@ def test_failures_are_printed(folder):
     (["bench", "FOLDER", "--sets", ""], "--sets"),
     (["bench", "FOLDER", "--filters", "", "--peers", "none"], "no filter"),
     (["bench", "FOLDER", "--sets", "CROP", "--picture", "x.png"], "BROAD"),
-    (["bench", "FOLDER", "--sets", "BROAD", "--filters", "aligner", "--peers", "none", "--csv", "/nonexistent/x.csv"], "/nonexistent/x.csv"),
+    (["bench", "FOLDER", "--sets", "BROAD", "--filters", "ahrs", "--peers", "none", "--csv", "/nonexistent/x.csv"], "/nonexistent/x.csv"),
 ])  # fmt: skip
 def test_what_cannot_be_done_is_one_line_and_exit_code_2(folder, tmp_path, arguments, named):
     places = {"FOLDER": str(folder), "EMPTY": str(tmp_path)}

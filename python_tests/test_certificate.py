@@ -423,7 +423,7 @@ def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):
 @pytest.mark.parametrize("arguments, named", [
     ([], "--experiment turntable"),
     (["--experiment", "carousel"], "carousel"),
-    (["--experiment", "turntable", "--filter", "aligner"], "aligner"),
+    (["--experiment", "turntable", "--filter", "ahrs"], "ahrs"),
     (["--experiment", "turntable", "--duration", "0.5"], "--from"),
 ])
 def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):

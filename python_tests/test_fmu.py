@@ -31,7 +31,7 @@ INPUTS = {
 MODEL = "Hrekf"
 
 
-@pytest.fixture(params=("Hrekf", "Aligner"), autouse=True)
+@pytest.fixture(params=("Hrekf", "Ahrs"), autouse=True)
 def model(request, monkeypatch):
     """Every test here runs on each attitude filter."""
     monkeypatch.setattr(sys.modules[__name__], "MODEL", request.param)
@@ -308,7 +308,7 @@ def test_a_parameter_that_was_set_goes_before_the_preset_even_at_its_start_value
 def test_realignment_keeps_the_bias_and_its_sigma(version, exchange):
     precise = {
         "Hrekf": dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3),
-        "Aligner": dict(velocity_noise_m_s_per_sqrt_hz=1e-3, mag_azimuth_noise_per_sqrt_hz=1e-4),
+        "Ahrs": dict(velocity_noise_m_s_per_sqrt_hz=1e-3, mag_azimuth_noise_per_sqrt_hz=1e-4),
     }
     with opened(version, exchange, **precise[MODEL]) as fmu:
         fmu.initialise()
@@ -390,7 +390,7 @@ def test_an_euler_importer_converges_at_its_order(version):
             inside.do_step(0.01 * k, 0.01)
         exact = np.array(posterior(inside)[:4])
     errors = [np.abs(by_euler(step) - exact).max() for step in (1e-3, 0.5e-3)]
-    assert errors[0] / errors[1] == pytest.approx({"Hrekf": 2, "Aligner": 4}[MODEL], rel=0.1)
+    assert errors[0] / errors[1] == pytest.approx({"Hrekf": 2, "Ahrs": 4}[MODEL], rel=0.1)
 
 
 # --------------------------------------------------------------------------------------------- directional derivatives

@@ -171,7 +171,7 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
 def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
     t = broad_trial
     arrays = (t.t_s, t.rate_b_rad_s, t.force_b_m_s2, t.field_b_tesla)
-    f = Filter(Options("aligner", navigation_frame="enu", solver="closed_form"))
+    f = Filter(Options("ahrs", navigation_frame="enu", solver="closed_form"))
     forward, smoothed = f.run(*arrays), f.smooth(*arrays)
     inclination = [score(r.q_nb, t.reference_q_nb, t.movement).inclination for r in (forward, smoothed)]
     assert inclination[1] < 0.95 * inclination[0]
@@ -182,8 +182,8 @@ def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
 def test_smoothing_does_not_depend_on_the_direction_of_time(motion):
     """Turned round, a recording of rates held backward holds them forward, and gives the same attitudes."""
     m = motion.recording
-    there = Filter(Options("aligner")).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
-    back = Filter(Options("aligner", gyro_hold="forward")).smooth(
+    there = Filter(Options("ahrs")).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    back = Filter(Options("ahrs", gyro_hold="forward")).smooth(
         m.t_s[-1] - m.t_s[::-1], -m.rate_b_rad_s[::-1], m.force_b_m_s2[::-1], m.field_b_tesla[::-1]
     )
     total, _, _ = errors_rad(back.q_nb[::-1], there.q_nb)
@@ -196,4 +196,4 @@ def test_what_cannot_smooth_says_so(motion):
         Filter(Options("hrekf")).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     assert error.value.status == "unsupported"
     with pytest.raises(HnavError, match="nothing to smooth"):
-        Filter(Options("aligner")).smooth(m.t_s, m.rate_b_rad_s)
+        Filter(Options("ahrs")).smooth(m.t_s, m.rate_b_rad_s)

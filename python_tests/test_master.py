@@ -19,7 +19,7 @@ STEP_S = 0.01
 @pytest.fixture(scope="module")
 def needed():
     """Skips where the FMUs are not built."""
-    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Aligner"):
+    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
         try:
             fmu_path(name, 2)
         except HnavError as error:
@@ -49,7 +49,7 @@ def test_communication_times_are_multiples_and_the_last_does_not_pass_the_stop()
 
 def test_half_the_step_on_the_same_samples_gives_the_same_estimates_bit_by_bit(turntable):
     runs = {step: simulate(turntable, settings=NOISE, seed=3, step_s=step, stop_s=6) for step in (STEP_S, STEP_S / 2)}
-    for name in ("hekf", "hrekf", "aligner"):
+    for name in ("hekf", "hrekf", "ahrs"):
         seen = []
         for run in runs.values():
             # Each state after the samples of one time, by that time.
@@ -64,7 +64,7 @@ def test_half_the_step_on_the_same_samples_gives_the_same_estimates_bit_by_bit(t
 def test_the_order_of_the_elements_does_not_matter(needed, tmp_path):
     columns = []
     for turn, order in enumerate((("turntable", "sensor", "filter"), ("filter", "sensor", "turntable"))):
-        fmus = {"turntable": "Turntable", "sensor": "ImuMagSensor", "filter": "Aligner"}
+        fmus = {"turntable": "Turntable", "sensor": "ImuMagSensor", "filter": "Ahrs"}
         connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"filter.{s}*") for s in SENSORS)]
         folder = make_system(tmp_path / str(turn), {name: fmus[name] for name in order}, connections, {"filter.sampling_mode": 1})
         columns.append(simulate(folder, settings=NOISE, seed=1, stop_s=3).columns)
@@ -139,13 +139,13 @@ def test_a_component_that_fails_is_named_and_the_samples_until_then_are_kept(tur
     step = Fmu.do_step
 
     def failing(self, t_s, step_s):
-        if self.description.modelName == "Aligner" and t_s >= 0.995:
+        if self.description.modelName == "Ahrs" and t_s >= 0.995:
             raise HnavError(2, "the FMU's own text")
         step(self, t_s, step_s)
 
     monkeypatch.setattr(Fmu, "do_step", failing)
     run = simulate(turntable, stop_s=3)
-    assert run.about["failure"] == "aligner failed the step from 1 s: the FMU's own text"
+    assert run.about["failure"] == "ahrs failed the step from 1 s: the FMU's own text"
     assert run.t_s[-1] == 1.0
     assert all(len(values) == len(run.t_s) and np.isfinite(values).all() for values in run.columns.values())
     write_run(run, tmp_path)
@@ -158,7 +158,7 @@ def test_a_parameter_that_the_fmu_refuses_is_told_with_its_component(turntable):
 
 
 def test_what_is_written_is_read(turntable, tmp_path):
-    run = simulate(turntable, "gamma_off", settings=["aligner.start_samples=2"], seed=4, stop_s=1)
+    run = simulate(turntable, "gamma_off", settings=["ahrs.start_samples=2"], seed=4, stop_s=1)
     write_run(run, tmp_path / "new" / "folder")
     again = read_run(tmp_path / "new" / "folder")
     assert again.about == json.loads(json.dumps(run.about))
@@ -170,7 +170,7 @@ def test_what_is_written_is_read(turntable, tmp_path):
         np.testing.assert_array_equal(again[name], values)
     assert run.about["parameters"]["hrekf.gamma_mode"] == 0
     assert run.about["parameters"]["sensor.seed"] == 4
-    assert run.components == ["turntable", "sensor", "hekf", "hrekf", "aligner"]
+    assert run.components == ["turntable", "sensor", "hekf", "hrekf", "ahrs"]
 
 
 def test_files_that_are_missing_or_damaged_are_named(turntable, tmp_path):

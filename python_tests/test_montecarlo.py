@@ -16,7 +16,7 @@ NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt
 
 @pytest.fixture(scope="module")
 def system(tmp_path_factory) -> str:
-    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Aligner"):
+    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
         try:
             fmu_path(name, 2)
         except HnavError as error:
@@ -62,9 +62,9 @@ def test_the_command_prints_the_table_and_writes_parquet(system, tmp_path):
     result = CliRunner().invoke(app, ["montecarlo", system, "--runs", "2", "--stop", "1", "--scenarios", "gamma_off", "--out", str(out)])
     assert result.exit_code == 0, result.output
     assert "2 of 2 runs to" in result.output
-    assert all(name in result.output for name in ("hekf", "hrekf", "aligner"))
+    assert all(name in result.output for name in ("hekf", "hrekf", "ahrs"))
     table = pd.read_parquet(out)
-    assert set(table["filter"]) == {"hekf", "hrekf", "aligner"}
+    assert set(table["filter"]) == {"hekf", "hrekf", "ahrs"}
     # gamma is off in both: one filter, two names.
     by_name = table.set_index(["filter", "seed"])["mse_deg2"]
     np.testing.assert_array_equal(by_name["hekf"], by_name["hrekf"])

@@ -86,12 +86,12 @@ def test_a_start_depends_on_seed_and_index_alone():
 
 
 def test_workers_do_not_change_a_figure():
-    alone = list(experiment(6, "aligner", {}, workers=1))
-    assert repr(alone) == repr(list(experiment(6, "aligner", {}, workers=2)))
+    alone = list(experiment(6, "ahrs", {}, workers=1))
+    assert repr(alone) == repr(list(experiment(6, "ahrs", {}, workers=2)))
     assert [s.index for s in alone] == list(range(6))
 
 
-@pytest.mark.parametrize("filter", ["hrekf", "aligner"])
+@pytest.mark.parametrize("filter", ["hrekf", "ahrs"])
 def test_undisturbed_starts_become_ready_and_are_right(filter):
     for index in range(4):
         outcome = judge(index, filter, {})

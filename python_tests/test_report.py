@@ -27,7 +27,7 @@ LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Run:
-    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Aligner"):
+    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
         try:
             fmu_path(name, 2)
         except HnavError as error:
@@ -70,7 +70,7 @@ def test_the_page_says_what_was_run_and_what_went_wrong(run, tmp_path):
 def test_the_figures_are_those_of_the_columns(run):
     assert truth_component(run) == "turntable"
     by_name = {e.name: e for e in estimates(run)}
-    assert list(by_name) == ["hekf", "hrekf", "aligner"]
+    assert list(by_name) == ["hekf", "hrekf", "ahrs"]
     for name, estimate in by_name.items():
         found = figures(estimate)
         started = run[f"{name}.align.started"] > 0.5
@@ -78,8 +78,8 @@ def test_the_figures_are_those_of_the_columns(run):
         assert found.rmse_deg == pytest.approx(np.degrees(np.sqrt(np.mean(np.sum(error**2, axis=1)))), rel=1e-12)
         assert found.final_deg == pytest.approx(np.degrees(np.linalg.norm(error[-1])), rel=1e-12)
         assert found.nis["field"][1] == 3
-        assert found.nis["force"][1] == (2 if name == "aligner" else 3)
-    assert np.isfinite(by_name["aligner"].ready_s("align.tilt_ready"))
+        assert found.nis["force"][1] == (2 if name == "ahrs" else 3)
+    assert np.isfinite(by_name["ahrs"].ready_s("align.tilt_ready"))
 
 
 def test_nees_of_a_known_error_is_its_square_over_the_variance():

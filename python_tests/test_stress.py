@@ -167,7 +167,7 @@ def test_a_delay_between_two_rows_is_rounded_up(recordings):
     np.testing.assert_allclose((variant.t_s - variant.field_t_s)[2:], 0.020, atol=1e-9)
 
 
-@pytest.mark.parametrize("filter", ["hrekf", "aligner"])
+@pytest.mark.parametrize("filter", ["hrekf", "ahrs"])
 def test_late_fields_with_true_stamps_cost_a_filter_next_to_nothing(recordings, filter):
     recording = recordings[0].cropped(30)
     late = late_field(recording)
@@ -182,12 +182,12 @@ def test_late_fields_with_true_stamps_cost_a_filter_next_to_nothing(recordings, 
 
 def test_late_samples_and_an_fmu_do_not_go_together(recordings):
     with pytest.raises(HnavError, match="late samples need engine c"):
-        run_recording(late_field(recordings[0]), "aligner", engine="fmi3-cs")
+        run_recording(late_field(recordings[0]), "ahrs", engine="fmi3-cs")
 
 
 def test_smoothing_puts_late_fields_where_they_belong(recordings):
     late = late_field(recordings[0].cropped(10))
-    smoothed = [run_recording(r, "aligner", smooth=True).q_nb for r in (late, late.in_order_of_measurement())]
+    smoothed = [run_recording(r, "ahrs", smooth=True).q_nb for r in (late, late.in_order_of_measurement())]
     np.testing.assert_array_equal(*smoothed)
 
 

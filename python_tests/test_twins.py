@@ -71,7 +71,7 @@ def test_the_printed_equations_lose_the_bias_off_level_and_the_corrected_ones_fi
 
 OFF_DEFAULT = {
     "hrekf": {k: str(v) for k, v in PRECISE.items()} | {"gamma_mode": "kl", "adaptation": "corrected"},
-    "aligner": {"gamma_mode": "relative", "start_sigma_heading_rad": "0.5", "gyro_hold": "forward"},
+    "ahrs": {"gamma_mode": "relative", "start_sigma_heading_rad": "0.5", "gyro_hold": "forward"},
 }
 
 

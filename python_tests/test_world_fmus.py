@@ -73,7 +73,7 @@ def test_outputs_bear_the_names_types_and_units_of_the_inputs_they_feed(version)
     assert sorted(sensor_in) == sorted(TRUTH)
     for name in sensor_in:
         assert sensor_in[name] == table[name], name
-    for target in ("Hrekf", "Aligner"):
+    for target in ("Hrekf", "Ahrs"):
         inputs = described(target, "input")
         wanted = {name for name in inputs if name.startswith(("gyro.", "accel.", "mag."))}
         assert wanted == set(SAMPLES)

@@ -192,7 +192,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
 hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
     hnav_status status = check_arrays(filter, n, input, output);
     if (status != HNAV_OK || n == 0) return status;
-    if (!filter->turns_back()) return filter->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the aligner has");
+    if (!filter->turns_back()) return filter->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
     auto* hindsight = static_cast<Hindsight*>(std::malloc(n * sizeof(Hindsight)));
     if (!hindsight) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     filter->reset();

@@ -14,12 +14,12 @@ struct OptionTable {
 };
 
 OptionTable hrekf_option_table();
-OptionTable aligner_option_table();
+OptionTable ahrs_option_table();
 OptionTable ins_error_option_table();
 
 // "hnav", options layout, model
 constexpr std::uint64_t hrekf_cookie = 0x686e61760001'0001ull;
-constexpr std::uint64_t aligner_cookie = 0x686e61760001'0002ull;
+constexpr std::uint64_t ahrs_cookie = 0x686e61760001'0002ull;
 constexpr std::uint64_t ins_error_cookie = 0x686e61760001'0003ull;
 
 // The first row that the options break, or null. component: which one of an array.

@@ -1,5 +1,5 @@
 // Times one interval of 10 ms with a sample of each sensor at its end: the paper's filter with every integrator and gamma
-// mode (a correction of six rows each time), the aligner with every integrator (a correction every 35 ms).
+// mode (a correction of six rows each time), the AHRS with every integrator (a correction every 35 ms).
 //
 //     hnav_bench [CSV]          prints a table; with a file name also writes it there
 //
@@ -62,7 +62,7 @@ struct Case {
     const char* filter_name;
     const char* solver_name;
     hnav_solver solver;
-    const char* gamma_name; // null for the aligner, whose gamma is finite only at the start
+    const char* gamma_name; // null for the AHRS, whose gamma is finite only at the start
     hnav_gamma_mode gamma_mode;
     std::vector<double> us;
     size_t heap_growth = 0;
@@ -71,9 +71,9 @@ struct Case {
 
 hnav_status create(hnav_filter** filter, const Case& c, char* message, size_t size) {
     if (!c.gamma_name) {
-        hnav_aligner_options options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+        hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
         options.solver = c.solver;
-        return hnav_aligner_create(filter, &options, message, size);
+        return hnav_ahrs_create(filter, &options, message, size);
     }
     hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
     options.solver = c.solver;
@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
                                                            {"euler", HNAV_SOLVER_EULER},
                                                            {"adams", HNAV_SOLVER_ADAMS}};
     for (const auto& [solver_name, solver] : solvers)
-        cases.push_back({"aligner", solver_name, solver, nullptr, HNAV_GAMMA_OFF, {}, 0, 0});
+        cases.push_back({"ahrs", solver_name, solver, nullptr, HNAV_GAMMA_OFF, {}, 0, 0});
     for (const auto& [solver_name, solver] : solvers)
         for (const auto& [gamma_name, gamma_mode] : {std::pair<const char*, hnav_gamma_mode>{"off", HNAV_GAMMA_OFF},
                                                      {"fixed", HNAV_GAMMA_FIXED},

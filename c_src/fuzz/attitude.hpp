@@ -10,31 +10,31 @@
 namespace fuzz {
 
 struct Options {
-    bool aligner = false;
+    bool ahrs = false;
     hnav_hrekf_options hrekf_options{};
-    hnav_aligner_options aligner_options{};
+    hnav_ahrs_options ahrs_options{};
 
     // Byte by byte: the model, then up to seven fields of any value. Many are impossible; create is to say so.
     static Options from(Input& in) {
         Options o;
         const int head = in.byte();
-        o.aligner = head & 1;
+        o.ahrs = head & 1;
         o.hrekf_options = hnav_hrekf_defaults(head & 2 ? HNAV_PRESET_PAPER : HNAV_PRESET_DEFAULT);
-        o.aligner_options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+        o.ahrs_options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
         // Small, so that it is full before the bytes are spent.
-        o.hrekf_options.queue_capacity = o.aligner_options.queue_capacity = 16;
+        o.hrekf_options.queue_capacity = o.ahrs_options.queue_capacity = 16;
         for (int i = head >> 5; i > 0; --i) o.change_field(in);
         return o;
     }
 
-    const hnav_option_info* row(int i) const { return aligner ? hnav_aligner_option(i) : hnav_hrekf_option(i); }
+    const hnav_option_info* row(int i) const { return ahrs ? hnav_ahrs_option(i) : hnav_hrekf_option(i); }
 
     void change_field(Input& in) {
         const int which = in.byte();
         int rows = 0;
         while (row(rows)) ++rows;
         const hnav_option_info* info = row(which % rows);
-        auto* fields = aligner ? reinterpret_cast<unsigned char*>(&aligner_options) : reinterpret_cast<unsigned char*>(&hrekf_options);
+        auto* fields = ahrs ? reinterpret_cast<unsigned char*>(&ahrs_options) : reinterpret_cast<unsigned char*>(&hrekf_options);
         if (info->kind == HNAV_OPTION_REAL) {
             for (int k = 0; k < info->count; ++k) {
                 const double value = in.number();
@@ -49,7 +49,7 @@ struct Options {
 
     hnav_filter* create(hnav_status* status, char* message, std::size_t size) const {
         hnav_filter* filter = nullptr;
-        *status = aligner ? hnav_aligner_create(&filter, &aligner_options, message, size)
+        *status = ahrs ? hnav_ahrs_create(&filter, &ahrs_options, message, size)
                           : hnav_hrekf_create(&filter, &hrekf_options, message, size);
         return filter;
     }

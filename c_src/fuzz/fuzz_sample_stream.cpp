@@ -60,11 +60,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     Input in(bytes, size);
     fuzz::Options options;
     const int head = in.byte();
-    options.aligner = head & 1;
+    options.ahrs = head & 1;
     options.hrekf_options = hnav_hrekf_defaults(head & 2 ? HNAV_PRESET_PAPER : HNAV_PRESET_DEFAULT);
-    options.aligner_options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
-    options.hrekf_options.queue_capacity = options.aligner_options.queue_capacity = 32;
-    options.hrekf_options.horizon_s = options.aligner_options.horizon_s = head & 4 ? 0.2 : 0;
+    options.ahrs_options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+    options.hrekf_options.queue_capacity = options.ahrs_options.queue_capacity = 32;
+    options.hrekf_options.horizon_s = options.ahrs_options.horizon_s = head & 4 ? 0.2 : 0;
     hnav_filter* filter = fuzz::make(options);
     HOLDS(filter);
 

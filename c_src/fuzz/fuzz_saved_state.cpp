@@ -43,11 +43,11 @@ bool damage(Input& in, State& state) {
 
 void attitude_filter(Input& in, int head) {
     fuzz::Options options;
-    options.aligner = head & 2;
+    options.ahrs = head & 2;
     options.hrekf_options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
-    options.aligner_options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
-    options.hrekf_options.queue_capacity = options.aligner_options.queue_capacity = 8;
-    options.hrekf_options.horizon_s = options.aligner_options.horizon_s = 0.03;
+    options.ahrs_options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+    options.hrekf_options.queue_capacity = options.ahrs_options.queue_capacity = 8;
+    options.hrekf_options.horizon_s = options.ahrs_options.horizon_s = 0.03;
     hnav_filter* filter = fuzz::make(options);
     HOLDS(filter);
     const int samples = in.choice(32);

@@ -64,11 +64,11 @@ using State = std::vector<unsigned char>;
 
 std::vector<State> all_lives(int thread) {
     const auto hrekf = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
-    const auto aligner = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+    const auto ahrs = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
     return {life_of_a_filter(hnav_hrekf_create, hrekf, HNAV_SOLVER_ERKSTEP, thread),
             life_of_a_filter(hnav_hrekf_create, hrekf, HNAV_SOLVER_ADAMS, thread),
-            life_of_a_filter(hnav_aligner_create, aligner, HNAV_SOLVER_CLOSED_FORM, thread),
-            life_of_a_filter(hnav_aligner_create, aligner, HNAV_SOLVER_ERKSTEP, thread), life_of_an_ins_error_filter(thread)};
+            life_of_a_filter(hnav_ahrs_create, ahrs, HNAV_SOLVER_CLOSED_FORM, thread),
+            life_of_a_filter(hnav_ahrs_create, ahrs, HNAV_SOLVER_ERKSTEP, thread), life_of_an_ins_error_filter(thread)};
 }
 
 } // namespace

@@ -1,6 +1,6 @@
 """hnav's filters beside those of others, on the same recordings, as they are and made harder (see hnav.stress).
 
-    rows = [row for row in benchmark(recordings, contenders(["aligner"], ["vqf"]), ["BROAD", "CROP"])]
+    rows = [row for row in benchmark(recordings, contenders(["ahrs"], ["vqf"]), ["BROAD", "CROP"])]
     for line in summary(rows): ...
 
 Scores are those of hnav.scores. Times are medians over trials and repeats of the time per sample; within a trial
@@ -31,7 +31,7 @@ LAST_UNDISTURBED_TRIAL = 23
 SMOOTH = "-smooth"
 # Peers in pure Python take minutes for what the others do in seconds; they run when they are named.
 DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "ahrs")
-DEFAULT_FILTERS = (*FILTERS, "aligner:solver=closed_form", f"aligner{SMOOTH}")
+DEFAULT_FILTERS = (*FILTERS, "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
 
 
 @dataclass(frozen=True)

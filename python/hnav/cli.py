@@ -28,7 +28,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_
 console = Console()
 progress_console = Console(stderr=True)
 
-FilterName = Annotated[str, typer.Option("--filter", help="aligner (real sensors) or hrekf (the paper's)")]
+FilterName = Annotated[str, typer.Option("--filter", help="ahrs (real sensors) or hrekf (the paper's)")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
 Settings = Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")]
 MagUnit = Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")]
@@ -57,14 +57,14 @@ def bar() -> Progress:
 def filter_command(
     recording: Annotated[Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")],
     out: Annotated[Path, typer.Option(help="CSV to write, one row for each IMU sample")],
-    filter: FilterName = "aligner",
+    filter: FilterName = "ahrs",
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
     step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
     mag_unit: MagUnit = "T",
-    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (aligner, engine c)")] = False,
+    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")] = False,
     calibration: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")] = None,
 ):
     """Runs a filter over a recording and writes attitude, bias and sigmas."""
@@ -96,12 +96,12 @@ def write_csv(path: Path, result: Result) -> None:
 @app.command("score")
 def score_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
-    filter: FilterName = "aligner",
+    filter: FilterName = "ahrs",
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
     crop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
-    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight (aligner, engine c), beside offlineVQF")] = False,
+    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight (ahrs, engine c), beside offlineVQF")] = False,
     json_file: Annotated[Optional[Path], typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
 ):
     """Scores a filter on all BROAD trials of a folder, beside VQF when the package vqf is installed."""
@@ -172,7 +172,7 @@ def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int
 
 
 @app.command("options")
-def options_command(filter: FilterName = "aligner"):
+def options_command(filter: FilterName = "ahrs"):
     """Prints the options of a filter with unit, default, range and meaning."""
     from hnav.library import Options
 

@@ -30,7 +30,7 @@ from hnav.rotations import quaternion_product
 SETTLING_S = 1.0
 PARTS = ("all", "experiment", "recordings")
 # Rows of the innovation of force and field.
-EXPECTED_NIS = {"hrekf": (3, 3), "aligner": (2, 3)}
+EXPECTED_NIS = {"hrekf": (3, 3), "ahrs": (2, 3)}
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ def demo(
     recording: Annotated[Path | None, typer.Argument(help="CSV or BROAD file; without it the experiment and two recordings of devices")] = None,
     part: Annotated[str, typer.Option(help="all, experiment or recordings")] = "all",
     runs: Annotated[int, typer.Option(min=2, help="seeds for Table 1")] = 20,
-    filter: Annotated[str, typer.Option(help="hrekf or aligner")] = "hrekf",
+    filter: Annotated[str, typer.Option(help="hrekf or ahrs")] = "hrekf",
     engine: Annotated[str, typer.Option(help="c, fmi3-cs, fmi3-me, fmi2-cs or fmi2-me")] = "fmi3-cs",
     settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
     mag_unit: Annotated[str, typer.Option(help="unit of the field in a CSV file: T, uT, G or au")] = "T",

@@ -39,7 +39,7 @@ def run_recording(
     smooth: bool = False,
 ) -> Result:
     """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
-    smooth: with hindsight, by the aligner in C.
+    smooth: with hindsight, by the AHRS in C.
 
     Raises HnavError for impossible settings and engines.
     """

@@ -185,7 +185,7 @@ class Fmu:
 
 
 # The FMU of each filter.
-MODELS = {"hrekf": "Hrekf", "aligner": "Aligner"}
+MODELS = {"hrekf": "Hrekf", "ahrs": "Ahrs"}
 
 
 def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int]:

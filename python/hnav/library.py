@@ -1,6 +1,6 @@
 """The C library by ctypes; c_src/include/hnav/hnav.h is the reference for everything here.
 
-    options = Options("aligner", navigation_frame="enu")
+    options = Options("ahrs", navigation_frame="enu")
     attitude = Filter(options).run(t_s, rate, force, field)     # n x 3 arrays in SI units
     attitude.q_nb                                               # n x 4, scalar first, body to navigation
 
@@ -25,7 +25,7 @@ STATUS = (
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.
-FILTERS = {"hrekf": ("default", "paper"), "aligner": ("default",)}
+FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 PRESETS = ("default", "paper")  # in the order of the C enum
 
 
@@ -223,7 +223,7 @@ def parse_setting(text: str) -> tuple[str, str]:
 
 
 class Options:
-    """Options of a filter; attributes are the fields of hnav_hrekf_options or hnav_aligner_options, choices go by name.
+    """Options of a filter; attributes are the fields of hnav_hrekf_options or hnav_ahrs_options, choices go by name.
 
     Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
     """

@@ -1,6 +1,6 @@
 """Does a filter say "heading ready" only when it is? Seeded starts of consumer-grade sensors with exact truth.
 
-    python -m hnav.readiness --starts 1000 [--filter aligner] [--workers 2] [--csv FILE]
+    python -m hnav.readiness --starts 1000 [--filter ahrs] [--workers 2] [--csv FILE]
 
 A start is wrong when, at the first instant of heading_ready, the true total error exceeds both 3 sigma (root sum of
 squares of the three stated sigmas) and 5 deg. Every start has random sensors, a random attitude and a random field; the
@@ -353,7 +353,7 @@ def fail(text: str) -> NoReturn:
 @app.command()
 def readiness(
     starts: Annotated[int, typer.Option(help="how many starts; groups take turns")] = 1000,
-    filter: Annotated[str, typer.Option(help=", ".join(FILTERS))] = "aligner",
+    filter: Annotated[str, typer.Option(help=", ".join(FILTERS))] = "ahrs",
     settings: Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,

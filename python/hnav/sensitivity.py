@@ -1,6 +1,6 @@
 """How much a filter's score hangs on each of its parameters: every one times and divided by a factor, one at a time.
 
-    python -m hnav.sensitivity DIR [--filter aligner] [--factor 1.3]
+    python -m hnav.sensitivity DIR [--filter ahrs] [--factor 1.3]
 
 DIR holds BROAD trials. Parameters are the real options that are not zero in the default preset; those that state a fact of
 the place or the mounting, or belong to the integrators, are left out. Prints the mean total error in deg (hnav.scores) and
@@ -52,7 +52,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 @app.command()
 def sensitivity(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
-    filter: Annotated[str, typer.Option(help="aligner or hrekf")] = "aligner",
+    filter: Annotated[str, typer.Option(help="ahrs or hrekf")] = "ahrs",
     factor: Annotated[float, typer.Option(min=1.0, help="Each parameter times and divided by this")] = 1.3,
 ) -> None:
     """Prints the mean total error with each parameter times and divided by a factor."""

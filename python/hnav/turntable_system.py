@@ -2,7 +2,7 @@
 
     python -m hnav.turntable_system FOLDER
 
-Turntable -> ImuMagSensor -> Hrekf as HEKF (gamma off), Hrekf as HREKF, Aligner. A scenario is complete: it sets every
+Turntable -> ImuMagSensor -> Hrekf as HEKF (gamma off), Hrekf as HREKF, Ahrs. A scenario is complete: it sets every
 parameter that any scenario sets, so one may follow another. The paper is "Hybrid Robust Extended Kalman Filter for SINS
 initial alignment" (Tabriz Journal of Electrical Engineering 54(4), 2024).
 """
@@ -23,12 +23,12 @@ from hnav.sensors import GRADES, read_grade
 DEG = math.pi / 180
 G_M_S2 = 9.80665
 STRENGTH_TESLA = 5e-5
-COMPONENTS = {"turntable": "Turntable", "sensor": "ImuMagSensor", "hekf": "Hrekf", "hrekf": "Hrekf", "aligner": "Aligner"}
+COMPONENTS = {"turntable": "Turntable", "sensor": "ImuMagSensor", "hekf": "Hrekf", "hrekf": "Hrekf", "ahrs": "Ahrs"}
 DESCRIPTIONS = {
     "turntable": "truth", "sensor": "samples with counters and time stamps", "hekf": "gamma off: the hybrid extended Kalman filter",
-    "hrekf": "the hybrid robust extended Kalman filter", "aligner": "the filter for real sensors",
+    "hrekf": "the hybrid robust extended Kalman filter", "ahrs": "the filter for real sensors",
 }  # fmt: skip
-FILTERS = ("hekf", "hrekf", "aligner")
+FILTERS = ("hekf", "hrekf", "ahrs")
 TRUTH = [f"truth.{name}[{i}]" for name, n in (("q", 4), ("rate", 3), ("force", 3), ("field", 3)) for i in range(1, n + 1)]
 SAMPLES = [
     name

@@ -201,11 +201,11 @@ typedef struct hnav_hrekf_options {
 
 HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
 
-/* Options of the aligner, the filter for real sensors; hnav_aligner_option() tells unit, range and meaning. Fields named
+/* Options of the AHRS, the filter for real sensors; hnav_ahrs_option() tells unit, range and meaning. Fields named
  * as in hnav_hrekf_options mean the same. Densities: a quantity that stands for an interval T has variance density^2 / T.
  * Fields are in units of the strength of the reference. */
-typedef struct hnav_aligner_options {
-    uint64_t cookie; /* set by hnav_aligner_defaults */
+typedef struct hnav_ahrs_options {
+    uint64_t cookie; /* set by hnav_ahrs_defaults */
 
     /* Gyroscope. */
     double gyro_noise_rad_per_sqrt_s;
@@ -294,10 +294,10 @@ typedef struct hnav_aligner_options {
     int32_t navigation_frame;
     int32_t solver;
     int32_t queue_capacity;
-} hnav_aligner_options;
+} hnav_ahrs_options;
 
 /* HNAV_PRESET_DEFAULT is the one preset. */
-HNAV_API hnav_aligner_options hnav_aligner_defaults(hnav_preset preset);
+HNAV_API hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset);
 
 typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
 
@@ -317,7 +317,7 @@ typedef struct hnav_option_info {
 
 /* Rows 0, 1, ...; null beyond the last. */
 HNAV_API const hnav_option_info *hnav_hrekf_option(int32_t index);
-HNAV_API const hnav_option_info *hnav_aligner_option(int32_t index);
+HNAV_API const hnav_option_info *hnav_ahrs_option(int32_t index);
 
 /* ------------------------------------------------------------------------------------------------ life */
 
@@ -327,8 +327,8 @@ typedef struct hnav_filter hnav_filter;
 /* Makes the paper's filter. On failure *filter is null and the reason stands in message (may be null). */
 HNAV_API hnav_status hnav_hrekf_create(hnav_filter **filter, const hnav_hrekf_options *options,
                                        char *message, size_t message_size);
-/* Makes the aligner. */
-HNAV_API hnav_status hnav_aligner_create(hnav_filter **filter, const hnav_aligner_options *options,
+/* Makes the AHRS. */
+HNAV_API hnav_status hnav_ahrs_create(hnav_filter **filter, const hnav_ahrs_options *options,
                                          char *message, size_t message_size);
 
 /* Null is allowed. */
@@ -439,11 +439,11 @@ HNAV_API hnav_status hnav_filter_posterior(const hnav_filter *filter, hnav_poste
 /* What the last used sample of a sensor said. Direction and field are dimensionless, heading is in rad. */
 typedef struct hnav_innovation {
     double t_s;
-    double value[3];      /* aligner, force: minus the velocity in m/s, north and east; field: in navigation axes */
+    double value[3];      /* ahrs, force: minus the velocity in m/s, north and east; field: in navigation axes */
     double S[9];          /* its covariance, with the noise that was parametrised (not inflated) */
     double nis;           /* value' S^-1 value */
     double noise_scale;   /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
-    int32_t dimension;    /* 3; 1 for heading; 2 for the force of the aligner. The aligner's S has 2 or 3 rows of 3 */
+    int32_t dimension;    /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
     int32_t accepted;     /* 0 when the gate inflated the noise or refused the sample (noise_scale infinite) */
 } hnav_innovation;
 /* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
@@ -459,13 +459,13 @@ typedef enum hnav_field_gate {
 typedef struct hnav_field {
     double strength_tesla;   /* of the reference; NaN while there is none */
     double dip_rad;
-    double latency_s;        /* estimated delay of the magnetometer behind its time stamps (aligner) */
+    double latency_s;        /* estimated delay of the magnetometer behind its time stamps (ahrs) */
     double latency_sigma_s;
-    double evidence_s;       /* time for which the reference was seen, counted less at rest (aligner) */
-    double heading_trust_s;  /* the same for the heading, through changes of reference (aligner) */
-    int32_t adopted;         /* references taken after the first (aligner) */
+    double evidence_s;       /* time for which the reference was seen, counted less at rest (ahrs) */
+    double heading_trust_s;  /* the same for the heading, through changes of reference (ahrs) */
+    int32_t adopted;         /* references taken after the first (ahrs) */
     int32_t gate;            /* hnav_field_gate of the last field */
-    int32_t at_rest;         /* the body lies still (aligner) */
+    int32_t at_rest;         /* the body lies still (ahrs) */
     int32_t reserved;        /* 0 */
 } hnav_field;
 HNAV_API hnav_status hnav_filter_field(const hnav_filter *filter, hnav_field *field);
@@ -495,7 +495,7 @@ typedef struct hnav_filter_status {
      * that differ by e, sqrt(e' P^-1 e) falls at least by exp(-rate T), P the covariance after each correction.
      * -ln |L_k^-1 M_k L_k-1| / T_k with P_k = L_k L_k' and M_k = J (I - K_k H_k) Phi_k, the sampled-data form of the
      * paper's Theorem 1 (decay_rate.hpp). 1/s; one correction at a time, hence no certificate: that is `hnav certify`.
-     * 0 before the first correction after a start, while P is singular, and in the aligner, which does not compute it. */
+     * 0 before the first correction after a start, while P is singular, and in the AHRS, which does not compute it. */
     double decay_rate_1_s;
 } hnav_filter_status;
 HNAV_API hnav_status hnav_filter_get_status(const hnav_filter *filter, hnav_filter_status *status);
@@ -514,9 +514,9 @@ HNAV_API hnav_status hnav_filter_load(hnav_filter *filter, const void *buffer, s
 /* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events,
  * x+ = jump(x-) at an event. States of the HREKF: q 4 (north-east-down of magnetic north to body, before the
  * interface rotations), gyro bias 3, covariance 28 (upper triangle of the 7 x 7 matrix, row by row). States of the
- * aligner: q 4, the integral of its rotation matrix since the last correction 9 (column by column), the time since
+ * ahrs: q 4, the integral of its rotation matrix since the last correction 9 (column by column), the time since
  * then; from these follows the covariance. Not to be mixed with advance or run, nor, in the HREKF, with the backward
- * gyro hold; the aligner puts the rate of a sample into the interval before it when it jumps. */
+ * gyro hold; the AHRS puts the rate of a sample into the interval before it when it jumps. */
 HNAV_API hnav_status hnav_filter_nx(const hnav_filter *filter, int32_t *nx);
 /* The state just after the last jump. */
 HNAV_API hnav_status hnav_filter_get_x(const hnav_filter *filter, double *x);

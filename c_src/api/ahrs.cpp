@@ -1,16 +1,16 @@
-// Options of the aligner, and the filter made from them.
+// Options of the AHRS, and the filter made from them.
 #include "api/creation.hpp"
-#include "attitude/aligner_model.hpp"
+#include "attitude/ahrs_model.hpp"
 
 namespace {
 
-using hnav::AlignerModel;
+using hnav::AhrsModel;
 using hnav::square;
 
 constexpr double deg = M_PI / 180;
 
-AlignerModel::Settings settings_of(const hnav_aligner_options& o, const hnav::Frames& frames) {
-    AlignerModel::Settings s{};
+AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& frames) {
+    AhrsModel::Settings s{};
     s.gyro_psd = square(o.gyro_noise_rad_per_sqrt_s);
     s.gyro_rate_psd = square(o.gyro_rate_noise_sqrt_s);
     s.bias_walk_psd = square(o.gyro_bias_walk_rad_s_per_sqrt_s);
@@ -67,10 +67,10 @@ AlignerModel::Settings settings_of(const hnav_aligner_options& o, const hnav::Fr
 
 extern "C" {
 
-hnav_aligner_options hnav_aligner_defaults(hnav_preset preset) {
-    hnav_aligner_options o{};
+hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) {
+    hnav_ahrs_options o{};
     if (preset != HNAV_PRESET_DEFAULT) return o; // no cookie: create refuses it
-    o.cookie = hnav::aligner_cookie;
+    o.cookie = hnav::ahrs_cookie;
     o.gyro_noise_rad_per_sqrt_s = 1.2e-4;
     o.gyro_rate_noise_sqrt_s = 2.4e-3;
     o.gyro_bias_walk_rad_s_per_sqrt_s = 1.4e-4;
@@ -137,17 +137,17 @@ hnav_aligner_options hnav_aligner_defaults(hnav_preset preset) {
     return o;
 }
 
-const hnav_option_info* hnav_aligner_option(int32_t index) {
-    const hnav::OptionTable table = hnav::aligner_option_table();
+const hnav_option_info* hnav_ahrs_option(int32_t index) {
+    const hnav::OptionTable table = hnav::ahrs_option_table();
     return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
 }
 
-hnav_status hnav_aligner_create(hnav_filter** filter, const hnav_aligner_options* options, char* message, size_t message_size) {
-    const hnav::Creation creation{{message, message_size}, hnav::aligner_option_table(), hnav::aligner_cookie, "hnav_aligner_defaults"};
+hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size) {
+    const hnav::Creation creation{{message, message_size}, hnav::ahrs_option_table(), hnav::ahrs_cookie, "hnav_ahrs_defaults"};
     const hnav_status status = creation.check(filter, options);
     if (status != HNAV_OK) return status;
     const hnav::Frames frames = hnav::frames_of(*options);
-    return creation.make(filter, AlignerModel(settings_of(*options, frames)), frames, *options);
+    return creation.make(filter, AhrsModel(settings_of(*options, frames)), frames, *options);
 }
 
 } // extern "C"

@@ -1,19 +1,19 @@
-// The Aligner FMU: the filter for real sensors.
+// The Ahrs FMU: the filter for real sensors.
 #include "attitude/filter_model.hpp"
 
 namespace hnav::fmu {
 namespace {
 
-struct Aligner {
-    using Options = hnav_aligner_options;
-    static Options defaults(hnav_preset preset) { return hnav_aligner_defaults(preset); }
-    static const hnav_option_info* option(int index) { return hnav_aligner_option(index); }
+struct Ahrs {
+    using Options = hnav_ahrs_options;
+    static Options defaults(hnav_preset preset) { return hnav_ahrs_defaults(preset); }
+    static const hnav_option_info* option(int index) { return hnav_ahrs_option(index); }
     static hnav_status create(hnav_filter** filter, const Options* options, char* message, std::size_t size) {
-        return hnav_aligner_create(filter, options, message, size);
+        return hnav_ahrs_create(filter, options, message, size);
     }
 
     static constexpr ModelInfo info = {
-        "Aligner", "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
+        "Ahrs", "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
         0.01, 10, 14, 4, true};
     static constexpr const char* presets[] = {"default"};
     static constexpr int accel_dimension = 2;
@@ -41,6 +41,6 @@ struct Aligner {
 
 } // namespace
 
-Model* make_model() { return FilterModel<Aligner>::make(); }
+Model* make_model() { return FilterModel<Ahrs>::make(); }
 
 } // namespace hnav::fmu

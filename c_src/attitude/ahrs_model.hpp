@@ -1,4 +1,4 @@
-// The aligner: an error-state filter for the gyroscopes, accelerometers and magnetometers that one can buy.
+// The AHRS: an error-state filter for the gyroscopes, accelerometers and magnetometers that one can buy.
 //
 // Known of the body: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, the
 // reference field M = (H, 0, Z) in units of its strength, and the latency l of the magnetometer. Rate u = y - b - S y.
@@ -29,7 +29,7 @@
 
 namespace hnav {
 
-class AlignerModel {
+class AhrsModel {
 public:
     static constexpr int nx = 14; // q 4, G 9, clock: seconds since the last correction
     static constexpr int errors = 20;
@@ -102,8 +102,8 @@ public:
         std::uint64_t settled; // the heading has been confirmed since it was last started or turned
     };
 
-    AlignerModel() = default;
-    explicit AlignerModel(const Settings& settings) : settings_(settings) {}
+    AhrsModel() = default;
+    explicit AhrsModel(const Settings& settings) : settings_(settings) {}
     const Settings& settings() const { return settings_; }
 
     // -------------------------------------------------------------------------------------------- before the start

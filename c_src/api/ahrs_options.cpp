@@ -1,11 +1,11 @@
-// The options of the aligner as rows.
-#define HNAV_OPTIONS hnav_aligner_options
+// The options of the AHRS as rows.
+#define HNAV_OPTIONS hnav_ahrs_options
 #include "api/option_rows.hpp"
 
 namespace hnav {
 namespace {
 
-const hnav_option_info aligner_rows[] = {
+const hnav_option_info ahrs_rows[] = {
     REAL(gyro_noise_rad_per_sqrt_s, "rad/sqrt(s)", 0, 1e3, 1, "Angle random walk: white noise of the gyroscope"),
     REAL(gyro_rate_noise_sqrt_s, "sqrt(s)", 0, 1e3, 1, "Noise of the gyroscope that grows with the rate: density = this x |rate|"),
     REAL(gyro_bias_walk_rad_s_per_sqrt_s, "rad/s/sqrt(s)", 0, 1e3, 1, "Random walk of the gyro bias"),
@@ -65,6 +65,6 @@ const hnav_option_info aligner_rows[] = {
 
 } // namespace
 
-OptionTable aligner_option_table() { return {aligner_rows, sizeof aligner_rows / sizeof *aligner_rows}; }
+OptionTable ahrs_option_table() { return {ahrs_rows, sizeof ahrs_rows / sizeof *ahrs_rows}; }
 
 } // namespace hnav

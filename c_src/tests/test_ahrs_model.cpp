@@ -1,5 +1,5 @@
-// Laws of the aligner: its flow, the transition that its covariance follows from, its gathered samples and corrections.
-#include "attitude/aligner_model.hpp"
+// Laws of the AHRS: its flow, the transition that its covariance follows from, its gathered samples and corrections.
+#include "attitude/ahrs_model.hpp"
 #include "hnav/hnav.h"
 #include "laws.hpp"
 
@@ -9,15 +9,15 @@
 #include <vector>
 
 using namespace hnav;
-using State = AlignerModel::State;
+using State = AhrsModel::State;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 namespace {
 
 constexpr double deg = M_PI / 180;
 
-AlignerModel::Settings settings() {
-    AlignerModel::Settings s{};
+AhrsModel::Settings settings() {
+    AhrsModel::Settings s{};
     s.gyro_psd = 1e-8;
     s.gyro_rate_psd = 6e-6;
     s.bias_walk_psd = 2e-8;
@@ -53,7 +53,7 @@ struct Turning {
     double latency_s = 0;
 
     Quaternion q(double t_s) const { return multiply(start_q, HeldTurn(rate_b, t_s).q); }
-    Vector3 force_b(double t_s) const { return rotation_matrix(q(t_s)).transpose() * Vector3(0, 0, -AlignerModel::gravity_m_s2); }
+    Vector3 force_b(double t_s) const { return rotation_matrix(q(t_s)).transpose() * Vector3(0, 0, -AhrsModel::gravity_m_s2); }
     Vector3 field_b(double t_s) const {
         return rotation_matrix(q(t_s - latency_s)).transpose() * Vector3(2.5e-5, 0, 4.33e-5);
     }
@@ -69,14 +69,14 @@ struct Turning {
     }
 };
 
-State state_at_start(const AlignerModel& model) {
+State state_at_start(const AhrsModel& model) {
     State s{};
     model.begin(s);
     return s;
 }
 
 // Samples at 200 Hz for `duration_s`, by the closed form.
-void follow(const AlignerModel& model, State& s, const Turning& motion, double duration_s, double from_s = 0) {
+void follow(const AhrsModel& model, State& s, const Turning& motion, double duration_s, double from_s = 0) {
     const int n = static_cast<int>(std::lround(duration_s * 200));
     for (int k = 0; k <= n; ++k) {
         const Event e = motion.event(from_s + 0.005 * k);
@@ -113,8 +113,8 @@ TEST(HeldTurn, BackwardsUndoesForwards) {
     EXPECT_LT((there.integral + rotation_matrix(there.q) * back.integral).cwiseAbs().maxCoeff(), 1e-16);
 }
 
-TEST(AlignerFlow, TheClosedFormIsTheIntegralOfTheFlow) {
-    const AlignerModel model(settings());
+TEST(AhrsFlow, TheClosedFormIsTheIntegralOfTheFlow) {
+    const AhrsModel model(settings());
     State s = state_at_start(model);
     follow(model, s, Turning{}, 0.02);
     State exact = s;
@@ -134,8 +134,8 @@ TEST(AlignerFlow, TheClosedFormIsTheIntegralOfTheFlow) {
     EXPECT_LT((x - Eigen::Map<Vector14>(exact.x)).cwiseAbs().maxCoeff(), 1e-13);
 }
 
-TEST(AlignerFlow, TheDirectionalDerivativeEqualsAPerturbation) {
-    const AlignerModel model(settings());
+TEST(AhrsFlow, TheDirectionalDerivativeEqualsAPerturbation) {
+    const AhrsModel model(settings());
     State s = state_at_start(model);
     follow(model, s, Turning{}, 0.05);
     const Vector14 x = Eigen::Map<Vector14>(s.x);
@@ -155,8 +155,8 @@ TEST(AlignerFlow, TheDirectionalDerivativeEqualsAPerturbation) {
 }
 
 // What the flow carries instead of the covariance: how bias and calibration errors become rotation.
-TEST(AlignerFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
-    const AlignerModel model(settings());
+TEST(AhrsFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
+    const AhrsModel model(settings());
     State begin = state_at_start(model);
     Turning motion;
     motion.rate_b = {1.5, -2, 1};
@@ -188,15 +188,15 @@ TEST(AlignerFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
     }
 }
 
-TEST(AlignerCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
-    AlignerModel::Settings set = settings();
+TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
+    AhrsModel::Settings set = settings();
     set.gyro_psd = 1e-5;
     set.gyro_rate_psd = 0;
     set.start.mode = StartMode::attitude;
     set.sigma.tilt = set.start.sigma_heading = 0.01;
     set.sigma.bias = 0.02;
     set.sigma.scale = set.sigma.misalignment = 1e-6;
-    const AlignerModel model(set);
+    const AhrsModel model(set);
     State s = state_at_start(model);
     Turning motion;
     motion.rate_b = {2, -1, 3};
@@ -226,8 +226,8 @@ TEST(AlignerCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
     EXPECT_LT((sample - claimed).cwiseAbs().maxCoeff(), 0.05 * claimed.diagonal().maxCoeff());
 }
 
-TEST(Aligner, FindsAttitudeBiasAndLatency) {
-    const AlignerModel model(settings());
+TEST(Ahrs, FindsAttitudeBiasAndLatency) {
+    const AhrsModel model(settings());
     State s = state_at_start(model);
     Turning motion;
     motion.bias = {0.01, -0.006, 0.004};
@@ -254,8 +254,8 @@ TEST(Aligner, FindsAttitudeBiasAndLatency) {
     EXPECT_EQ(s.repaired, 0u);
 }
 
-TEST(Aligner, AFieldCannotTiltTheHorizon) {
-    const AlignerModel model(settings());
+TEST(Ahrs, AFieldCannotTiltTheHorizon) {
+    const AhrsModel model(settings());
     State right = state_at_start(model);
     const Turning motion;
     follow(model, right, motion, 2.0);
@@ -281,9 +281,9 @@ TEST(Aligner, AFieldCannotTiltTheHorizon) {
     EXPECT_LT((down_in_body(right) - down_in_body(wrong)).norm(), 1e-7);      // the horizon does not
 }
 
-TEST(Aligner, AnIntegratorOutsideMeetsTheSameStateAsTheOneInside) {
+TEST(Ahrs, AnIntegratorOutsideMeetsTheSameStateAsTheOneInside) {
     // Backward hold: the outside knows only the rate of before, the jump puts the right one in.
-    const AlignerModel model(settings());
+    const AhrsModel model(settings());
     State inside = state_at_start(model);
     Turning motion;
     follow(model, inside, motion, 0.02);
@@ -350,10 +350,10 @@ namespace {
 
 using Handle = std::unique_ptr<hnav_filter, decltype(&hnav_filter_destroy)>;
 
-Handle make(const hnav_aligner_options& options) {
+Handle make(const hnav_ahrs_options& options) {
     hnav_filter* filter = nullptr;
     char message[256];
-    EXPECT_EQ(hnav_aligner_create(&filter, &options, message, sizeof message), HNAV_OK) << message;
+    EXPECT_EQ(hnav_ahrs_create(&filter, &options, message, sizeof message), HNAV_OK) << message;
     return {filter, hnav_filter_destroy};
 }
 
@@ -367,8 +367,8 @@ void push(hnav_filter* f, const Turning& m, double t_s, bool with_mag) {
 
 } // namespace
 
-TEST(AlignerApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
-    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
+    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     Turning motion; // about the vertical, where no horizon tells the bias
     motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.5);
     hnav_attitude a;
@@ -408,8 +408,8 @@ TEST(AlignerApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     EXPECT_TRUE(a.heading_ready);
 }
 
-TEST(AlignerApi, AMagnetometerThatComesLateTurnsTheHeading) {
-    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+TEST(AhrsApi, AMagnetometerThatComesLateTurnsTheHeading) {
+    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     const Turning motion;
     for (int k = 0; k <= 4000; ++k) {
         push(f.get(), motion, 0.005 * k, k > 1000);
@@ -425,8 +425,8 @@ TEST(AlignerApi, AMagnetometerThatComesLateTurnsTheHeading) {
     EXPECT_NEAR(field.dip_rad, 60 * deg, 1 * deg);
 }
 
-TEST(AlignerApi, EachSensorMayHaveItsOwnRateAndTimes) {
-    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+TEST(AhrsApi, EachSensorMayHaveItsOwnRateAndTimes) {
+    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     const Turning motion;
     // 400 Hz gyroscope, 100 Hz accelerometer half a sample aside, 25 Hz magnetometer: none at the time of another.
     for (int k = 0; k < 12000; ++k) {
@@ -450,8 +450,8 @@ TEST(AlignerApi, EachSensorMayHaveItsOwnRateAndTimes) {
     EXPECT_TRUE(a.heading_ready);
 }
 
-TEST(AlignerApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
-    hnav_aligner_options options = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+TEST(AhrsApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
+    hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
     options.horizon_s = 0.1;
     const Handle one = make(options), other = make(options);
     const Turning motion;
@@ -485,8 +485,8 @@ TEST(AlignerApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
     EXPECT_EQ(std::memcmp(a.sigma_rad, b.sigma_rad, sizeof a.sigma_rad), 0);
 }
 
-TEST(AlignerApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
-    const Handle f = make(hnav_aligner_defaults(HNAV_PRESET_DEFAULT));
+TEST(AhrsApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
+    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     Turning motion;
     motion.bias = {0.004, 0.002, -0.003};
     for (int k = 0; k <= 6000; ++k) {
@@ -510,13 +510,13 @@ TEST(AlignerApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) 
     EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30.005)), 1 * deg);
 }
 
-TEST(AlignerApi, OptionsOfAnotherFilterAreRefused) {
+TEST(AhrsApi, OptionsOfAnotherFilterAreRefused) {
     hnav_filter* filter = nullptr;
     char message[256];
-    hnav_aligner_options o = hnav_aligner_defaults(HNAV_PRESET_PAPER);
-    EXPECT_EQ(hnav_aligner_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTIONS_STAMP);
-    o = hnav_aligner_defaults(HNAV_PRESET_DEFAULT);
+    hnav_ahrs_options o = hnav_ahrs_defaults(HNAV_PRESET_PAPER);
+    EXPECT_EQ(hnav_ahrs_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTIONS_STAMP);
+    o = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
     o.mag_gate = 0;
-    EXPECT_EQ(hnav_aligner_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTION);
+    EXPECT_EQ(hnav_ahrs_create(&filter, &o, message, sizeof message), HNAV_ERROR_OPTION);
     EXPECT_NE(std::string(message).find("mag_gate"), std::string::npos);
 }
