@@ -1,6 +1,6 @@
 // Whole recordings: arrays in, arrays out; forward as the samples came, or smoothed with the benefit of hindsight.
 #include "api/boundary.hpp"
-#include "linalg/cholesky.hpp"
+#include "maths/cholesky.hpp"
 
 #include <cstdlib>
 

@@ -25,7 +25,7 @@
 #include "attitude/rest_detector.hpp"
 #include "attitude/robust_law.hpp"
 #include "attitude/start.hpp"
-#include "linalg/repair.hpp"
+#include "maths/repair.hpp"
 
 namespace hnav {
 

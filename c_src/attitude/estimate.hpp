@@ -1,7 +1,7 @@
 // What an attitude filter knows at one moment, in internal frames (rotation.hpp).
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <cstdint>
 #include <limits>

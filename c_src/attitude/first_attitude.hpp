@@ -1,7 +1,7 @@
 // The attitude to start from, and the reference field that goes with it.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

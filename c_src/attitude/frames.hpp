@@ -2,7 +2,7 @@
 // north-east-down or east-north-up. Nothing else in the library knows that there is more than one frame.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

@@ -18,8 +18,8 @@
 #include "attitude/readiness.hpp"
 #include "attitude/robust_law.hpp"
 #include "attitude/start.hpp"
-#include "linalg/cholesky.hpp"
-#include "linalg/repair.hpp"
+#include "maths/cholesky.hpp"
+#include "maths/repair.hpp"
 
 namespace hnav {
 

@@ -11,7 +11,7 @@
 //   has gathered enough against the reference, it takes its place.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <cstdint>
 

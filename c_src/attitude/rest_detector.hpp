@@ -4,7 +4,7 @@
 // mean rate that can be a bias.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

@@ -7,7 +7,7 @@
 // less than a twentieth of margin, gamma is raised and the raise reported.
 #pragma once
 
-#include "linalg/cholesky.hpp"
+#include "maths/cholesky.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

@@ -6,7 +6,7 @@
 // section 4.2).
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
 
 namespace hnav {

@@ -4,7 +4,7 @@
 // make it an ellipsoid:  (z - o)' A (z - o) = 1.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
 
 namespace hnav {

@@ -7,7 +7,7 @@
 // gives the rotation, because the field keeps its angle to it; both equations together are refined.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
 
 namespace hnav {

@@ -1,7 +1,7 @@
 // The samples of a calibration, made ready: missing rows left out, field centred and scaled, forces judged.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
 
 #include <cstdlib>

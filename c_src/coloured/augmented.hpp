@@ -14,7 +14,7 @@
 
 #include "coloured/linear_model.hpp"
 #include "coloured/noise_scale.hpp"
-#include "linalg/sparse_rows.hpp"
+#include "maths/sparse_rows.hpp"
 
 namespace hnav {
 

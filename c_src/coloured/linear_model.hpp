@@ -8,8 +8,8 @@
 //   Compensation, WSEAS Trans. Systems and Control 18, 2023 ("the paper").
 #pragma once
 
-#include "linalg/arena.hpp"
-#include "linalg/discretise.hpp"
+#include "base/arena.hpp"
+#include "maths/discretise.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>

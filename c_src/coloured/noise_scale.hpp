@@ -11,7 +11,7 @@
 // the innovation of a channel given those of all others: (S^-1 nu)_i / (S^-1)_ii, of variance 1 / (S^-1)_ii.
 #pragma once
 
-#include "linalg/lower_inverse.hpp"
+#include "maths/lower_inverse.hpp"
 
 #include <unsupported/Eigen/SpecialFunctions>
 

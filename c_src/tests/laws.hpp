@@ -1,7 +1,7 @@
 // Seeded numbers and Jacobians by perturbation, for tests that state laws.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <gtest/gtest.h>
 #include <random>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hybrid/filter.hpp"
-#include "linalg/covariance.hpp"
+#include "maths/covariance.hpp"
 
 #include <cmath>
 

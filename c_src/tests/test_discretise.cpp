@@ -1,5 +1,5 @@
 // Discretisation against closed forms, and against itself over two half intervals.
-#include "linalg/discretise.hpp"
+#include "maths/discretise.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

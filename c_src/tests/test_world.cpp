@@ -1,6 +1,6 @@
 // Turntable, and the errors of the inertial and magnetic sensor one at a time.
 #include "hnav/hnav_world.h"
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Samples on their way: taken, but not delivered before their latency has passed.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <limits>
 

@@ -4,10 +4,10 @@
 //   x(k) = Ad x(k-1) + Bd u(k-1) + w(k-1),   w ~ (0, Qw)
 //
 // Ad and Bd are exact. Qw is the variance density of w times the interval (sampled), or the exact integral of continuous
-// white noise, which correlates the states (Van Loan 1978, see linalg/discretise.hpp).
+// white noise, which correlates the states (Van Loan 1978, see maths/discretise.hpp).
 #pragma once
 
-#include "linalg/discretise.hpp"
+#include "maths/discretise.hpp"
 
 #include <Eigen/Eigenvalues>
 

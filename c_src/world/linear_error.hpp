@@ -2,7 +2,7 @@
 // drift t. What the datasheet gives as a spread is drawn once from the seed.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "world/random.hpp"
 
 namespace hnav {

@@ -4,7 +4,7 @@
 // integrator which steps across a corner can ask for the piece it is in, smooth beyond its end.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 
 #include <limits>
 

@@ -7,7 +7,7 @@
 // variance is (2 ln 2 / pi) B^2 =: floor^2, gives s^2 = floor^2 ln r / (2 ln 2); with r = 4, s is the floor itself.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "world/random.hpp"
 
 namespace hnav {

@@ -1,7 +1,7 @@
 // Faults of a sensor, each within a window of time that is closed at its start and open at its end.
 #pragma once
 
-#include "attitude/rotation.hpp"
+#include "maths/rotation.hpp"
 #include "world/random.hpp"
 
 namespace hnav {

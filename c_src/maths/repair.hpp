@@ -1,7 +1,7 @@
 // What keeps a covariance matrix one when rounding or a coarse integrator has made it indefinite.
 #pragma once
 
-#include "linalg/cholesky.hpp"
+#include "maths/cholesky.hpp"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,6 +1,6 @@
 #include "laws.hpp"
-#include "linalg/cholesky.hpp"
-#include "linalg/repair.hpp"
+#include "maths/cholesky.hpp"
+#include "maths/repair.hpp"
 
 #include <Eigen/Cholesky>
 

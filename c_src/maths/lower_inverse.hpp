@@ -2,7 +2,7 @@
 // (leave-one-out) innovations need.
 #pragma once
 
-#include "linalg/arena.hpp"
+#include "base/arena.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // mostly zeros; products that skip them cost a fraction, and walk along rows, which compilers turn into vector code.
 #pragma once
 
-#include "linalg/arena.hpp"
+#include "base/arena.hpp"
 
 namespace hnav {
 

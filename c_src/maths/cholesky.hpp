@@ -3,7 +3,7 @@
 // time, and D spares the square roots.
 #pragma once
 
-#include "linalg/covariance.hpp"
+#include "maths/covariance.hpp"
 
 namespace hnav {
 
