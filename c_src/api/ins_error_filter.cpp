@@ -2,7 +2,7 @@
 #include "hnav/hnav.h"
 
 #include "api/message.hpp"
-#include "coloured/ins_error_filter.hpp"
+#include "ins_error/ins_error_filter.hpp"
 
 #include <cmath>
 #include <cstdarg>

@@ -12,8 +12,8 @@
 // Lambda0: R = Qv + Lambda0.
 #pragma once
 
-#include "coloured/linear_model.hpp"
-#include "coloured/noise_scale.hpp"
+#include "ins_error/linear_model.hpp"
+#include "ins_error/noise_scale.hpp"
 #include "maths/sparse_rows.hpp"
 
 namespace hnav {

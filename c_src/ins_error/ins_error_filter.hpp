@@ -1,8 +1,8 @@
 // One filter over the five forms: what a step does, what it leaves to read, and the state that makes it go on bit for bit.
 #pragma once
 
-#include "coloured/augmented.hpp"
-#include "coloured/differenced.hpp"
+#include "ins_error/augmented.hpp"
+#include "ins_error/differenced.hpp"
 
 #include <limits>
 #include <optional>

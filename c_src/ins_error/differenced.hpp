@@ -6,7 +6,7 @@
 // xi is correlated with w(k-1) (covariance C) and, when v is not zero, with itself: E[xi(k) xi(k-1)'] = -An Qv.
 #pragma once
 
-#include "coloured/augmented.hpp"
+#include "ins_error/augmented.hpp"
 
 #include <Eigen/LU>
 
