@@ -1,8 +1,8 @@
 // The C boundary of the aircraft with an INS.
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 
 #include "api/message.hpp"
-#include "world/aircraft_flight.hpp"
+#include "simulation/aircraft_flight.hpp"
 
 #include <cstdlib>
 #include <new>

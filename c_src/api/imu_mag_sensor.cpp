@@ -1,9 +1,9 @@
 // The C boundary of the inertial and magnetic sensor: datasheet units become SI, spreads become numbers.
-#include "world/imu_mag_sensor.hpp"
+#include "simulation/imu_mag_sensor.hpp"
 
 #include "api/message.hpp"
-#include "api/world_options.hpp"
-#include "world/streams.hpp"
+#include "api/simulation_options.hpp"
+#include "simulation/streams.hpp"
 
 #include <cstdlib>
 #include <new>

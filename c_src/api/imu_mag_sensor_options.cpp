@@ -1,5 +1,5 @@
 // The options of the inertial and magnetic sensor as rows.
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 #define HNAV_OPTIONS hnav_imu_mag_sensor_options
 #include "api/option_rows.hpp"
 

@@ -1,9 +1,9 @@
 // The C boundary of the turntable.
 #include "api/message.hpp"
-#include "api/world_options.hpp"
-#include "world/motion.hpp"
-#include "world/random.hpp"
-#include "world/streams.hpp"
+#include "api/simulation_options.hpp"
+#include "simulation/motion.hpp"
+#include "simulation/random.hpp"
+#include "simulation/streams.hpp"
 
 #include <cstdlib>
 #include <new>

@@ -1,5 +1,5 @@
 // The options of the turntable as rows.
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 #define HNAV_OPTIONS hnav_turntable_options
 #include "api/option_rows.hpp"
 

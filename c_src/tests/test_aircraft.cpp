@@ -1,6 +1,6 @@
 // The aircraft with an INS from outside: its flight is a function of seed and commands, its noise has the statistics that
 // it claims, every refusal by name, and the heap.
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 
 #include "counted_heap.hpp"
 

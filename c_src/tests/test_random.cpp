@@ -1,5 +1,5 @@
 // Numbers from numpy.random.Philox(key=[seed, stream]).random_raw(n).
-#include "world/random.hpp"
+#include "simulation/random.hpp"
 
 #include <gtest/gtest.h>
 

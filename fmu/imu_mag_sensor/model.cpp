@@ -1,7 +1,7 @@
 // The ImuMagSensor FMU: truth becomes samples of gyroscope, accelerometer and magnetometer, named like a filter's inputs.
 #include "adapter/model.hpp"
 #include "adapter/option_parameters.hpp"
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 
 #include <cstring>
 #include <new>

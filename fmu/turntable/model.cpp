@@ -2,7 +2,7 @@
 // the attitude is a state that the exact rate drives, and corners of the motion are time events.
 #include "adapter/model.hpp"
 #include "adapter/option_parameters.hpp"
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 
 #include <cstring>
 #include <new>

@@ -1,4 +1,4 @@
-"""The simulated aircraft of the C library; hnav_world.h (section aircraft with an INS) is the reference.
+"""The simulated aircraft of the C library; simulation.h (section aircraft with an INS) is the reference.
 
     plant = AircraftPlant(read_aircraft("models/aircraft/f4c_longitudinal.json"), seed=1)
     flight = plant.run(201)
@@ -19,7 +19,7 @@ from hnav.aircraft import Aircraft
 from hnav.ins_error_filter import LinearModel, _Model
 from hnav.library import LibraryObject, _doubles, library
 
-# Streams of c_src/world/aircraft_flight.hpp, by the names that hnav.aircraft.fly gives to sources.
+# Streams of c_src/simulation/aircraft_flight.hpp, by the names that hnav.aircraft.fly gives to sources.
 STREAMS = {"process": 1000, "measurement": 1001, "colour": 1002, "gravity": 1003}
 
 
@@ -151,7 +151,7 @@ class AircraftPlant(LibraryObject):
 
 
 def normal_numbers(seed: int, stream: int, count: int) -> np.ndarray:
-    """The first numbers of a stream of c_src/world/random.hpp: Philox, then Box and Muller."""
+    """The first numbers of a stream of c_src/simulation/random.hpp: Philox, then Box and Muller."""
     words = np.random.Philox(key=[seed, stream]).random_raw(count + count % 2)
     pairs = (words >> np.uint64(11)).reshape(-1, 2) * 2.0**-53
     radius, angle = np.sqrt(-2 * np.log(1 - pairs[:, 0])), 2 * np.pi * pairs[:, 1]

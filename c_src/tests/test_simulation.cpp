@@ -1,5 +1,5 @@
 // Turntable, and the errors of the inertial and magnetic sensor one at a time.
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 #include "maths/rotation.hpp"
 
 #include <gtest/gtest.h>

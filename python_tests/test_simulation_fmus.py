@@ -275,7 +275,7 @@ def test_a_saved_sensor_replays_bit_for_bit_and_reset_restores(version):
 _CONTINUE = """
 import sys
 sys.path.insert(0, {tests!r})
-from test_world_fmus import opened, run_sensor
+from test_simulation_fmus import opened, run_sensor
 with opened("ImuMagSensor", {version}) as fmu:
     f = fmu.fmu
     state = f.deserializeFMUState(open({file!r}, "rb").read()) if fmu.fmi3 else f.deSerializeFMUstate(open({file!r}, "rb").read())

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "maths/rotation.hpp"
-#include "world/random.hpp"
+#include "simulation/random.hpp"
 
 namespace hnav {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "api/option_table.hpp"
-#include "hnav/hnav_world.h"
+#include "hnav/simulation.h"
 
 namespace hnav {
 

@@ -6,11 +6,11 @@
 // belongs to sample k and channel i, so that a flight is a function of the seed and the commands alone.
 #pragma once
 
-#include "world/gauss_markov.hpp"
-#include "world/linear_aircraft.hpp"
-#include "world/noise_fault.hpp"
-#include "world/random.hpp"
-#include "world/square_wave.hpp"
+#include "simulation/gauss_markov.hpp"
+#include "simulation/linear_aircraft.hpp"
+#include "simulation/noise_fault.hpp"
+#include "simulation/random.hpp"
+#include "simulation/square_wave.hpp"
 
 #include <cstring>
 

@@ -5,12 +5,12 @@
 // but which truth is seen.
 #pragma once
 
-#include "world/delivery.hpp"
-#include "world/linear_error.hpp"
-#include "world/noise.hpp"
-#include "world/quantiser.hpp"
-#include "world/sample_clock.hpp"
-#include "world/sensor_faults.hpp"
+#include "simulation/delivery.hpp"
+#include "simulation/linear_error.hpp"
+#include "simulation/noise.hpp"
+#include "simulation/quantiser.hpp"
+#include "simulation/sample_clock.hpp"
+#include "simulation/sensor_faults.hpp"
 
 namespace hnav {
 

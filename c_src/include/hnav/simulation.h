@@ -1,10 +1,10 @@
-/* hnav_world: truth and sensor models to drive filters with. Conventions, status codes and promises are those of hnav.h,
+/* hnav simulation: truth and sensor models to drive filters with. Conventions, status codes and promises are those of hnav.h,
  * but for its stability: names here may change between minor versions.
  *
  * Noise is a function of seed, source and sample: equal seeds give equal runs on one machine, whatever else is simulated
  * beside. */
-#ifndef HNAV_WORLD_H
-#define HNAV_WORLD_H
+#ifndef HNAV_SIMULATION_H
+#define HNAV_SIMULATION_H
 
 #include "hnav/hnav.h"
 

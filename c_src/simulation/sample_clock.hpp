@@ -2,7 +2,7 @@
 // point at or after that.
 #pragma once
 
-#include "world/random.hpp"
+#include "simulation/random.hpp"
 
 namespace hnav {
 
