@@ -2,8 +2,8 @@
 // in each.
 #pragma once
 
-#include "api/attitude_filter.hpp"
-#include "api/option_table.hpp"
+#include "c_api/attitude_filter.hpp"
+#include "c_api/option_table.hpp"
 #include "attitude/start.hpp"
 
 namespace hnav {

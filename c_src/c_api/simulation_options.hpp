@@ -1,7 +1,7 @@
 // The options of truth and sensor models as rows, and the stamps of their layouts.
 #pragma once
 
-#include "api/option_table.hpp"
+#include "c_api/option_table.hpp"
 #include "hnav/simulation.h"
 
 namespace hnav {

@@ -1,7 +1,7 @@
 // The one line that says what was wrong: kept in an object, or written where the caller of a create call wants it.
 #pragma once
 
-#include "api/option_table.hpp"
+#include "c_api/option_table.hpp"
 
 #include <cstdarg>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // The options of the inertial and magnetic sensor as rows.
 #include "hnav/simulation.h"
 #define HNAV_OPTIONS hnav_imu_mag_sensor_options
-#include "api/option_rows.hpp"
+#include "c_api/option_rows.hpp"
 
 namespace hnav {
 namespace {

@@ -1,6 +1,6 @@
 // The options of the filter for coloured INS errors as rows.
 #define HNAV_OPTIONS hnav_ins_error_options
-#include "api/option_rows.hpp"
+#include "c_api/option_rows.hpp"
 
 namespace hnav {
 namespace {

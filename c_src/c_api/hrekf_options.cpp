@@ -1,6 +1,6 @@
 // The options of the paper's filter as rows.
 #define HNAV_OPTIONS hnav_hrekf_options
-#include "api/option_rows.hpp"
+#include "c_api/option_rows.hpp"
 
 namespace hnav {
 namespace {

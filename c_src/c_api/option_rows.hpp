@@ -1,6 +1,6 @@
 // Words for writing option tables: a row is the field of the options struct, its unit, its range and its meaning.
 // Include it once, after defining HNAV_OPTIONS as the name of the struct.
-#include "api/option_table.hpp"
+#include "c_api/option_table.hpp"
 
 #include <cstddef>
 

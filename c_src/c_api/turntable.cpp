@@ -1,6 +1,6 @@
 // The C boundary of the turntable.
-#include "api/message.hpp"
-#include "api/simulation_options.hpp"
+#include "c_api/message.hpp"
+#include "c_api/simulation_options.hpp"
 #include "simulation/motion.hpp"
 #include "simulation/random.hpp"
 #include "simulation/streams.hpp"

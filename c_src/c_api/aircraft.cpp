@@ -1,7 +1,7 @@
 // The C boundary of the aircraft with an INS.
 #include "hnav/simulation.h"
 
-#include "api/message.hpp"
+#include "c_api/message.hpp"
 #include "simulation/aircraft_flight.hpp"
 
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // into the model's and back; the mathematics is the model's, the time is the filter's.
 #pragma once
 
-#include "api/message.hpp"
+#include "c_api/message.hpp"
 #include "attitude/estimate.hpp"
 #include "attitude/frames.hpp"
 #include "hnav/hnav.h"

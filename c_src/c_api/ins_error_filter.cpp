@@ -1,7 +1,7 @@
 // The C boundary of the filter for coloured INS errors.
 #include "hnav/hnav.h"
 
-#include "api/message.hpp"
+#include "c_api/message.hpp"
 #include "ins_error/ins_error_filter.hpp"
 
 #include <cmath>

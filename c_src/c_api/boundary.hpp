@@ -1,7 +1,7 @@
 // What the functions of the C boundary share: checks of arguments and samples, and the one line that says what was wrong.
 #pragma once
 
-#include "api/attitude_filter.hpp"
+#include "c_api/attitude_filter.hpp"
 #include "hnav/hnav.h"
 
 #include <cmath>

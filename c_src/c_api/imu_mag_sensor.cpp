@@ -1,8 +1,8 @@
 // The C boundary of the inertial and magnetic sensor: datasheet units become SI, spreads become numbers.
 #include "simulation/imu_mag_sensor.hpp"
 
-#include "api/message.hpp"
-#include "api/simulation_options.hpp"
+#include "c_api/message.hpp"
+#include "c_api/simulation_options.hpp"
 #include "simulation/streams.hpp"
 
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // The options of the turntable as rows.
 #include "hnav/simulation.h"
 #define HNAV_OPTIONS hnav_turntable_options
-#include "api/option_rows.hpp"
+#include "c_api/option_rows.hpp"
 
 namespace hnav {
 namespace {

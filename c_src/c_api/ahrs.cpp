@@ -1,5 +1,5 @@
 // Options of the AHRS, and the filter made from them.
-#include "api/creation.hpp"
+#include "c_api/creation.hpp"
 #include "attitude/ahrs_model.hpp"
 
 namespace {

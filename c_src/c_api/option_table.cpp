@@ -1,4 +1,4 @@
-#include "api/option_table.hpp"
+#include "c_api/option_table.hpp"
 
 #include <cmath>
 #include <cstring>

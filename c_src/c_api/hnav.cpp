@@ -1,8 +1,8 @@
 // The C boundary: every function checks its arguments, calls the object, and says in one line what went wrong.
 #include "hnav/hnav.h"
 
-#include "api/boundary.hpp"
-#include "api/hnav_version.hpp"
+#include "c_api/boundary.hpp"
+#include "c_api/hnav_version.hpp"
 
 using hnav::largest_reading;
 using hnav::Outcome;

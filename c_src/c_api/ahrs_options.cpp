@@ -1,6 +1,6 @@
 // The options of the AHRS as rows.
 #define HNAV_OPTIONS hnav_ahrs_options
-#include "api/option_rows.hpp"
+#include "c_api/option_rows.hpp"
 
 namespace hnav {
 namespace {

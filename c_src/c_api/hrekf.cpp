@@ -1,5 +1,5 @@
 // Options of the paper's filter, and the filter made from them.
-#include "api/creation.hpp"
+#include "c_api/creation.hpp"
 #include "attitude/hrekf_model.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // Whole recordings: arrays in, arrays out; forward as the samples came, or smoothed with the benefit of hindsight.
-#include "api/boundary.hpp"
+#include "c_api/boundary.hpp"
 #include "maths/cholesky.hpp"
 
 #include <cstdlib>
