@@ -1,6 +1,6 @@
 // Options of the AHRS, and the filter made from them.
 #include "c_api/creation.hpp"
-#include "attitude/ahrs_model.hpp"
+#include "attitude/ahrs/ahrs_model.hpp"
 
 namespace {
 

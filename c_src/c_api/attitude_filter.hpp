@@ -3,8 +3,8 @@
 #pragma once
 
 #include "c_api/message.hpp"
-#include "attitude/estimate.hpp"
-#include "attitude/frames.hpp"
+#include "attitude/common/estimate.hpp"
+#include "attitude/common/frames.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "c_api/attitude_filter.hpp"
 #include "c_api/option_table.hpp"
-#include "attitude/start.hpp"
+#include "attitude/common/start.hpp"
 
 namespace hnav {
 

@@ -1,5 +1,5 @@
 // Laws of the AHRS: its flow, the transition that its covariance follows from, its gathered samples and corrections.
-#include "attitude/ahrs_model.hpp"
+#include "attitude/ahrs/ahrs_model.hpp"
 #include "hnav/hnav.h"
 #include "laws.hpp"
 

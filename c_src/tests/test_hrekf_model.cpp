@@ -1,4 +1,4 @@
-#include "attitude/hrekf_model.hpp"
+#include "attitude/hrekf/hrekf_model.hpp"
 #include "hybrid/filter.hpp"
 #include "laws.hpp"
 

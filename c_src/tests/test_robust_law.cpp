@@ -1,5 +1,5 @@
-#include "attitude/noise_adaptation.hpp"
-#include "attitude/robust_law.hpp"
+#include "attitude/hrekf/noise_adaptation.hpp"
+#include "attitude/common/robust_law.hpp"
 #include "laws.hpp"
 
 #include <Eigen/LU>

@@ -1,5 +1,5 @@
-#include "attitude/first_attitude.hpp"
-#include "attitude/frames.hpp"
+#include "attitude/common/first_attitude.hpp"
+#include "attitude/common/frames.hpp"
 #include "laws.hpp"
 
 using namespace hnav;

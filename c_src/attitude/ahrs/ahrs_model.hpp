@@ -20,11 +20,11 @@
 // earth-frame error: Sola, arXiv 1711.02508, section 7.
 #pragma once
 
-#include "attitude/magnetic_reference.hpp"
-#include "attitude/readiness.hpp"
-#include "attitude/rest_detector.hpp"
-#include "attitude/robust_law.hpp"
-#include "attitude/start.hpp"
+#include "attitude/ahrs/magnetic_reference.hpp"
+#include "attitude/common/readiness.hpp"
+#include "attitude/ahrs/rest_detector.hpp"
+#include "attitude/common/robust_law.hpp"
+#include "attitude/common/start.hpp"
 #include "maths/repair.hpp"
 
 namespace hnav {

@@ -1,8 +1,8 @@
 // Gathers the samples that an attitude filter starts from.
 #pragma once
 
-#include "attitude/estimate.hpp"
-#include "attitude/first_attitude.hpp"
+#include "attitude/common/estimate.hpp"
+#include "attitude/common/first_attitude.hpp"
 #include "hybrid/event.hpp"
 
 namespace hnav {

@@ -12,12 +12,12 @@
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 #pragma once
 
-#include "attitude/decay_rate.hpp"
-#include "attitude/estimate.hpp"
-#include "attitude/noise_adaptation.hpp"
-#include "attitude/readiness.hpp"
-#include "attitude/robust_law.hpp"
-#include "attitude/start.hpp"
+#include "attitude/hrekf/decay_rate.hpp"
+#include "attitude/common/estimate.hpp"
+#include "attitude/hrekf/noise_adaptation.hpp"
+#include "attitude/common/readiness.hpp"
+#include "attitude/common/robust_law.hpp"
+#include "attitude/common/start.hpp"
 #include "maths/cholesky.hpp"
 #include "maths/repair.hpp"
 
