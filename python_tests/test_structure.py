@@ -1,4 +1,4 @@
-"""Who may know whom: python -> fmu -> include -> api -> attitude, calibration, coloured, world -> hybrid, linalg."""
+"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base."""
 
 import re
 from pathlib import Path
@@ -6,43 +6,51 @@ from pathlib import Path
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
-# Folder of the includer: what its project includes may begin with.
+BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
+PRODUCTS = ("attitude", "ins_error", "calibration", "simulation")
+# Room of the includer: the rooms that it may include from, its own beside them.
 ALLOWED = {
-    "c_src/linalg": {"linalg"},
-    "c_src/hybrid": {"hybrid"},
-    "c_src/attitude": {"attitude", "hybrid", "linalg"},
-    "c_src/calibration": {"calibration", "linalg"},  # and maths/rotation.hpp, see below
-    "c_src/coloured": {"coloured", "linalg"},
-    "c_src/world": {"world", "linalg"},  # likewise
-    "c_src/api": {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "world", "hnav"},
+    **{f"c_src/{room}": {room, *below} for room, below in BELOW.items()},
+    **{f"c_src/{room}": {room, "hybrid", "maths", "base"} for room in PRODUCTS},
+    "c_src/c_api": {"c_api", *PRODUCTS, "hybrid", "maths", "base", "hnav"},
     "c_src/include": {"hnav"},
-    "fmu": {"adapter", "attitude", "hnav"},
+    "fmu": {"adapter", "attitude", "aircraft", "hnav"},
 }
-ALLOWED_FILES = {"c_src/calibration": {"maths/rotation.hpp"}, "c_src/world": {"maths/rotation.hpp"}}
-LIBRARY_FOLDERS = {"api", "attitude", "calibration", "coloured", "hybrid", "linalg", "world", "hnav", "adapter"}
+ROOMS = {room for rooms in ALLOWED.values() for room in rooms}
+# Inside attitude: the filters know what they share, and not each other.
+ALLOWED_IN_ATTITUDE = {"common": {"common"}, "ahrs": {"ahrs", "common"}, "hrekf": {"hrekf", "common"}}
 
 
 def includes(path: Path) -> list[str]:
     return re.findall(r'#\s*include\s+[<"]([^>"]+)[>"]', path.read_text())
 
 
+def sources(folder: Path) -> list[Path]:
+    return [p for p in folder.rglob("*") if p.suffix in (".hpp", ".cpp", ".h", ".c")]
+
+
 @pytest.mark.parametrize("folder", ALLOWED)
-def test_a_folder_includes_only_what_it_may_know(folder):
-    sources = [p for p in (TOP / folder).rglob("*") if p.suffix in (".hpp", ".cpp", ".h", ".c")]
-    assert sources
-    for source in sources:
+def test_a_room_includes_only_what_it_may_know(folder):
+    assert sources(TOP / folder)
+    for source in sources(TOP / folder):
         for name in includes(source):
-            first = name.split("/")[0]
-            if name in ALLOWED_FILES.get(folder, ()):
-                continue
-            if first in LIBRARY_FOLDERS and "/" in name:
-                assert first in ALLOWED[folder], f"{source.relative_to(TOP)} includes {name}"
+            room = name.split("/")[0]
+            if room in ROOMS and "/" in name:
+                assert room in ALLOWED[folder], f"{source.relative_to(TOP)} includes {name}"
+
+
+@pytest.mark.parametrize("room", ALLOWED_IN_ATTITUDE)
+def test_the_attitude_filters_share_the_common_room_and_nothing_else(room):
+    for source in sources(TOP / "c_src/attitude" / room):
+        for name in includes(source):
+            if name.startswith("attitude/"):
+                assert name.split("/")[1] in ALLOWED_IN_ATTITUDE[room], f"{source.relative_to(TOP)} includes {name}"
 
 
 def test_sundials_is_behind_one_file():
     users = {
         p.name
-        for p in [*(TOP / "c_src").rglob("*.[hc]pp"), *(TOP / "fmu").rglob("*.[hc]pp")]
+        for p in [*sources(TOP / "c_src"), *sources(TOP / "fmu")]
         if any(name.startswith(("sundials/", "arkode/", "cvode/", "nvector/", "sunnonlinsol/")) for name in includes(p))
     }
     assert users == {"sundials_names.hpp"}
