@@ -9,12 +9,12 @@
 
 #include <Eigen/Geometry>
 
+#include <malloc.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <malloc.h>
 #include <vector>
 
 namespace {
@@ -48,9 +48,7 @@ std::vector<Samples> tumbling() {
     return all;
 }
 
-double seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 void require(hnav_status status, const hnav_filter* filter) {
     if (status == HNAV_OK) return;
@@ -156,13 +154,18 @@ int main(int argc, char** argv) {
     const double unit = median(calibration);
     std::printf("one interval of 10 ms and a sample of each sensor; median of %d rounds of %d events\n", rounds, events);
     std::printf("calibration loop (one 7 x 7 triple product): %.3f us\n", unit);
-    std::printf("%-9s %-12s %-9s %10s %14s %12s %8s\n", "filter", "integrator", "gamma", "us/event", "f evals/event", "heap bytes", "ratio");
-    if (csv) std::fprintf(csv, "filter,integrator,gamma,us_per_event,rhs_evals_per_event,heap_growth_bytes,ratio_to_calibration\n");
+    std::printf("%-9s %-12s %-9s %10s %14s %12s %8s\n", "filter", "integrator", "gamma", "us/event", "f evals/event",
+                "heap bytes", "ratio");
+    if (csv)
+        std::fprintf(csv, "filter,integrator,gamma,us_per_event,rhs_evals_per_event,heap_growth_bytes,ratio_to_calibration\n");
     for (const Case& c : cases) {
         const double us = median(c.us);
         const char* gamma = c.gamma_name ? c.gamma_name : "-";
-        std::printf("%-9s %-12s %-9s %10.3f %14.2f %12zu %8.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals, c.heap_growth, us / unit);
-        if (csv) std::fprintf(csv, "%s,%s,%s,%.3f,%.2f,%zu,%.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals, c.heap_growth, us / unit);
+        std::printf("%-9s %-12s %-9s %10.3f %14.2f %12zu %8.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals,
+                    c.heap_growth, us / unit);
+        if (csv)
+            std::fprintf(csv, "%s,%s,%s,%.3f,%.2f,%zu,%.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals,
+                         c.heap_growth, us / unit);
     }
     if (csv) std::fclose(csv);
     return 0;

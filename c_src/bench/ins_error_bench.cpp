@@ -5,12 +5,12 @@
 // Medians over rounds that interleave all cases, so that a change of the machine's speed meets them alike.
 #include "hnav/hnav.h"
 
+#include <malloc.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <malloc.h>
 #include <random>
 #include <vector>
 

@@ -1,6 +1,6 @@
 // Options of the AHRS, and the filter made from them.
-#include "c_api/creation.hpp"
 #include "attitude/ahrs/ahrs_model.hpp"
+#include "c_api/creation.hpp"
 
 namespace {
 
@@ -50,7 +50,7 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.start = hnav::start_of(o, frames);
     s.start.field_wait_s = o.start_field_wait_s;
     s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
-    s.sigma = {o.start_sigma_tilt_rad,   o.start_sigma_heading_rad, o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
+    s.sigma = {o.start_sigma_tilt_rad,  o.start_sigma_heading_rad, o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
                o.start_sigma_reference, o.start_sigma_latency_s,   o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad};
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
     s.reference = {o.reference_strength_tesla, o.reference_dip_rad};

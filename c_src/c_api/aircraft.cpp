@@ -35,11 +35,13 @@ struct Check : hnav::CallersMessage {
 
     void number(const char* name, double value, int i, double min, bool open, double max = no_bound) {
         if (status != HNAV_OK) return;
-        if (!std::isfinite(value))
-            status = fail(HNAV_ERROR_NON_FINITE, "%s[%d] = %g is not finite", name, i, value);
+        if (!std::isfinite(value)) status = fail(HNAV_ERROR_NON_FINITE, "%s[%d] = %g is not finite", name, i, value);
         else if (value < min || value > max || (open && value == min))
             status = fail(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible: it must be %s %g", name, i, value,
-                   value > max ? "at most" : open ? "above" : "at least", value > max ? max : min);
+                          value > max ? "at most"
+                          : open      ? "above"
+                                      : "at least",
+                          value > max ? max : min);
     }
 
     void size(const char* name, int value, int least) {
@@ -48,7 +50,8 @@ struct Check : hnav::CallersMessage {
     }
 
     void flag(const char* name, int value) {
-        if (status == HNAV_OK && value != 0 && value != 1) status = fail(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
+        if (status == HNAV_OK && value != 0 && value != 1)
+            status = fail(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
     }
 
     static constexpr double no_bound = 1e300;
@@ -79,8 +82,9 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
         is.numbers(e.time_constant, e.error.time_constant_s, m.nx, 0, true);
         for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
             if (o.euler_colour && !(m.interval_s < 2 * e.error.time_constant_s[i]))
-                is.status = is.fail(HNAV_ERROR_OPTION, "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
-                          e.time_constant, i, e.error.time_constant_s[i], m.interval_s);
+                is.status = is.fail(HNAV_ERROR_OPTION,
+                                    "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
+                                    e.time_constant, i, e.error.time_constant_s[i], m.interval_s);
     }
     for (int j = 0; m.commands && j < m.nu; ++j) {
         is.number("commands.amplitude", m.commands[j].amplitude, j, any, false);
@@ -95,7 +99,8 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
     if (is.status != HNAV_OK) return;
     const std::complex<double> growth = hnav::LinearAircraft::fastest_growth(m.nx, m.A_1_s);
     if (growth.real() > 1e-9)
-        is.status = is.fail(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
+        is.status =
+            is.fail(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
 }
 
 void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircraft_model& m) {
@@ -106,7 +111,8 @@ void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircra
     f.aircraft.assign(m.nx, m.nu, m.A_1_s, m.B_1_s, m.process_noise_per_sqrt_s, m.interval_s, o.exact_process_noise != 0);
     for (int i = 0; i < m.nx; ++i) {
         const auto process = [&](const hnav_gauss_markov& e) {
-            return e.sigma ? hnav::GaussMarkov::over(m.interval_s, e.sigma[i], e.time_constant_s[i], o.euler_colour != 0) : hnav::GaussMarkov{};
+            return e.sigma ? hnav::GaussMarkov::over(m.interval_s, e.sigma[i], e.time_constant_s[i], o.euler_colour != 0)
+                           : hnav::GaussMarkov{};
         };
         f.accelerometer[i] = process(m.accelerometer_error);
         f.gravity[i] = process(m.gravity_error);
@@ -115,7 +121,8 @@ void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircra
         f.start[i] = m.start ? m.start[i] : 0;
         f.start_sigma[i] = m.start_sigma[i];
     }
-    for (int j = 0; m.commands && j < m.nu; ++j) f.commands[j] = {m.commands[j].amplitude, m.commands[j].period_s, m.commands[j].phase_rad};
+    for (int j = 0; m.commands && j < m.nu; ++j)
+        f.commands[j] = {m.commands[j].amplitude, m.commands[j].period_s, m.commands[j].phase_rad};
 }
 
 void prepare_filter_model(hnav_aircraft& a) {
@@ -158,7 +165,9 @@ void write(const AircraftFlight& f, const hnav_aircraft_sample& out, std::size_t
 
 hnav_status step(hnav_aircraft* a, const double* command) {
     for (int j = 0; command && j < a->flight.nu; ++j)
-        if (!std::isfinite(command[j])) return a->fail(HNAV_ERROR_NON_FINITE, "command[%d] = %g is not finite in step %.0f", j, command[j], a->flight.state.k);
+        if (!std::isfinite(command[j]))
+            return a->fail(HNAV_ERROR_NON_FINITE, "command[%d] = %g is not finite in step %.0f", j, command[j],
+                           a->flight.state.k);
     a->flight.step(command);
     return HNAV_OK;
 }
@@ -191,7 +200,8 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     else if (!options) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     else if (!model) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
     else if (options->cookie != aircraft_cookie)
-        is.status = is.fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
+        is.status =
+            is.fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
     else check(*options, *model, is);
     if (is.status != HNAV_OK) return is.status;
 
@@ -201,7 +211,8 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     }
     auto* self = new (memory) hnav_aircraft;
     assign(self->flight, *options, *model);
-    if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() || !self->flight.aircraft.factor.allFinite()) {
+    if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() ||
+        !self->flight.aircraft.factor.allFinite()) {
         hnav_aircraft_destroy(self);
         return is.fail(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
     }
@@ -279,7 +290,8 @@ hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* byte
 
 hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
-    if (bytes < saved_bytes) return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, saved_bytes);
+    if (bytes < saved_bytes)
+        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, saved_bytes);
     const AircraftFlight::State& state = aircraft->flight.state;
     const SavedHeader header = {magic, aircraft->fingerprint, hash(&state, sizeof state)};
     std::memcpy(buffer, &header, sizeof header);
@@ -290,12 +302,15 @@ hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size
 hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
     if (bytes != saved_bytes)
-        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this aircraft has %zu", bytes, saved_bytes);
+        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this aircraft has %zu", bytes,
+                              saved_bytes);
     SavedHeader header;
     std::memcpy(&header, buffer, sizeof header);
     const char* numbers = static_cast<const char*>(buffer) + sizeof header;
-    if (header.magic != magic || header.fingerprint != aircraft->fingerprint || header.checksum != hash(numbers, sizeof(AircraftFlight::State)))
-        return aircraft->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of an aircraft with other options or another model");
+    if (header.magic != magic || header.fingerprint != aircraft->fingerprint ||
+        header.checksum != hash(numbers, sizeof(AircraftFlight::State)))
+        return aircraft->fail(HNAV_ERROR_STATE_CORRUPT,
+                              "buffer is damaged, of another version, or of an aircraft with other options or another model");
     std::memcpy(&aircraft->flight.state, numbers, sizeof(AircraftFlight::State));
     return HNAV_OK;
 }

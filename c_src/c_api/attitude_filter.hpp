@@ -2,9 +2,9 @@
 // into the model's and back; the mathematics is the model's, the time is the filter's.
 #pragma once
 
-#include "c_api/message.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/frames.hpp"
+#include "c_api/message.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 

@@ -38,7 +38,8 @@ inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; 
 
 inline hnav_status check_time(const hnav_filter* f, double t_s) {
     if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (std::fabs(t_s) > largest_time_s) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, largest_time_s);
+    if (std::fabs(t_s) > largest_time_s)
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, largest_time_s);
     return HNAV_OK;
 }
 
@@ -46,10 +47,12 @@ inline hnav_status check_time(const hnav_filter* f, double t_s) {
 inline hnav_status check_state(const hnav_filter* f, const double* x) {
     for (int i = 0; i < f->nx(); ++i) {
         if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);
-        if (std::fabs(x[i]) > largest_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], largest_state);
+        if (std::fabs(x[i]) > largest_state)
+            return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], largest_state);
     }
     const double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3];
-    if (!(square > 1e-12)) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x holds a quaternion of length %g, which is no attitude", std::sqrt(square));
+    if (!(square > 1e-12))
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x holds a quaternion of length %g, which is no attitude", std::sqrt(square));
     return HNAV_OK;
 }
 
@@ -90,7 +93,8 @@ inline hnav_status push(hnav_filter* f, const Sample& sample) {
         return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
                        sensor_names[sample.channel], sample.t_s, f->late_limit_s());
     default:
-        return f->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
+        return f->fail(HNAV_ERROR_QUEUE_FULL,
+                       "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
                        sensor_names[sample.channel], sample.t_s);
     }
 }
@@ -106,8 +110,7 @@ inline hnav_status advance(hnav_filter* f, double t_s) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::backwards:
         return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
-    default:
-        return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
+    default: return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     }
 }
 

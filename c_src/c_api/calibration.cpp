@@ -38,40 +38,53 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
     case Refusal::none: break;
     case Refusal::no_memory: std::snprintf(text, size, "no memory for the samples"); break;
     case Refusal::too_few_samples:
-        std::snprintf(text, size, "too few samples: %lld rows have a field, samples_least = %d", static_cast<long long>(c.samples),
-                      o.samples_least);
+        std::snprintf(text, size, "too few samples: %lld rows have a field, samples_least = %d",
+                      static_cast<long long>(c.samples), o.samples_least);
         break;
     case Refusal::too_little_motion:
-        std::snprintf(text, size, "too little motion: only %lld of %lld rows saw a new attitude, samples_least = %d; turn the sensor about all axes",
-                      static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.samples_least);
+        std::snprintf(
+            text, size,
+            "too little motion: only %lld of %lld rows saw a new attitude, samples_least = %d; turn the sensor about all axes",
+            static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.samples_least);
         break;
     case Refusal::constant_field:
         std::snprintf(text, size, "the field never changes: turn the sensor about all axes while recording");
         break;
     case Refusal::planar:
-        std::snprintf(text, size, "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes");
+        std::snprintf(text, size,
+                      "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes");
         break;
     case Refusal::ill_conditioned:
-        std::snprintf(text, size, "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
-                      c.condition, o.condition_limit, c.ambiguity, o.ambiguity_limit);
+        std::snprintf(
+            text, size,
+            "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
+            c.condition, o.condition_limit, c.ambiguity, o.ambiguity_limit);
         break;
     case Refusal::not_an_ellipsoid:
         std::snprintf(text, size, "the field is no ellipsoid: record again far from iron that does not turn with the sensor");
         break;
     case Refusal::stretched:
-        std::snprintf(text, size, "the fitted ellipsoid is stretched by %.3g, axis_ratio_limit = %.3g: record again far from iron that does not turn with the sensor",
-                      c.axis_ratio, o.axis_ratio_limit);
+        std::snprintf(
+            text, size,
+            "the fitted ellipsoid is stretched by %.3g, axis_ratio_limit = %.3g: record again far from iron that does not turn with the sensor",
+            c.axis_ratio, o.axis_ratio_limit);
         break;
     case Refusal::uncertain:
-        std::snprintf(text, size, "the corrected direction would be uncertain by %.3g deg, direction_sigma_limit_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
-                      c.direction_sigma_rad / deg, o.direction_sigma_limit_rad / deg);
+        std::snprintf(
+            text, size,
+            "the corrected direction would be uncertain by %.3g deg, direction_sigma_limit_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
+            c.direction_sigma_rad / deg, o.direction_sigma_limit_rad / deg);
         break;
     case Refusal::worse:
-        std::snprintf(text, size, "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
+        std::snprintf(
+            text, size,
+            "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
         break;
     case Refusal::little_coverage:
-        std::snprintf(text, size, "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
-                      c.coverage, o.coverage_limit);
+        std::snprintf(
+            text, size,
+            "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
+            c.coverage, o.coverage_limit);
         break;
     }
 }
@@ -123,8 +136,8 @@ hnav_magnetometer_options hnav_magnetometer_defaults(void) {
 }
 
 hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,
-                                        const hnav_magnetometer_options* options,
-                                        hnav_magnetometer_calibration* calibration, char* message, size_t message_size) {
+                                        const hnav_magnetometer_options* options, hnav_magnetometer_calibration* calibration,
+                                        char* message, size_t message_size) {
     const auto say = [&](hnav_status status, const char* format, auto... arguments) {
         if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
         return status;
@@ -146,7 +159,8 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
                 if (!std::isfinite(v[k]))
                     return say(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
                 if (std::fabs(v[k]) > largest_reading)
-                    return say(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k], largest_reading);
+                    return say(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k],
+                               largest_reading);
             }
         }
     }
@@ -164,8 +178,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     settings.allow_hard_iron_only = o.allow_hard_iron_only != 0;
     hnav::MagnetometerCalibration c;
     Refusal refusal;
-    const bool answered =
-        hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, settings, &c, &refusal);
+    const bool answered = hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, settings, &c, &refusal);
     char reason[320] = "";
     describe(refusal, c, o, reason, sizeof reason);
     if (answered) {
@@ -174,7 +187,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     }
     const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.samples_least;
     return say(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
-                tried_hard_iron ? "; nor is hard iron alone determined" : "");
+               tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }
 
 } // extern "C"

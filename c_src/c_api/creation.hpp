@@ -2,9 +2,9 @@
 // in each.
 #pragma once
 
+#include "attitude/common/start.hpp"
 #include "c_api/attitude_filter.hpp"
 #include "c_api/option_table.hpp"
-#include "attitude/common/start.hpp"
 
 namespace hnav {
 
@@ -63,7 +63,8 @@ struct Creation : CallersMessage {
         e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
         e.fingerprint = fingerprint(table, &o);
         *filter = AttitudeFilter<Model>::make(model, frames, o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD, e);
-        return *filter ? HNAV_OK : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);
+        return *filter ? HNAV_OK
+                       : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);
     }
 };
 

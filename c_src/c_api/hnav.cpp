@@ -83,7 +83,8 @@ hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const double r
     if (status == HNAV_OK) status = check_vector(filter, t_s, force_b_m_s2, hnav::accel, &force);
     if (status != HNAV_OK) return status;
     if (t_s >= filter->late_limit_s() && !filter->has_room(2))
-        return filter->fail(HNAV_ERROR_QUEUE_FULL, "the queue is full: advance before pushing the samples at t = %.9g s, or raise queue_capacity", t_s);
+        return filter->fail(HNAV_ERROR_QUEUE_FULL,
+                            "the queue is full: advance before pushing the samples at t = %.9g s, or raise queue_capacity", t_s);
     status = push(filter, rate);
     return status == HNAV_OK ? push(filter, force) : status;
 }
@@ -92,14 +93,16 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
     if (!std::isfinite(t_s) || !std::isfinite(heading_rad) || !std::isfinite(sigma_rad)) {
         filter->refuse_non_finite();
-        return filter->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s, heading_rad, sigma_rad);
+        return filter->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s,
+                            heading_rad, sigma_rad);
     }
     if (std::fabs(t_s) > largest_time_s) {
         filter->refuse_non_finite();
         return check_time(filter, t_s);
     }
     if (!(sigma_rad > 0) || sigma_rad > largest_reading)
-        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0", sigma_rad, t_s);
+        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0",
+                            sigma_rad, t_s);
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
     return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, least_heading_sigma_rad), 0}});
 }
@@ -239,7 +242,8 @@ hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t byt
     switch (filter->load(buffer, bytes)) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::size:
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes, filter->state_size());
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes,
+                            filter->state_size());
     default:
         return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options");
     }
@@ -273,7 +277,8 @@ hnav_status hnav_filter_derivative(const hnav_filter* filter, double t_s, const 
     return HNAV_OK;
 }
 
-hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, const double* x, const double* seed, double* out) {
+hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, const double* x, const double* seed,
+                                         double* out) {
     REQUIRE(filter, x);
     REQUIRE(filter, seed);
     REQUIRE(filter, out);
@@ -294,7 +299,8 @@ hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_mi
     if (const hnav_status status = check_time(filter, t_s)) return status;
     if (const hnav_status status = check_state(filter, x_minus)) return status;
     if (filter->causal_only)
-        return filter->fail(HNAV_ERROR_OPTION, "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
+        return filter->fail(HNAV_ERROR_OPTION,
+                            "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
     if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
         return filter->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     return HNAV_OK;

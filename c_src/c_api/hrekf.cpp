@@ -1,6 +1,6 @@
 // Options of the paper's filter, and the filter made from them.
-#include "c_api/creation.hpp"
 #include "attitude/hrekf/hrekf_model.hpp"
+#include "c_api/creation.hpp"
 
 #include <cmath>
 

@@ -61,14 +61,15 @@ SensorModel model_of(const Options& o, int sensor, std::uint64_t seed, double st
     return m;
 }
 
-void set_bias(SensorModel* m, const Constants& constants, const double* bias, double bias_sigma, const double* drift, double drift_sigma) {
+void set_bias(SensorModel* m, const Constants& constants, const double* bias, double bias_sigma, const double* drift,
+              double drift_sigma) {
     m->error.after = Vector3(bias) + constants.vector(bias_place, bias_sigma);
     m->error.drift = Vector3(drift) + constants.vector(drift_place, drift_sigma);
 }
 
 // What faults need of one sensor: size of its outliers, its jump, the factor on its noise.
-void set_faults(SensorModel* m, const hnav_sensor_faults& f, int sensor, std::uint64_t seed, double outlier_sigma, const double* jump,
-                double noise_factor) {
+void set_faults(SensorModel* m, const hnav_sensor_faults& f, int sensor, std::uint64_t seed, double outlier_sigma,
+                const double* jump, double noise_factor) {
     m->faults.outliers = {f.outliers.start_s, f.outliers.stop_s};
     m->faults.outlier_probability = f.outliers.probability;
     m->faults.outlier_sigma = outlier_sigma;
@@ -95,7 +96,8 @@ void fill_models(const hnav_imu_mag_sensor_options& o, double start_s, SensorMod
     set_bias(&gyro, gyro_constants, o.gyro.bias_rad_s, o.gyro.bias_sigma_rad_s, o.gyro.drift_rad_s2, o.gyro.drift_sigma_rad_s2);
     gyro.g_sensitivity = o.gyro.g_sensitivity_deg_per_h_per_g * deg / 3600 / standard_gravity_m_s2;
     gyro.quantiser = {o.gyro.range_rad_s, o.gyro.resolution_rad_s};
-    set_faults(&gyro, f, HNAV_SENSOR_GYRO, seed, f.outliers.gyro_sigma_rad_s, f.bias_jump.gyro_rad_s, f.noise_increase.gyro_factor);
+    set_faults(&gyro, f, HNAV_SENSOR_GYRO, seed, f.outliers.gyro_sigma_rad_s, f.bias_jump.gyro_rad_s,
+               f.noise_increase.gyro_factor);
 
     const Constants accel_constants(seed, streams::of(HNAV_SENSOR_ACCEL, streams::constants));
     SensorModel& accel = models[HNAV_SENSOR_ACCEL];
@@ -104,16 +106,18 @@ void fill_models(const hnav_imu_mag_sensor_options& o, double start_s, SensorMod
                       o.accel.random_walk_ug_per_sqrt_h * ug_m_s2 / root_hour_s});
     set_bias(&accel, accel_constants, o.accel.bias_m_s2, o.accel.bias_sigma_m_s2, o.accel.drift_m_s3, o.accel.drift_sigma_m_s3);
     accel.quantiser = {o.accel.range_m_s2, o.accel.resolution_m_s2};
-    set_faults(&accel, f, HNAV_SENSOR_ACCEL, seed, f.outliers.accel_sigma_m_s2, f.bias_jump.accel_m_s2, f.noise_increase.accel_factor);
+    set_faults(&accel, f, HNAV_SENSOR_ACCEL, seed, f.outliers.accel_sigma_m_s2, f.bias_jump.accel_m_s2,
+               f.noise_increase.accel_factor);
 
     const Constants mag_constants(seed, streams::of(HNAV_SENSOR_MAG, streams::constants));
     SensorModel& mag = models[HNAV_SENSOR_MAG];
-    mag = model_of(o.mag, HNAV_SENSOR_MAG, seed, start_s,
-                   {o.mag.noise_nt_per_sqrt_hz * 1e-9, o.mag.bias_instability_tesla,
-                    o.mag.random_walk_nt_per_sqrt_h * 1e-9 / root_hour_s});
+    mag = model_of(
+        o.mag, HNAV_SENSOR_MAG, seed, start_s,
+        {o.mag.noise_nt_per_sqrt_hz * 1e-9, o.mag.bias_instability_tesla, o.mag.random_walk_nt_per_sqrt_h * 1e-9 / root_hour_s});
     set_bias(&mag, mag_constants, o.mag.bias_tesla, o.mag.bias_sigma_tesla, o.mag.drift_tesla_s, o.mag.drift_sigma_tesla_s);
     // Iron changes the field before the chip reads it: matrix ((I + soft) field + hard).
-    const hnav::Matrix3 soft = hnav::Matrix3::Identity() + hnav::Matrix3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(o.mag.soft_iron)) +
+    const hnav::Matrix3 soft = hnav::Matrix3::Identity() +
+                               hnav::Matrix3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(o.mag.soft_iron)) +
                                mag_constants.matrix(soft_iron_place, o.mag.soft_iron_sigma);
     const Vector3 hard = Vector3(o.mag.hard_iron_tesla) + mag_constants.vector(hard_iron_place, o.mag.hard_iron_sigma_tesla);
     mag.error.after += mag.error.matrix * hard;
@@ -122,17 +126,19 @@ void fill_models(const hnav_imu_mag_sensor_options& o, double start_s, SensorMod
     set_faults(&mag, f, HNAV_SENSOR_MAG, seed, f.outliers.mag_sigma_tesla, f.bias_jump.mag_tesla, f.noise_increase.mag_factor);
     mag.faults.disturbance = {f.mag_disturbance.start_s, f.mag_disturbance.stop_s};
     const Vector3 direction = Constants(seed, streams::of(HNAV_SENSOR_MAG, streams::disturbance)).vector(0, 1);
-    mag.faults.disturbance_n = Vector3(f.mag_disturbance.field_n_tesla) + f.mag_disturbance.strength_tesla * direction.normalized();
+    mag.faults.disturbance_n =
+        Vector3(f.mag_disturbance.field_n_tesla) + f.mag_disturbance.strength_tesla * direction.normalized();
 }
 
 // What no single row can refuse.
 template <class Options>
 hnav_status check_time(const hnav::CallersMessage& caller, const char* sensor, const Options& o) {
     if (!(o.jitter_s < 0.5 * o.period_s))
-        return caller.fail(HNAV_ERROR_OPTION, "%s.jitter_s = %g must be below half of %s.period_s = %g", sensor, o.jitter_s, sensor, o.period_s);
+        return caller.fail(HNAV_ERROR_OPTION, "%s.jitter_s = %g must be below half of %s.period_s = %g", sensor, o.jitter_s,
+                           sensor, o.period_s);
     if (!(o.latency_s <= hnav::longest_latency_periods * o.period_s))
         return caller.fail(HNAV_ERROR_OPTION, "%s.latency_s = %g is more than %g times %s.period_s = %g", sensor, o.latency_s,
-                             hnav::longest_latency_periods, sensor, o.period_s);
+                           hnav::longest_latency_periods, sensor, o.period_s);
     return HNAV_OK;
 }
 
@@ -168,7 +174,8 @@ hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_
     *sensor = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     const hnav::OptionTable table = hnav::imu_mag_sensor_option_table();
-    hnav_status status = caller.check_options(options, options->cookie, hnav::imu_mag_sensor_cookie, "hnav_imu_mag_sensor_defaults", table);
+    hnav_status status =
+        caller.check_options(options, options->cookie, hnav::imu_mag_sensor_cookie, "hnav_imu_mag_sensor_defaults", table);
     if (status == HNAV_OK) status = check_time(caller, "gyro", options->gyro);
     if (status == HNAV_OK) status = check_time(caller, "accel", options->accel);
     if (status == HNAV_OK) status = check_time(caller, "mag", options->mag);
@@ -224,7 +231,8 @@ hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor* sensor, 
     *next_s = std::numeric_limits<double>::infinity();
     for (int s = 0; s < 3; ++s) {
         const SensorModel::State& state = sensor->states[s];
-        *next_s = std::fmin(*next_s, std::fmin(sensor->models[s].clock.due_s(state.next), hnav::Delivery::next_s(state.delivery)));
+        *next_s =
+            std::fmin(*next_s, std::fmin(sensor->models[s].clock.due_s(state.next), hnav::Delivery::next_s(state.delivery)));
     }
     return HNAV_OK;
 }
@@ -272,7 +280,8 @@ hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* bu
     SensorModel::State states[3];
     std::memcpy(states, static_cast<const char*>(buffer) + sizeof header, sizeof states);
     for (const SensorModel::State& state : states)
-        if (!(state.delivery.waiting >= 0 && state.delivery.waiting < hnav::most_in_flight) || !(state.next >= 0)) return HNAV_ERROR_STATE_CORRUPT;
+        if (!(state.delivery.waiting >= 0 && state.delivery.waiting < hnav::most_in_flight) || !(state.next >= 0))
+            return HNAV_ERROR_STATE_CORRUPT;
     std::memcpy(sensor->states, states, sizeof states);
     return HNAV_OK;
 }

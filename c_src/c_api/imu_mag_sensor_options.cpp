@@ -9,27 +9,27 @@ namespace {
 const char* const stuck_sensors[] = {"none", "gyro", "accel", "mag"};
 
 // What the three sensors share: unit of the reading, and of its drift.
-#define SENSOR_TIME(s)                                                                                                  \
-    ABOVE(s.period_s, "s", 0, 1e6, 1, "Sampling period"),                                                              \
-    REAL(s.latency_s, "s", 0, 1e6, 1, "From sample to delivery; at most 30 periods"),                                 \
-    REAL(s.jitter_s, "s", 0, 1e6, 1, "A sample is due uniformly within +- this of its time; below half a period"),    \
-    REAL(s.dropout, "", 0, 1, 1, "Probability that a sample is never delivered")
-#define SENSOR_BIAS(s, bias, bias_sigma, drift, drift_sigma, unit, drift_unit)                                         \
-    REAL(s.bias, unit, -1e6, 1e6, 3, "Bias"),                                                                          \
-    REAL(s.bias_sigma, unit, 0, 1e6, 1, "Standard deviation of the turn-on bias, drawn from seed"),                    \
-    REAL(s.drift, drift_unit, -1e6, 1e6, 3, "Steady drift of the bias"),                                               \
-    REAL(s.drift_sigma, drift_unit, 0, 1e6, 1, "Standard deviation of the drift, drawn from seed")
-#define SENSOR_AXES(s)                                                                                                  \
-    REAL(s.scale_factor, "", -1, 1, 3, "Scale factor error; 0: exact"),                                                \
-    REAL(s.scale_factor_sigma, "", 0, 1, 1, "Standard deviation of further scale factor errors, drawn from seed"),     \
-    REAL(s.misalignment_rad, "rad", -1, 1, 6, "Misalignment xy xz yx yz zx zy: of y seen in x, ..."),                  \
-    REAL(s.misalignment_sigma_rad, "rad", 0, 1, 1, "Standard deviation of further misalignments, drawn from seed")
-#define SENSOR_CONVERTER(s, range, resolution, unit)                                                                    \
-    REAL(s.range, unit, 0, 1e6, 1, "Readings end here; 0: unlimited"),                                                 \
-    REAL(s.resolution, unit, 0, 1e6, 1, "Readings are multiples of this; 0: continuous")
-#define FAULT_WINDOW(f)                                                                                                 \
-    REAL(fault.f.start_s, "s", -1e9, 1e9, 1, "Start of the fault"),                                                    \
-    REAL(fault.f.stop_s, "s", -1e9, 1e9, 1, "End of the fault, excluded; not after the start: no fault")
+#define SENSOR_TIME(s)                                                                                                           \
+    ABOVE(s.period_s, "s", 0, 1e6, 1, "Sampling period"),                                                                        \
+        REAL(s.latency_s, "s", 0, 1e6, 1, "From sample to delivery; at most 30 periods"),                                        \
+        REAL(s.jitter_s, "s", 0, 1e6, 1, "A sample is due uniformly within +- this of its time; below half a period"),           \
+        REAL(s.dropout, "", 0, 1, 1, "Probability that a sample is never delivered")
+#define SENSOR_BIAS(s, bias, bias_sigma, drift, drift_sigma, unit, drift_unit)                                                   \
+    REAL(s.bias, unit, -1e6, 1e6, 3, "Bias"),                                                                                    \
+        REAL(s.bias_sigma, unit, 0, 1e6, 1, "Standard deviation of the turn-on bias, drawn from seed"),                          \
+        REAL(s.drift, drift_unit, -1e6, 1e6, 3, "Steady drift of the bias"),                                                     \
+        REAL(s.drift_sigma, drift_unit, 0, 1e6, 1, "Standard deviation of the drift, drawn from seed")
+#define SENSOR_AXES(s)                                                                                                           \
+    REAL(s.scale_factor, "", -1, 1, 3, "Scale factor error; 0: exact"),                                                          \
+        REAL(s.scale_factor_sigma, "", 0, 1, 1, "Standard deviation of further scale factor errors, drawn from seed"),           \
+        REAL(s.misalignment_rad, "rad", -1, 1, 6, "Misalignment xy xz yx yz zx zy: of y seen in x, ..."),                        \
+        REAL(s.misalignment_sigma_rad, "rad", 0, 1, 1, "Standard deviation of further misalignments, drawn from seed")
+#define SENSOR_CONVERTER(s, range, resolution, unit)                                                                             \
+    REAL(s.range, unit, 0, 1e6, 1, "Readings end here; 0: unlimited"),                                                           \
+        REAL(s.resolution, unit, 0, 1e6, 1, "Readings are multiples of this; 0: continuous")
+#define FAULT_WINDOW(f)                                                                                                          \
+    REAL(fault.f.start_s, "s", -1e9, 1e9, 1, "Start of the fault"),                                                              \
+        REAL(fault.f.stop_s, "s", -1e9, 1e9, 1, "End of the fault, excluded; not after the start: no fault")
 
 const hnav_option_info sensor_rows[] = {
     INTEGER(seed, 0, 2147483647, "Seed of everything random"),

@@ -64,7 +64,8 @@ bool scaling_has_meaning(const hnav::InsErrorSettings& s, const hnav_ins_error_m
     for (int i = 0; i < m.nz; ++i)
         for (int j = 0; j < m.nz; ++j)
             if (i != j && m.Qv[i * m.nz + j] != 0)
-                return why.because(Refusal::impossible, "Qv[%d][%d] = %g: noise_scaling needs a diagonal Qv; choose none", i, j, m.Qv[i * m.nz + j]);
+                return why.because(Refusal::impossible, "Qv[%d][%d] = %g: noise_scaling needs a diagonal Qv; choose none", i, j,
+                                   m.Qv[i * m.nz + j]);
     return true;
 }
 
@@ -83,14 +84,17 @@ hnav_status step(hnav_ins_error_filter* f, const double* u, const double* z, con
     InsErrorFilter& filter = *f->filter;
     if (filter.steps() > 0)
         for (int i = 0; i < filter.model.nu; ++i)
-            if (!std::isfinite(u[i])) return f->fail(HNAV_ERROR_NON_FINITE, "u[%d] = %g is not finite in step %.0f", i, u[i], filter.steps());
+            if (!std::isfinite(u[i]))
+                return f->fail(HNAV_ERROR_NON_FINITE, "u[%d] = %g is not finite in step %.0f", i, u[i], filter.steps());
     for (int i = 0; i < filter.model.nz; ++i) {
         f->z[i] = present && !present[i] ? std::nan("") : z[i];
         if (std::isinf(f->z[i]))
-            return f->fail(HNAV_ERROR_NON_FINITE, "z[%d] = %g is not finite in step %.0f (NaN is a missing channel)", i, z[i], filter.steps());
+            return f->fail(HNAV_ERROR_NON_FINITE, "z[%d] = %g is not finite in step %.0f (NaN is a missing channel)", i, z[i],
+                           filter.steps());
     }
     if (filter.step(u, f->z)) return HNAV_OK;
-    return f->fail(HNAV_ERROR_SOLVER, "step %.0f has no answer: a covariance is singular or negative, or the estimate without bound; it was dropped",
+    return f->fail(HNAV_ERROR_SOLVER,
+                   "step %.0f has no answer: a covariance is singular or negative, or the estimate without bound; it was dropped",
                    filter.steps());
 }
 
@@ -177,13 +181,15 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!model) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
     const hnav::OptionTable table = hnav::ins_error_option_table();
-    const hnav_status status = caller.check_options(options, options->cookie, hnav::ins_error_cookie, "hnav_ins_error_defaults", table);
+    const hnav_status status =
+        caller.check_options(options, options->cookie, hnav::ins_error_cookie, "hnav_ins_error_defaults", table);
     if (status != HNAV_OK) return status;
 
     const hnav::ModelData data = data_of(*model);
     const hnav::InsErrorSettings settings = settings_of(*options);
     Refusal why;
-    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why)) return caller.fail(status_of(why), "%s", why.text);
+    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why))
+        return caller.fail(status_of(why), "%s", why.text);
 
     // Built once without memory, to learn how much it needs.
     hnav::Arena state_size, work_size;
@@ -191,7 +197,9 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 63) / 64 * 64;
     const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
     void* memory = std::malloc(head + 2 * state_bytes + row_bytes + work_size.used());
-    if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx, model->nz, options->window);
+    if (!memory)
+        return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx,
+                           model->nz, options->window);
     auto* self = new (memory) hnav_ins_error_filter;
     char* block = static_cast<char*>(memory) + head;
     hnav::Arena state(block), work(block + 2 * state_bytes + row_bytes);
@@ -220,9 +228,13 @@ hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter) {
     return HNAV_OK;
 }
 
-const char* hnav_ins_error_filter_message(const hnav_ins_error_filter* filter) { return filter ? filter->message : "filter is null"; }
+const char* hnav_ins_error_filter_message(const hnav_ins_error_filter* filter) {
+    return filter ? filter->message : "filter is null";
+}
 
-const char* hnav_ins_error_filter_warning(const hnav_ins_error_filter* filter) { return filter ? filter->filter->model.warning : "filter is null"; }
+const char* hnav_ins_error_filter_warning(const hnav_ins_error_filter* filter) {
+    return filter ? filter->filter->model.warning : "filter is null";
+}
 
 hnav_status hnav_ins_error_filter_separability(const hnav_ins_error_filter* filter, double* separability) {
     REQUIRE(filter, separability);
@@ -257,7 +269,8 @@ hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter* filter, double* lambda, double* sigma, double* out) {
+hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter* filter, double* lambda, double* sigma,
+                                                 double* out) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
     filter->filter->lambda(lambda, sigma);
     compensated(*filter->filter, out);
@@ -301,7 +314,8 @@ hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, c
     if (n > 0) REQUIRE(filter, input->z);
     if (n > 0 && nu > 0) REQUIRE(filter, input->u);
     for (size_t i = 0; i < n; ++i) {
-        const hnav_status status = step(filter, nu > 0 ? input->u + i * nu : nullptr, input->z + i * nz, input->present ? input->present + i * nz : nullptr);
+        const hnav_status status = step(filter, nu > 0 ? input->u + i * nu : nullptr, input->z + i * nz,
+                                        input->present ? input->present + i * nz : nullptr);
         if (status != HNAV_OK) return status;
         write_row(*filter->filter, *output, i);
         if (rows_done) *rows_done = i + 1;
@@ -317,10 +331,12 @@ hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter
 
 hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (bytes < state_size(filter)) return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, state_size(filter));
+    if (bytes < state_size(filter))
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, state_size(filter));
     const InsErrorFilter& f = *filter->filter;
     const std::size_t payload = f.state_count() * sizeof(double);
-    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()), hash(f.state(), payload)};
+    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()),
+                                hash(f.state(), payload)};
     std::memcpy(buffer, &header, sizeof header);
     std::memcpy(static_cast<char*>(buffer) + sizeof header, f.state(), payload);
     return HNAV_OK;
@@ -329,15 +345,17 @@ hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void
 hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
     if (bytes != state_size(filter))
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes, state_size(filter));
+        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes,
+                            state_size(filter));
     InsErrorFilter& f = *filter->filter;
     const std::size_t payload = f.state_count() * sizeof(double);
     const char* numbers = static_cast<const char*>(buffer) + sizeof(SavedHeader);
     SavedHeader header;
     std::memcpy(&header, buffer, sizeof header);
-    if (header.magic != magic || header.fingerprint != filter->fingerprint || header.count != static_cast<std::uint64_t>(f.state_count()) ||
-        header.checksum != hash(numbers, payload))
-        return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options or another model");
+    if (header.magic != magic || header.fingerprint != filter->fingerprint ||
+        header.count != static_cast<std::uint64_t>(f.state_count()) || header.checksum != hash(numbers, payload))
+        return filter->fail(HNAV_ERROR_STATE_CORRUPT,
+                            "buffer is damaged, of another version, or of a filter with other options or another model");
     std::memcpy(f.state(), numbers, payload);
     return HNAV_OK;
 }

@@ -9,7 +9,9 @@ const char* const forms[] = {"mdkf", "amdkf", "differenced", "augmented", "plain
 const char* const noise_scalings[] = {"none", "paper_match", "gated_match", "hmm"};
 
 const hnav_option_info ins_error_rows[] = {
-    CHOICE(form, forms, "mdkf and amdkf: the paper's, as printed, one step late; differenced: correct; augmented: optimal; plain: ignores the colour"),
+    CHOICE(
+        form, forms,
+        "mdkf and amdkf: the paper's, as printed, one step late; differenced: correct; augmented: optimal; plain: ignores the colour"),
     CHOICE(noise_scaling, noise_scalings, "Adaptation of the noise of each channel (differenced, augmented, plain)"),
     INTEGER(window, 1, 1000, "Steps of the window of amdkf, paper_match and gated_match"),
     ABOVE(gate_alpha, "", 0, 0.5, 1, "gated_match: probability of a false alarm in one test of a window"),

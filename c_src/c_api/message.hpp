@@ -8,10 +8,10 @@
 #include <cstdio>
 
 // Of a function that takes an object with a KeptMessage and a pointer to something.
-#define REQUIRE(object, pointer)                                                                                     \
-    do {                                                                                                             \
-        if (!(object)) return HNAV_ERROR_NULL_ARGUMENT;                                                              \
-        if (!(pointer)) return (object)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                        \
+#define REQUIRE(object, pointer)                                                                                                 \
+    do {                                                                                                                         \
+        if (!(object)) return HNAV_ERROR_NULL_ARGUMENT;                                                                          \
+        if (!(pointer)) return (object)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                                    \
     } while (0)
 
 namespace hnav {
@@ -50,7 +50,8 @@ struct CallersMessage {
     // The stamp of the options and the range of every field. stamp: their cookie; defaults: the call that sets it.
     hnav_status check_options(const void* options, std::uint64_t stamp, std::uint64_t cookie, const char* defaults,
                               const OptionTable& table) const {
-        if (stamp != cookie) return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s of hnav %s", defaults, hnav_version());
+        if (stamp != cookie)
+            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s of hnav %s", defaults, hnav_version());
         int component;
         double value;
         const hnav_option_info* row = find_impossible(table, options, &component, &value);

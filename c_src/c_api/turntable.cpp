@@ -64,14 +64,15 @@ const hnav_option_info* hnav_turntable_option(int32_t index) {
     return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
 }
 
-hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message, size_t message_size) {
+hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
+                                  size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
     caller.clear();
     if (!table) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
     *table = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     const hnav_status status = caller.check_options(options, options->cookie, hnav::turntable_cookie, "hnav_turntable_defaults",
-                                              hnav::turntable_option_table());
+                                                    hnav::turntable_option_table());
     if (status != HNAV_OK) return status;
     void* memory = std::malloc(sizeof(hnav_turntable));
     if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
@@ -107,7 +108,8 @@ hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s
     return HNAV_OK;
 }
 
-hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2, double* field_b_tesla) {
+hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2,
+                                     double* field_b_tesla) {
     if (!table || !q_nb || !force_b_m_s2 || !field_b_tesla) return HNAV_ERROR_NULL_ARGUMENT;
     const double length = Quaternion(q_nb).norm();
     if (!std::isfinite(length)) return HNAV_ERROR_NON_FINITE;

@@ -8,14 +8,15 @@ namespace {
 
 const char* const motions[] = {"constant", "step", "sine", "triangle"};
 
-#define AXIS(axis)                                                                                                      \
+#define AXIS(axis)                                                                                                               \
     CHOICE(axis.motion, motions, "Motion: constant angle; step to another angle; sine; triangle to and fro at a constant rate"), \
-    REAL(axis.angle_rad, "rad", -4 * pi, 4 * pi, 1, "Angle before start_s, and the middle of sine and triangle"),     \
-    REAL(axis.amplitude_rad, "rad", -100 * pi, 100 * pi, 1, "Amplitude of sine and triangle, way of the step; negative: the other way first"), \
-    ABOVE(axis.rate_rad_s, "rad/s", 0, 1e3, 1, "Rate of step and triangle"),                                           \
-    ABOVE(axis.period_s, "s", 0, 1e6, 1, "Period of the sine"),                                                        \
-    REAL(axis.start_s, "s", -1e9, 1e9, 1, "The motion begins here"),                                                   \
-    REAL(axis.unknown_rad, "rad", 0, pi, 1, "The axis stands off by an angle drawn from seed, uniform within +- this")
+        REAL(axis.angle_rad, "rad", -4 * pi, 4 * pi, 1, "Angle before start_s, and the middle of sine and triangle"),            \
+        REAL(axis.amplitude_rad, "rad", -100 * pi, 100 * pi, 1,                                                                  \
+             "Amplitude of sine and triangle, way of the step; negative: the other way first"),                                  \
+        ABOVE(axis.rate_rad_s, "rad/s", 0, 1e3, 1, "Rate of step and triangle"),                                                 \
+        ABOVE(axis.period_s, "s", 0, 1e6, 1, "Period of the sine"),                                                              \
+        REAL(axis.start_s, "s", -1e9, 1e9, 1, "The motion begins here"),                                                         \
+        REAL(axis.unknown_rad, "rad", 0, pi, 1, "The axis stands off by an angle drawn from seed, uniform within +- this")
 
 const hnav_option_info turntable_rows[] = {
     AXIS(roll),

@@ -25,8 +25,8 @@ void residuals(const Columns& u, const Columns& a, const Alignment& at, Values& 
 }
 
 // Gauss-Newton on the rotation group, R <- exp(phi) R, with robust weights; returns the robust scale it ends at.
-double refine(const Columns& u, const Columns& a, const Values& use, double outlier_sigma, Values& residual,
-              Values& scratch, Alignment* at) {
+double refine(const Columns& u, const Columns& a, const Values& use, double outlier_sigma, Values& residual, Values& scratch,
+              Alignment* at) {
     double sum = 0, count = 0;
     residuals(u, a, {at->R, 0, 0}, residual);
     for (Index i = 0; i < u.cols(); ++i)

@@ -6,8 +6,8 @@
 // section 4.2).
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

@@ -18,8 +18,8 @@ constexpr int reweightings = 10; // the weights have settled long before
 // Monomials of the quadric p . (x2 y2 z2 2yz 2xz 2xy 2x 2y 2z 1) = 0.
 Vector10 monomials(const Vector3& v) {
     Vector10 d;
-    d << v[0] * v[0], v[1] * v[1], v[2] * v[2], 2 * v[1] * v[2], 2 * v[0] * v[2], 2 * v[0] * v[1], 2 * v[0], 2 * v[1],
-        2 * v[2], 1;
+    d << v[0] * v[0], v[1] * v[1], v[2] * v[2], 2 * v[1] * v[2], 2 * v[0] * v[2], 2 * v[0] * v[1], 2 * v[0], 2 * v[1], 2 * v[2],
+        1;
     return d;
 }
 
@@ -64,8 +64,7 @@ bool solve_quadric(const Matrix10& S, Ellipsoid* e) {
 
 } // namespace
 
-bool fit_ellipsoid(const Columns& z, double outlier_sigma, Values& weight, Values& residual, Values& scratch,
-                   Ellipsoid* e) {
+bool fit_ellipsoid(const Columns& z, double outlier_sigma, Values& weight, Values& residual, Values& scratch, Ellipsoid* e) {
     weight.setOnes();
     const int passes = outlier_sigma > 0 ? reweightings : 1;
     for (int pass = 0; pass < passes; ++pass) {

@@ -4,8 +4,8 @@
 // make it an ellipsoid:  (z - o)' A (z - o) = 1.
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

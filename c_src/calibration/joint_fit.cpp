@@ -162,7 +162,8 @@ double direction_sigma(double outlier_sigma, Unknowns unknowns, Samples& s, cons
     Matrix13 information = basis.transpose() * JtJ * basis;
     for (int k = count; k < 13; ++k) information(k, k) = 1; // what is left out stands apart
     const Matrix13 bread = basis * information.ldlt().solve(basis.transpose());
-    const Matrix13 covariance = bread * scores * bread * (blocks / (blocks - double(count))); // they were fitted to the same blocks
+    const Matrix13 covariance =
+        bread * scores * bread * (blocks / (blocks - double(count))); // they were fitted to the same blocks
 
     const Matrix3 M_inverse = c.M.inverse();
     double variance = 0;

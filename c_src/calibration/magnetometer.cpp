@@ -131,8 +131,7 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     Correction correction{ellipsoid.root, ellipsoid.centre, 0};
     Alignment alignment{};
     const Values trust = s.trust();
-    c->aligned = c->force_samples >= settings.samples_least &&
-                 align(u, s.a(), trust, loss_sigma, angle, scratch, &alignment) &&
+    c->aligned = c->force_samples >= settings.samples_least && align(u, s.a(), trust, loss_sigma, angle, scratch, &alignment) &&
                  alignment.condition <= settings.condition_limit;
     refine(loss_sigma, false, s, &correction);
     if (!(correction.M.allFinite() && correction.o.allFinite() && correction.M.determinant() > 0))

@@ -7,8 +7,8 @@
 // gives the rotation, because the field keeps its angle to it; both equations together are refined.
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
+#include "maths/rotation.hpp"
 
 namespace hnav {
 

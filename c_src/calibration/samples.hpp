@@ -1,8 +1,8 @@
 // The samples of a calibration, made ready: missing rows left out, field centred and scaled, forces judged.
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "calibration/robust.hpp"
+#include "maths/rotation.hpp"
 
 #include <cstdlib>
 #include <limits>

@@ -50,7 +50,7 @@ struct Options {
     hnav_filter* create(hnav_status* status, char* message, std::size_t size) const {
         hnav_filter* filter = nullptr;
         *status = ahrs ? hnav_ahrs_create(&filter, &ahrs_options, message, size)
-                          : hnav_hrekf_create(&filter, &hrekf_options, message, size);
+                       : hnav_hrekf_create(&filter, &hrekf_options, message, size);
         return filter;
     }
 };

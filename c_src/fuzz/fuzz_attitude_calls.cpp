@@ -38,8 +38,10 @@ struct Sequence {
             status = hnav_filter_push_heading(filter, t_s, heading, in.number());
             break;
         }
-        case 5: case 6: status = hnav_filter_advance(filter, time(in)); break;
-        case 7: case 8: status = fuzz::push_good(filter, time(in)); break;
+        case 5:
+        case 6: status = hnav_filter_advance(filter, time(in)); break;
+        case 7:
+        case 8: status = fuzz::push_good(filter, time(in)); break;
         case 9: status = in.flag() ? hnav_filter_realign(filter) : hnav_filter_reset(filter); break;
         case 10: state = fuzz::saved(filter); break;
         case 11: // a state of this very filter fits, whatever happened since
@@ -82,7 +84,7 @@ struct Sequence {
             ready.resize(2 * n);
             input = {t_s.data(), present & 1 ? rate.data() : nullptr, present & 2 ? force.data() : nullptr,
                      present & 4 ? field.data() : nullptr};
-            output = {q.data(), present & 8 ? euler.data() : nullptr, sigma.data(), bias.data(), bias_sigma.data(),
+            output = {q.data(),         present & 8 ? euler.data() : nullptr,    sigma.data(), bias.data(), bias_sigma.data(),
                       accel_nis.data(), present & 16 ? mag_nis.data() : nullptr, ready.data()};
         }
 

@@ -33,10 +33,12 @@ void change(Input& in, fuzz::InsErrorModel& m) {
         const double** place;
         int n;
         bool symmetric;
-    } matrices[] = {{m.A, &m.view.A, 4, false},        {m.B, &m.view.B, 2, false},   {m.G, &m.view.G, 4, false},
-                    {m.H, &m.view.H, 4, false},        {m.An, &m.view.An, 4, false}, {m.Bn, &m.view.Bn, 4, false},
-                    {m.Qw, &m.view.Qw, 4, true},       {m.Qv, &m.view.Qv, 4, true},  {m.QU, &m.view.QU, 4, true},
-                    {m.Lambda0, &m.view.Lambda0, 4, true}, {m.x0, &m.view.x0, 2, false}, {m.P0, &m.view.P0, 4, true}};
+    } matrices[] = {{m.A, &m.view.A, 4, false},   {m.B, &m.view.B, 2, false},
+                    {m.G, &m.view.G, 4, false},   {m.H, &m.view.H, 4, false},
+                    {m.An, &m.view.An, 4, false}, {m.Bn, &m.view.Bn, 4, false},
+                    {m.Qw, &m.view.Qw, 4, true},  {m.Qv, &m.view.Qv, 4, true},
+                    {m.QU, &m.view.QU, 4, true},  {m.Lambda0, &m.view.Lambda0, 4, true},
+                    {m.x0, &m.view.x0, 2, false}, {m.P0, &m.view.P0, 4, true}};
     for (int n = in.choice(6); n > 0; --n) {
         auto& matrix = matrices[in.choice(12)];
         const int kind = in.choice(8);
@@ -66,7 +68,9 @@ void call(hnav_ins_error_filter* filter, bool printed, fuzz::InsErrorModel& mode
     std::uint8_t present[32] = {1, 1};
     hnav_status status = HNAV_OK;
     switch (in.choice(8)) {
-    case 0: case 1: case 2:
+    case 0:
+    case 1:
+    case 2:
         u[0] = in.number();
         in.vector(z, 2);
         present[in.choice(2)] = in.flag();

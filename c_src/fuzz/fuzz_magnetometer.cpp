@@ -9,8 +9,9 @@ namespace {
 using fuzz::Input;
 
 void change_options(Input& in, hnav_magnetometer_options& options) {
-    double* reals[] = {&options.outlier_sigma,    &options.condition_limit,  &options.ambiguity_limit,          &options.coverage_limit,
-                       &options.axis_ratio_limit, &options.direction_sigma_limit_rad, &options.force_tolerance};
+    double* reals[] = {&options.outlier_sigma,  &options.condition_limit,  &options.ambiguity_limit,
+                       &options.coverage_limit, &options.axis_ratio_limit, &options.direction_sigma_limit_rad,
+                       &options.force_tolerance};
     switch (in.choice(4)) {
     case 0: *reals[in.choice(7)] = in.number(); break;
     case 1: options.samples_least = 13 + in.choice(32); break;
@@ -47,7 +48,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
         case 1: in.vector(f, 3); break;
         case 2: m[0] = m[1] = m[2] = NAN; break;
         case 3: m[in.choice(3)] = in.number(); break;
-        case 4: if (k > 0) std::memcpy(m, m - 3, 3 * sizeof *m); break;
+        case 4:
+            if (k > 0) std::memcpy(m, m - 3, 3 * sizeof *m);
+            break;
         default:
             for (int i = 0; i < 3; ++i) m[i] += 0.1 * in.fraction();
             break;
@@ -55,7 +58,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     }
     hnav_magnetometer_calibration c;
     char message[256] = "";
-    const hnav_status status = hnav_calibrate_magnetometer(n, field.data(), head & 8 ? nullptr : force.data(), &options, &c, message, sizeof message);
+    const hnav_status status =
+        hnav_calibrate_magnetometer(n, field.data(), head & 8 ? nullptr : force.data(), &options, &c, message, sizeof message);
     fuzz::answered(status, message);
     if (status != HNAV_OK) return 0;
     HOLDS(fuzz::finite(c.offset, 3) && fuzz::finite(c.matrix, 9) && c.strength > 0 && std::isfinite(c.strength));
@@ -63,7 +67,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     HOLDS(c.outlier_fraction >= 0 && c.outlier_fraction <= 1);
     HOLDS(c.used_samples <= c.samples && c.samples <= n && c.force_samples <= c.used_samples);
     const double* M = c.matrix;
-    const double determinant = M[0] * (M[4] * M[8] - M[5] * M[7]) - M[1] * (M[3] * M[8] - M[5] * M[6]) + M[2] * (M[3] * M[7] - M[4] * M[6]);
+    const double determinant =
+        M[0] * (M[4] * M[8] - M[5] * M[7]) - M[1] * (M[3] * M[8] - M[5] * M[6]) + M[2] * (M[3] * M[7] - M[4] * M[6]);
     HOLDS(std::fabs(determinant - 1) < 1e-6);
     return 0;
 }

@@ -33,7 +33,9 @@ struct Stream {
         case 0: in.vector(v, 3); break;
         case 1: v[in.choice(3)] = in.number(); break;
         case 2: v[in.choice(3)] += size * in.fraction(); break;
-        case 3: for (int i = 0; i < 3; ++i) v[i] = size * in.fraction(); break;
+        case 3:
+            for (int i = 0; i < 3; ++i) v[i] = size * in.fraction();
+            break;
         default: break; // frozen
         }
     }

@@ -61,10 +61,8 @@ void attitude_filter(Input& in, int head) {
     const std::size_t size = head & 4 ? in.byte() * 8u % (other.size() + 1) : other.size();
     const hnav_status status = hnav_filter_load(filter, other.data(), size);
     fuzz::answered(status, hnav_filter_message(filter));
-    if (size != other.size())
-        HOLDS(status == HNAV_ERROR_SIZE);
-    else
-        HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
+    if (size != other.size()) HOLDS(status == HNAV_ERROR_SIZE);
+    else HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
     HOLDS(fuzz::saved(filter) == whole);
     fuzz::look(filter);
     fuzz::takes_good_sample(filter, 0.01 * samples);
@@ -93,10 +91,8 @@ void ins_error_filter(Input& in, int head) {
     const std::size_t size = head & 4 ? in.byte() * 8u % (other.size() + 1) : other.size();
     const hnav_status status = hnav_ins_error_filter_load(filter, other.data(), size);
     fuzz::answered(status, hnav_ins_error_filter_message(filter));
-    if (size != other.size())
-        HOLDS(status == HNAV_ERROR_SIZE);
-    else
-        HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
+    if (size != other.size()) HOLDS(status == HNAV_ERROR_SIZE);
+    else HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
     HOLDS(fuzz::saved(filter) == whole);
     const double z[2] = {0.1, 0.2};
     HOLDS(hnav_ins_error_filter_step(filter, u, z, nullptr) == HNAV_OK);
@@ -109,9 +105,7 @@ void ins_error_filter(Input& in, int head) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
     Input in(bytes, size);
     const int head = in.byte();
-    if (head & 1)
-        ins_error_filter(in, head);
-    else
-        attitude_filter(in, head);
+    if (head & 1) ins_error_filter(in, head);
+    else attitude_filter(in, head);
     return 0;
 }

@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <cstring>
 
-#define HOLDS(condition)                                                                                             \
-    do {                                                                                                             \
-        if (!(condition)) fuzz::broken(#condition, __FILE__, __LINE__);                                               \
+#define HOLDS(condition)                                                                                                         \
+    do {                                                                                                                         \
+        if (!(condition)) fuzz::broken(#condition, __FILE__, __LINE__);                                                          \
     } while (0)
 
 namespace fuzz {
@@ -33,9 +33,7 @@ inline bool not_negative(const double* v, int n) {
     return true;
 }
 
-inline bool unit(const double* q) {
-    return std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9;
-}
+inline bool unit(const double* q) { return std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9; }
 
 // A call that fails says why; one that succeeds has a status and nothing else.
 inline void answered(hnav_status status, const char* message) {

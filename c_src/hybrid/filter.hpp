@@ -41,10 +41,10 @@ public:
 
     struct Settings {
         Propagator::Settings propagator;
-        bool closed_form = false;      // use Model::flow_exactly; the propagator is not made
-        double atol = 1e-8;            // relative to Model::nominal
-        double horizon_s = 0;          // a sample may be this much older than the newest used one
-        int queue_capacity = 64;       // events, the base included
+        bool closed_form = false; // use Model::flow_exactly; the propagator is not made
+        double atol = 1e-8; // relative to Model::nominal
+        double horizon_s = 0; // a sample may be this much older than the newest used one
+        int queue_capacity = 64; // events, the base included
         std::uint64_t fingerprint = 0; // of the options: saved states fit filters of equal fingerprint
     };
 
@@ -113,10 +113,10 @@ public:
     }
 
     double now_s() const { return now_; }
-    const State& shown() const { return *view_; }                           // at now_s
-    const State& newest() const { return queue_.newest_solved().after; }    // just after the newest used event
-    double newest_s() const { return queue_.newest_solved().event.t_s; }    // its time; -infinity before the first
-    double late_limit_s() const { return late_limit_; }                     // older samples are refused
+    const State& shown() const { return *view_; } // at now_s
+    const State& newest() const { return queue_.newest_solved().after; } // just after the newest used event
+    double newest_s() const { return queue_.newest_solved().event.t_s; } // its time; -infinity before the first
+    double late_limit_s() const { return late_limit_; } // older samples are refused
     int waiting() const { return queue_.size() - queue_.solved(); }
     const Model& model() const { return model_; }
     const Propagator& propagator() const { return propagator_; }
@@ -174,9 +174,7 @@ public:
 
     // -------------------------------------------------------------------------------------------- save and load
 
-    std::size_t state_size() const {
-        return sizeof(Header) + 2 * sizeof(State) + settings_.queue_capacity * sizeof(Event);
-    }
+    std::size_t state_size() const { return sizeof(Header) + 2 * sizeof(State) + settings_.queue_capacity * sizeof(Event); }
 
     void save(void* buffer) const {
         auto* bytes = static_cast<unsigned char*>(buffer);
@@ -197,8 +195,8 @@ public:
         place = put(place, *view_);
         for (int i = 0; i < queue_.size(); ++i) place = put(place, queue_.at(i).event);
         header.checksum = checksum(bytes + sizeof header, header.bytes - sizeof header);
-        header.checksum ^= checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint),
-                                    sizeof header - offsetof(Header, fingerprint));
+        header.checksum ^=
+            checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint), sizeof header - offsetof(Header, fingerprint));
         std::memcpy(bytes, &header, sizeof header);
     }
 
@@ -209,8 +207,10 @@ public:
         Header header;
         std::memcpy(&header, bytes, sizeof header);
         std::uint64_t sum = checksum(bytes + sizeof header, size - sizeof header);
-        sum ^= checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint), sizeof header - offsetof(Header, fingerprint));
-        if (header.magic != magic || header.bytes != size || header.checksum != sum || header.fingerprint != settings_.fingerprint)
+        sum ^=
+            checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint), sizeof header - offsetof(Header, fingerprint));
+        if (header.magic != magic || header.bytes != size || header.checksum != sum ||
+            header.fingerprint != settings_.fingerprint)
             return Outcome::corrupt;
         if (header.events < 1 || header.events > static_cast<std::uint64_t>(settings_.queue_capacity) || header.solved < 1 ||
             header.solved > header.events)

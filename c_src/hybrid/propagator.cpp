@@ -284,7 +284,6 @@ struct Propagator::Solver {
         std::free(values);
         if (context) SUNContext_Free(&context);
     }
-
 };
 
 Propagator::~Propagator() {

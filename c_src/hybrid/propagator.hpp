@@ -40,7 +40,10 @@ public:
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
     std::uint64_t steps() const { return steps_; }
-    void set_counts(std::uint64_t rhs_evals, std::uint64_t steps) { rhs_evals_ = rhs_evals; steps_ = steps; }
+    void set_counts(std::uint64_t rhs_evals, std::uint64_t steps) {
+        rhs_evals_ = rhs_evals;
+        steps_ = steps;
+    }
 
 private:
     struct Solver;

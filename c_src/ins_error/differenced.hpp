@@ -17,7 +17,10 @@ namespace hnav {
 // What both differencing filters need of a model.
 struct Differences {
     Differences(Arena& work, const LinearModel& of)
-        : model(of), Hd(work.matrix(model.nz, model.nx)), HB(work.matrix(model.nz, model.nu)), C(work.matrix(model.nx, model.nz)),
+        : model(of),
+          Hd(work.matrix(model.nz, model.nx)),
+          HB(work.matrix(model.nz, model.nu)),
+          C(work.matrix(model.nx, model.nz)),
           driven(work.matrix(model.nz, model.nz)) {}
 
     void prepare() {
@@ -60,10 +63,20 @@ struct Differences {
 class Printed {
 public:
     Printed(Arena& state, Arena& work, const LinearModel& model, int window)
-        : model_(model), window_(window), x_(state.vector(model.nx)), P_(state.matrix(model.nx, model.nx)),
-          u_before_(state.vector(model.nu)), scale_(state.vector(model.nz)), ring_(state.doubles(window * model.nz)),
-          seen_(state.doubles(1)), d_(work, model), R_(work.matrix(model.nz, model.nz)), R_inverse_(work.matrix(model.nz, model.nz)),
-          base_(work.matrix(model.nz, model.nz)), T_(work.matrix(model.nx, model.nx)), HP_(work.matrix(model.nz, model.nx)),
+        : model_(model),
+          window_(window),
+          x_(state.vector(model.nx)),
+          P_(state.matrix(model.nx, model.nx)),
+          u_before_(state.vector(model.nu)),
+          scale_(state.vector(model.nz)),
+          ring_(state.doubles(window * model.nz)),
+          seen_(state.doubles(1)),
+          d_(work, model),
+          R_(work.matrix(model.nz, model.nz)),
+          R_inverse_(work.matrix(model.nz, model.nz)),
+          base_(work.matrix(model.nz, model.nz)),
+          T_(work.matrix(model.nx, model.nx)),
+          HP_(work.matrix(model.nz, model.nx)),
           moved_(work.vector(model.nx)) {}
 
     void prepare() {
@@ -187,11 +200,23 @@ private:
 class Differenced {
 public:
     Differenced(Arena& state, Arena& work, const LinearModel& model, bool joseph, bool lag)
-        : model_(model), joseph_(joseph), lag_(lag), x_(state.vector(model.nx)), P_(state.matrix(model.nx, model.nx)),
-          x_before_(state.vector(lag ? model.nx : 0)), P_before_(state.matrix(lag ? model.nx : 0, lag ? model.nx : 0)),
-          v_before_(state.vector(model.nz)), d_(work, model), HP_(work.matrix(model.nz, model.nx)), base_(work.matrix(model.nz, model.nz)),
-          moved_(work.vector(model.nx)), fresh_(work.doubles(model.nz)), past_(work.doubles(model.nz)),
-          past_healthy_(work.doubles(model.nz)), S_(work.matrix(model.nz, model.nz)), inverse_(work, model.nz) {}
+        : model_(model),
+          joseph_(joseph),
+          lag_(lag),
+          x_(state.vector(model.nx)),
+          P_(state.matrix(model.nx, model.nx)),
+          x_before_(state.vector(lag ? model.nx : 0)),
+          P_before_(state.matrix(lag ? model.nx : 0, lag ? model.nx : 0)),
+          v_before_(state.vector(model.nz)),
+          d_(work, model),
+          HP_(work.matrix(model.nz, model.nx)),
+          base_(work.matrix(model.nz, model.nz)),
+          moved_(work.vector(model.nx)),
+          fresh_(work.doubles(model.nz)),
+          past_(work.doubles(model.nz)),
+          past_healthy_(work.doubles(model.nz)),
+          S_(work.matrix(model.nz, model.nz)),
+          inverse_(work, model.nz) {}
 
     void prepare() { d_.prepare(); }
 
@@ -328,7 +353,8 @@ private:
         *out.nis = 0;
         for (int a = 0; a < count; ++a) {
             estimate += K.col(present[a]) * out.innovation[present[a]];
-            for (int b = 0; b < count; ++b) *out.nis += out.innovation[present[a]] * inverse_.inverse(a, b) * out.innovation[present[b]];
+            for (int b = 0; b < count; ++b)
+                *out.nis += out.innovation[present[a]] * inverse_.inverse(a, b) * out.innovation[present[b]];
         }
     }
 

@@ -25,17 +25,21 @@ public:
     // state: what a saved filter holds; work: the rest; spare: as many bytes as state. Built twice, the first time on
     // arenas without memory, to learn how much they need.
     InsErrorFilter(Arena& state, Arena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
-        : model(work, data), settings_(s), state_(state.doubles(0)), spare_(static_cast<double*>(spare)), steps_(state.doubles(1)),
-          z_(state.vector(data.nz)), z_before_(state.vector(data.nz)), result_(state, data.nz), present_(work.integers(data.nz)) {
+        : model(work, data),
+          settings_(s),
+          state_(state.doubles(0)),
+          spare_(static_cast<double*>(spare)),
+          steps_(state.doubles(1)),
+          z_(state.vector(data.nz)),
+          z_before_(state.vector(data.nz)),
+          result_(state, data.nz),
+          present_(work.integers(data.nz)) {
         NoiseScaleSettings scaling = s.noise;
         if (is_printed()) scaling.mode = Scaling::none; // MDKF has none, AMDKF its own
         noise_.emplace(state, work, data.nz, scaling);
-        if (is_printed())
-            printed_.emplace(state, work, model, s.form == Form::amdkf ? s.noise.window : 0);
-        else if (s.form == Form::differenced)
-            differenced_.emplace(state, work, model, s.joseph, s.lag);
-        else
-            kalman_.emplace(state, work, model, s.form == Form::augmented && data.An, s.joseph, s.lag);
+        if (is_printed()) printed_.emplace(state, work, model, s.form == Form::amdkf ? s.noise.window : 0);
+        else if (s.form == Form::differenced) differenced_.emplace(state, work, model, s.joseph, s.lag);
+        else kalman_.emplace(state, work, model, s.form == Form::augmented && data.An, s.joseph, s.lag);
         state_count_ = static_cast<int>(state.used() / sizeof(double));
     }
     InsErrorFilter(const InsErrorFilter&) = delete;
@@ -103,8 +107,12 @@ public:
     double shown_step() const { return std::fmax(0, *steps_ - 1 - is_late()); }
 
     // State and, in the augmented form, lambda behind it.
-    const Vector& X() const { return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->shown_x(); }
-    const Matrix& P() const { return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->shown_P(); }
+    const Vector& X() const {
+        return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->shown_x();
+    }
+    const Matrix& P() const {
+        return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->shown_P();
+    }
     // The measurement of the step that the outputs are about.
     const Vector& shown_z() const { return is_late() && *steps_ >= 2 ? z_before_ : z_; }
     bool estimates_lambda() const { return P().rows() > model.nx; }

@@ -47,9 +47,20 @@ struct Refusal {
 class LinearModel {
 public:
     LinearModel(Arena& arena, const ModelData& m)
-        : nx(m.nx), nu(m.nu), nz(m.nz), coloured(m.An != nullptr), A(arena.matrix(nx, nx)), B(arena.matrix(nx, nu)),
-          H(arena.matrix(nz, nx)), An(arena.matrix(nz, nz)), Q(arena.matrix(nx, nx)), Ql(arena.matrix(nz, nz)),
-          Qv(arena.matrix(nz, nz)), Lambda0(arena.matrix(nz, nz)), P0(arena.matrix(nx, nx)), x0(arena.vector(nx)) {}
+        : nx(m.nx),
+          nu(m.nu),
+          nz(m.nz),
+          coloured(m.An != nullptr),
+          A(arena.matrix(nx, nx)),
+          B(arena.matrix(nx, nu)),
+          H(arena.matrix(nz, nx)),
+          An(arena.matrix(nz, nz)),
+          Q(arena.matrix(nx, nx)),
+          Ql(arena.matrix(nz, nz)),
+          Qv(arena.matrix(nz, nz)),
+          Lambda0(arena.matrix(nz, nz)),
+          P0(arena.matrix(nx, nx)),
+          x0(arena.vector(nx)) {}
 
     const int nx, nu, nz;
     const bool coloured; // without An there is no lambda at all
@@ -70,10 +81,14 @@ public:
         };
         if (!inside("nx", m.nx, 1) || !inside("nu", m.nu, 0) || !inside("nz", m.nz, 1)) return false;
         if (m.G ? !inside("nw", m.nw, 1) : m.nw != 0 && m.nw != m.nx)
-            return m.G ? false : why.because(Refusal::size, "nw = %d without G: it must be nx = %d (G is the identity), or 0", m.nw, m.nx);
+            return m.G ? false
+                       : why.because(Refusal::size, "nw = %d without G: it must be nx = %d (G is the identity), or 0", m.nw,
+                                     m.nx);
         if (!m.An) return true;
         if (m.Bn ? !inside("nl", m.nl, 1) : m.nl != 0 && m.nl != m.nz)
-            return m.Bn ? false : why.because(Refusal::size, "nl = %d without Bn: it must be nz = %d (Bn is the identity), or 0", m.nl, m.nz);
+            return m.Bn ? false
+                        : why.because(Refusal::size, "nl = %d without Bn: it must be nz = %d (Bn is the identity), or 0", m.nl,
+                                      m.nz);
         return true;
     }
 
@@ -81,8 +96,9 @@ public:
     bool assign(const ModelData& m, Refusal& why) {
         if (!sizes_fit(m, why)) return false;
         if (m.nx != nx || m.nu != nu || m.nz != nz || (m.An != nullptr) != coloured)
-            return why.because(Refusal::size, "the sizes are nx = %d, nu = %d, nz = %d, %s An: those of create were %d, %d, %d, %s", m.nx,
-                               m.nu, m.nz, m.An ? "with" : "without", nx, nu, nz, coloured ? "with" : "without");
+            return why.because(Refusal::size,
+                               "the sizes are nx = %d, nu = %d, nz = %d, %s An: those of create were %d, %d, %d, %s", m.nx, m.nu,
+                               m.nz, m.An ? "with" : "without", nx, nu, nz, coloured ? "with" : "without");
         if (!std::isfinite(m.interval_s) || m.interval_s < 0)
             return why.because(Refusal::impossible, "interval_s = %g: it must be 0 (discrete matrices) or above", m.interval_s);
         const int nw = m.G ? m.nw : nx, nl = m.Bn ? m.nl : nz;
@@ -109,12 +125,14 @@ public:
         const Small Hs = given(m.H, nz, nx);
         const double radius = spectral_radius(lambda.A);
         if (radius > 1 + 1e-9)
-            return why.because(Refusal::impossible, "An is unstable: its spectral radius is %.6g, and coloured errors must not grow", radius);
+            return why.because(Refusal::impossible,
+                               "An is unstable: its spectral radius is %.6g, and coloured errors must not grow", radius);
         Small start = Small::Zero(nz, nz);
         if (coloured && m.Lambda0) start = given(m.Lambda0, nz, nz);
         if (coloured && !m.Lambda0) {
             if (radius > 1 - 1e-12)
-                return why.because(Refusal::impossible, "Lambda0 is null, and An of spectral radius 1 has no stationary covariance to stand for it");
+                return why.because(Refusal::impossible,
+                                   "Lambda0 is null, and An of spectral radius 1 has no stationary covariance to stand for it");
             start = stationary(lambda.A, lambda.Q);
         }
         if (!detectable(x.A, Hs, lambda.A, why)) return false;
@@ -185,7 +203,8 @@ private:
             for (int j = 0; j < columns; ++j)
                 if (!std::isfinite(values[i * columns + j]))
                     return rows == 1 ? why.because(Refusal::non_finite, "%s[%d] = %g is not finite", name, j, values[j])
-                                     : why.because(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j, values[i * columns + j]);
+                                     : why.because(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j,
+                                                   values[i * columns + j]);
         return true;
     }
 
@@ -195,22 +214,27 @@ private:
         const Small S = given(values, n, n);
         Small correlation = Small::Identity(n, n);
         for (int i = 0; i < n; ++i)
-            if (S(i, i) < 0) return why.because(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i, S(i, i));
+            if (S(i, i) < 0)
+                return why.because(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i,
+                                   S(i, i));
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
                 const double scale = std::sqrt(S(i, i)) * std::sqrt(S(j, j));
                 if (std::fabs(S(i, j) - S(j, i)) > 1e-9 * scale)
-                    return why.because(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name, name, i, j,
-                                       S(i, j), name, j, i, S(j, i));
+                    return why.because(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name,
+                                       name, i, j, S(i, j), name, j, i, S(j, i));
                 if (i == j) continue;
                 if (std::fabs(S(i, j)) > (1 + 1e-9) * scale)
-                    return why.because(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances", name, name,
-                                       i, j, S(i, j));
+                    return why.because(Refusal::impossible,
+                                       "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances", name, name, i, j,
+                                       S(i, j));
                 correlation(i, j) = scale > 0 ? S(i, j) / scale : 0;
             }
         const Eigen::SelfAdjointEigenSolver<Small> eigen(correlation, Eigen::EigenvaluesOnly);
         const double least = eigen.eigenvalues()[0]; // in increasing order
-        return least >= -1e-9 || why.because(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name, least);
+        return least >= -1e-9 ||
+               why.because(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
+                           least);
     }
 
     static double spectral_radius(const Small& M) {
@@ -246,9 +270,10 @@ private:
             Eigen::ColPivHouseholderQR<ComplexMatrix> qr(M);
             qr.setThreshold(1e-9);
             if (qr.rank() == nx) continue;
-            return why.because(Refusal::impossible,
-                               "A has an unstable mode that %s does not show (eigenvalue %.6g%+.3gi of the step): its variance would grow without bound",
-                               coloured ? "H beside An" : "H", mu.real(), mu.imag());
+            return why.because(
+                Refusal::impossible,
+                "A has an unstable mode that %s does not show (eigenvalue %.6g%+.3gi of the step): its variance would grow without bound",
+                coloured ? "H beside An" : "H", mu.real(), mu.imag());
         }
         return true;
     }
@@ -286,10 +311,11 @@ private:
             worst = mu;
         }
         if (separability < 0.1)
-            std::snprintf(warning, sizeof warning,
-                          "states and coloured errors separate poorly (%.3g of 1): the mode of A with eigenvalue %.6g%+.3gi moves the "
-                          "measurements almost as An does",
-                          separability, worst.real(), worst.imag());
+            std::snprintf(
+                warning, sizeof warning,
+                "states and coloured errors separate poorly (%.3g of 1): the mode of A with eigenvalue %.6g%+.3gi moves the "
+                "measurements almost as An does",
+                separability, worst.real(), worst.imag());
     }
 };
 

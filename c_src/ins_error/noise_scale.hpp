@@ -60,12 +60,24 @@ class NoiseScale {
 public:
     // state: what a saved filter must hold; work: what a step forgets.
     NoiseScale(Arena& state, Arena& work, int nz, const NoiseScaleSettings& s)
-        : settings_(s), nz_(nz), scale_(state.doubles(nz)), fault_(state.doubles(nz)), seen_(state.doubles(nz)),
-          squared_(state.doubles(windowed() ? nz * s.window : 0)), predicted_(state.doubles(windowed() ? nz * s.window : 0)),
-          normalised_(state.doubles(windowed() ? nz * s.window : 0)), belief_(state.doubles(nz * s.levels)),
-          level_(work.doubles(s.levels)), inverse_level_(work.doubles(s.levels)), transition_(work.doubles(s.levels * s.levels)),
-          S_(work.matrix(nz, nz)), inverse_(work, nz), nu_(work.doubles(nz)), solved_(work.doubles(nz)),
-          weight_(work.doubles(s.levels)), R_(work.doubles(nz)) {}
+        : settings_(s),
+          nz_(nz),
+          scale_(state.doubles(nz)),
+          fault_(state.doubles(nz)),
+          seen_(state.doubles(nz)),
+          squared_(state.doubles(windowed() ? nz * s.window : 0)),
+          predicted_(state.doubles(windowed() ? nz * s.window : 0)),
+          normalised_(state.doubles(windowed() ? nz * s.window : 0)),
+          belief_(state.doubles(nz * s.levels)),
+          level_(work.doubles(s.levels)),
+          inverse_level_(work.doubles(s.levels)),
+          transition_(work.doubles(s.levels * s.levels)),
+          S_(work.matrix(nz, nz)),
+          inverse_(work, nz),
+          nu_(work.doubles(nz)),
+          solved_(work.doubles(nz)),
+          weight_(work.doubles(s.levels)),
+          R_(work.doubles(nz)) {}
 
     void create() {
         gate_limit_ = chi_square_limit(settings_.window, settings_.gate_alpha);

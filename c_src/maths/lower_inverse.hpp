@@ -11,7 +11,10 @@ namespace hnav {
 class LowerInverse {
 public:
     LowerInverse(Arena& arena, int capacity)
-        : capacity_(capacity), L_(arena.doubles(capacity * capacity)), W_(arena.doubles(capacity * capacity)), half_(arena.doubles(capacity)) {}
+        : capacity_(capacity),
+          L_(arena.doubles(capacity * capacity)),
+          W_(arena.doubles(capacity * capacity)),
+          half_(arena.doubles(capacity)) {}
 
     // Takes the lower triangle of the leading n x n block. False: A is not positive definite.
     bool factor(const Matrix& A, int n) {

@@ -9,7 +9,10 @@ namespace hnav {
 class SparseRows {
 public:
     SparseRows(Arena& arena, int rows, int columns)
-        : rows_(rows), start_(arena.integers(rows + 1)), column_(arena.integers(rows * columns)), value_(arena.doubles(rows * columns)) {}
+        : rows_(rows),
+          start_(arena.integers(rows + 1)),
+          column_(arena.integers(rows * columns)),
+          value_(arena.doubles(rows * columns)) {}
 
     int rows() const { return rows_; }
 

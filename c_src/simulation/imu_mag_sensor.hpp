@@ -50,10 +50,8 @@ struct SensorModel {
         if (faults.sticks(t_s) && !first) y[faults.stuck_axis] = s->last[faults.stuck_axis];
         for (int i = 0; i < 3; ++i) s->last[i] = y[i];
 
-        if (dropout > 0 && dropout_chance.uniform(static_cast<std::uint64_t>(k)) < dropout)
-            s->dropped += 1;
-        else
-            Delivery::send(&s->delivery, y, t_s, latency_s);
+        if (dropout > 0 && dropout_chance.uniform(static_cast<std::uint64_t>(k)) < dropout) s->dropped += 1;
+        else Delivery::send(&s->delivery, y, t_s, latency_s);
         return true;
     }
 };

@@ -22,7 +22,8 @@ struct LinearAircraft {
     RowMajor factor;   // lower triangle, factor factor' = Qw
 
     // A n x n, B n x m, density n (standard deviations per root second), row-major.
-    void assign(int n, int m, const double* A_1_s, const double* B_1_s, const double* density, double interval_s, bool exact_noise) {
+    void assign(int n, int m, const double* A_1_s, const double* B_1_s, const double* density, double interval_s,
+                bool exact_noise) {
         Small flow(n, n), control(n, m), noise = Small::Zero(n, n);
         for (int i = 0; i < n; ++i) {
             for (int j = 0; j < n; ++j) flow(i, j) = A_1_s[i * n + j];

@@ -105,8 +105,7 @@ struct TurntableMotion {
         // Each axis turns the frame that the outer ones carry (Titterton and Weston, Strapdown Inertial Navigation
         // Technology, 2nd ed., section 3.6.3, solved for the body rate).
         const double d_roll = a[0].rate_rad_s, d_pitch = a[1].rate_rad_s, d_yaw = a[2].rate_rad_s;
-        truth.rate = {d_roll - d_yaw * std::sin(pitch),
-                      d_pitch * std::cos(roll) + d_yaw * std::cos(pitch) * std::sin(roll),
+        truth.rate = {d_roll - d_yaw * std::sin(pitch), d_pitch * std::cos(roll) + d_yaw * std::cos(pitch) * std::sin(roll),
                       -d_pitch * std::sin(roll) + d_yaw * std::cos(pitch) * std::cos(roll)};
         see(&truth);
         return truth;

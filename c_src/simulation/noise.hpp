@@ -31,7 +31,8 @@ public:
     };
 
     Noise() = default;
-    Noise(const NoiseDensities& densities, double period_s, std::uint64_t seed, std::uint64_t white, std::uint64_t flicker, std::uint64_t walk)
+    Noise(const NoiseDensities& densities, double period_s, std::uint64_t seed, std::uint64_t white, std::uint64_t flicker,
+          std::uint64_t walk)
         : densities_(densities), white_(seed, white), flicker_(seed, flicker), walk_(seed, walk) {
         const double root_period = std::sqrt(period_s);
         white_sigma_ = densities.white / root_period;
@@ -49,7 +50,8 @@ public:
         if (densities_.floor > 0)
             for (int j = 0; j < flicker_processes; ++j)
                 for (int i = 0; i < 3; ++i) {
-                    const double n = flicker_.normal((flicker_processes * index + static_cast<unsigned>(j)) * 4 + static_cast<unsigned>(i));
+                    const double n =
+                        flicker_.normal((flicker_processes * index + static_cast<unsigned>(j)) * 4 + static_cast<unsigned>(i));
                     double& x = state->flicker[j][i];
                     x = index == 0 ? densities_.floor * n : keep_[j] * x + drive_[j] * n;
                 }
@@ -61,7 +63,9 @@ public:
     Vector3 at(double k, const State& state, double white_factor) const {
         Vector3 sum = Vector3::Zero();
         for (int i = 0; i < 3; ++i) {
-            if (white_sigma_ > 0) sum[i] = white_factor * white_sigma_ * white_.normal(4 * static_cast<std::uint64_t>(k) + static_cast<unsigned>(i));
+            if (white_sigma_ > 0)
+                sum[i] =
+                    white_factor * white_sigma_ * white_.normal(4 * static_cast<std::uint64_t>(k) + static_cast<unsigned>(i));
             for (const auto& process : state.flicker) sum[i] += process[i];
             sum[i] += state.walk[i];
         }

@@ -54,9 +54,7 @@ struct Turning {
 
     Quaternion q(double t_s) const { return multiply(start_q, HeldTurn(rate_b, t_s).q); }
     Vector3 force_b(double t_s) const { return rotation_matrix(q(t_s)).transpose() * Vector3(0, 0, -AhrsModel::gravity_m_s2); }
-    Vector3 field_b(double t_s) const {
-        return rotation_matrix(q(t_s - latency_s)).transpose() * Vector3(2.5e-5, 0, 4.33e-5);
-    }
+    Vector3 field_b(double t_s) const { return rotation_matrix(q(t_s - latency_s)).transpose() * Vector3(2.5e-5, 0, 4.33e-5); }
 
     Event event(double t_s, bool with_mag = true) const {
         Event e{};
@@ -213,7 +211,9 @@ TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
     constexpr double h = 0.5 / steps;
     const Quaternion end = HeldTurn(motion.rate_b, 0.5).q;
     for (int r = 0; r < runs; ++r) {
-        const auto normal3 = [&](double sigma) { return Vector3(sigma * Vector3(random.normal(), random.normal(), random.normal())); };
+        const auto normal3 = [&](double sigma) {
+            return Vector3(sigma * Vector3(random.normal(), random.normal(), random.normal()));
+        };
         Quaternion q = rotation_quaternion(normal3(0.01));
         const Vector3 bias = normal3(0.02);
         for (int k = 0; k < steps; ++k)
@@ -267,7 +267,8 @@ TEST(Ahrs, AFieldCannotTiltTheHorizon) {
         for (State* state : {&right, &wrong}) {
             Event e = motion.event(t_s, false);
             const Matrix3 R = rotation_matrix(motion.q(t_s));
-            const Matrix3 turned = state == &wrong ? rotation_matrix(rotation_quaternion({2 * deg, 0, 0})) : Matrix3(Matrix3::Identity());
+            const Matrix3 turned =
+                state == &wrong ? rotation_matrix(rotation_quaternion({2 * deg, 0, 0})) : Matrix3(Matrix3::Identity());
             const Vector3 field = R.transpose() * turned * R * motion.field_b(t_s);
             e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
             model.before_flow(*state, e);

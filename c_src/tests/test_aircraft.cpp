@@ -4,11 +4,11 @@
 
 #include "counted_heap.hpp"
 
+#include <gtest/gtest.h>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <gtest/gtest.h>
 #include <limits>
 #include <string>
 #include <vector>
@@ -155,7 +155,8 @@ TEST(Aircraft, ColouredErrorsHaveTheirSigmaAndTheirTimeConstantInBothForms) {
             // Four standard errors of a variance from n samples of a first-order process.
             const double error = 4 * std::sqrt(2.0 / n * (1 + phi * phi) / (1 - phi * phi));
             EXPECT_NEAR(correlation(flight.lambda, i, 0) / variance, 1, error);
-            EXPECT_NEAR(correlation(flight.lambda, i, 1) / correlation(flight.lambda, i, 0), phi, 4 * std::sqrt((1 - phi * phi) / n));
+            EXPECT_NEAR(correlation(flight.lambda, i, 1) / correlation(flight.lambda, i, 0), phi,
+                        4 * std::sqrt((1 - phi * phi) / n));
         }
     }
 }
@@ -309,15 +310,28 @@ TEST(Aircraft, EveryImpossibleEntryIsRefusedByName) {
         {"start_sigma[1]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.start_sigma[1] = -0.1; }},
         {"accelerometer_error.sigma[0]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.sigma[0] = -1; }},
         {"accelerometer_error.time_constant_s[1]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.tau[1] = 0; }},
-        {"accelerometer_error.time_constant_s", HNAV_ERROR_NULL_ARGUMENT, [](auto& m, auto&, auto&) { m.accelerometer_error.time_constant_s = nullptr; }},
-        {"gravity_error.time_constant_s[0]", HNAV_ERROR_OPTION, [](auto& m, auto&, auto& d) { m.gravity_error.sigma = d.v.data(); d.gravity_tau[0] = 0; }},
-        {"accelerometer_error.time_constant_s[2]", HNAV_ERROR_OPTION, [](auto&, auto& o, auto& d) { o.euler_colour = 1; d.tau[2] = 0.05; }},
+        {"accelerometer_error.time_constant_s", HNAV_ERROR_NULL_ARGUMENT,
+         [](auto& m, auto&, auto&) { m.accelerometer_error.time_constant_s = nullptr; }},
+        {"gravity_error.time_constant_s[0]", HNAV_ERROR_OPTION,
+         [](auto& m, auto&, auto& d) {
+             m.gravity_error.sigma = d.v.data();
+             d.gravity_tau[0] = 0;
+         }},
+        {"accelerometer_error.time_constant_s[2]", HNAV_ERROR_OPTION,
+         [](auto&, auto& o, auto& d) {
+             o.euler_colour = 1;
+             d.tau[2] = 0.05;
+         }},
         {"commands.period_s[0]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.commands[0].period_s = 0; }},
         {"faults.factor[1]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.faults[1].factor = -1; }},
         {"euler_colour = 2", HNAV_ERROR_OPTION, [](auto&, auto& o, auto&) { o.euler_colour = 2; }},
         {"exact_process_noise = -1", HNAV_ERROR_OPTION, [](auto&, auto& o, auto&) { o.exact_process_noise = -1; }},
         {"hnav_aircraft_defaults", HNAV_ERROR_OPTIONS_STAMP, [](auto&, auto& o, auto&) { o.cookie = 0; }},
-        {"beyond what numbers hold", HNAV_ERROR_OPTION, [](auto& m, auto&, auto& d) { d.A[0] = -1e300; m.interval_s = 1e10; }},
+        {"beyond what numbers hold", HNAV_ERROR_OPTION,
+         [](auto& m, auto&, auto& d) {
+             d.A[0] = -1e300;
+             m.interval_s = 1e10;
+         }},
     };
     for (const Case& c : cases) {
         Model data;

@@ -1,8 +1,8 @@
 // Discretisation against closed forms, and against itself over two half intervals.
 #include "maths/discretise.hpp"
 
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 
 using hnav::discretise;
 using hnav::Small;

@@ -3,11 +3,11 @@
 
 #include "counted_heap.hpp"
 
+#include <gtest/gtest.h>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <string>
@@ -66,8 +66,9 @@ bool same_bits(const hnav_posterior& a, const hnav_posterior& b) { return std::m
 hnav_hrekf_options defaults() { return hnav_hrekf_defaults(HNAV_PRESET_DEFAULT); }
 
 void multiply(const double* a, const double* b, double* out) {
-    const double r[4] = {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-                         a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+    const double r[4] = {
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
     std::memcpy(out, r, sizeof r);
 }
 
@@ -156,9 +157,8 @@ TEST(Hrekf, EveryIntegratorGivesTheSameEstimate) {
     hnav_hrekf_options o = precise();
     o.solver = HNAV_SOLVER_CLOSED_FORM;
     const hnav_posterior exact = run_straight(o, rows);
-    for (const auto& [solver, tolerance] : {std::pair<hnav_solver, double>{HNAV_SOLVER_ERKSTEP, 1e-7},
-                                            {HNAV_SOLVER_ADAMS, 1e-5},
-                                            {HNAV_SOLVER_EULER, 1e-3}}) {
+    for (const auto& [solver, tolerance] :
+         {std::pair<hnav_solver, double>{HNAV_SOLVER_ERKSTEP, 1e-7}, {HNAV_SOLVER_ADAMS, 1e-5}, {HNAV_SOLVER_EULER, 1e-3}}) {
         o.solver = solver;
         o.euler_step_s = 1e-4;
         const hnav_posterior p = run_straight(o, rows);
@@ -477,8 +477,7 @@ TEST(SaveLoad, SaveWreckLoadGoOnIsBitEqual) {
                 f.push(wreck);
                 f.advance(rows[k].t_s + 3);
                 ASSERT_EQ(hnav_filter_load(f, saved.data(), bytes), HNAV_OK);
-            } else
-                f.advance(rows[k].t_s + 0.004);
+            } else f.advance(rows[k].t_s + 0.004);
         }
         EXPECT_TRUE(same_bits(f.posterior(), reference));
     }

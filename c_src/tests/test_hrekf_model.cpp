@@ -134,7 +134,8 @@ TEST(HrekfFlow, TheClosedFormIsTheIntegralOfTheFlow) {
             std::memcpy(x, integrated.x, sizeof x);
             ASSERT_TRUE(propagator.create(35, f, p, &context, x));
             ASSERT_TRUE(propagator.integrate(&context, interval_s, x));
-            for (int i = 0; i < 35; ++i) EXPECT_NEAR(exact.x[i], x[i], 2e-11) << "rate " << rate << " T " << interval_s << " state " << i;
+            for (int i = 0; i < 35; ++i)
+                EXPECT_NEAR(exact.x[i], x[i], 2e-11) << "rate " << rate << " T " << interval_s << " state " << i;
         }
 }
 

@@ -90,9 +90,8 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
         dx[1] = -4 * x[0];
     };
     const double atol[2] = {1e-12, 1e-12}, probe[2] = {1, 0};
-    for (const auto& [integrator, tolerance] : {std::pair<Integrator, double>{Integrator::erkstep, 1e-8},
-                                                {Integrator::adams, 1e-6},
-                                                {Integrator::euler, 3e-2}}) {
+    for (const auto& [integrator, tolerance] :
+         {std::pair<Integrator, double>{Integrator::erkstep, 1e-8}, {Integrator::adams, 1e-6}, {Integrator::euler, 3e-2}}) {
         Propagator propagator;
         Propagator::Settings settings;
         settings.integrator = integrator;

@@ -5,11 +5,11 @@
 
 #include <Eigen/Dense>
 
+#include <gtest/gtest.h>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 #include <string>
@@ -24,8 +24,8 @@ using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 
 // A damped oscillator beside a slow state, all three measured; time constant of the errors 100 steps.
 struct Model {
-    Square A{3, 3}, B{3, 1}, H = Square::Identity(3, 3), An = 0.99 * Square::Identity(3, 3), Qw{3, 3}, Qv{3, 3}, QU{3, 3}, Lambda0{3, 3},
-        P0 = Square::Identity(3, 3);
+    Square A{3, 3}, B{3, 1}, H = Square::Identity(3, 3), An = 0.99 * Square::Identity(3, 3), Qw{3, 3}, Qv{3, 3}, QU{3, 3},
+                             Lambda0{3, 3}, P0 = Square::Identity(3, 3);
     double x0[3] = {0.1, -0.2, 0.3};
     bool coloured = true;
 
@@ -106,7 +106,8 @@ public:
     operator hnav_ins_error_filter*() const { return filter_; }
 
     void step(const Data& d, int k) {
-        ASSERT_EQ(hnav_ins_error_filter_step(filter_, &d.u[k], &d.z[3 * k], nullptr), HNAV_OK) << hnav_ins_error_filter_message(filter_);
+        ASSERT_EQ(hnav_ins_error_filter_step(filter_, &d.u[k], &d.z[3 * k], nullptr), HNAV_OK)
+            << hnav_ins_error_filter_message(filter_);
     }
     Eigen::Vector3d x() const {
         Eigen::Vector3d x;
@@ -406,7 +407,8 @@ TEST(InsErrorFilter, EveryImpossibleModelIsRefusedByName) {
         {HNAV_ERROR_NON_FINITE, "Lambda0[1][1]", [](Model& s, hnav_ins_error_model&) { s.Lambda0(1, 1) = not_a_number; }},
         {HNAV_ERROR_OPTION, "Qw is not symmetric", [](Model& s, hnav_ins_error_model&) { s.Qw(0, 1) = 0.01; }},
         {HNAV_ERROR_OPTION, "P0 is not symmetric", [](Model& s, hnav_ins_error_model&) { s.P0(2, 1) = 0.5; }},
-        {HNAV_ERROR_OPTION, "Qv is not positive semidefinite: Qv[2][2] = -1", [](Model& s, hnav_ins_error_model&) { s.Qv(2, 2) = -1; }},
+        {HNAV_ERROR_OPTION, "Qv is not positive semidefinite: Qv[2][2] = -1",
+         [](Model& s, hnav_ins_error_model&) { s.Qv(2, 2) = -1; }},
         {HNAV_ERROR_OPTION, "QU is not positive semidefinite: QU[0][1] = 9",
          [](Model& s, hnav_ins_error_model&) { s.QU(0, 1) = s.QU(1, 0) = 9; }},
         {HNAV_ERROR_OPTION, "P0 is not positive semidefinite: an eigenvalue",
@@ -427,7 +429,8 @@ TEST(InsErrorFilter, EveryImpossibleModelIsRefusedByName) {
         hnav_ins_error_filter* filter;
         EXPECT_EQ(hnav_ins_error_filter_create(&filter, &options, &view, message, sizeof message), wrong.status) << wrong.text;
         EXPECT_EQ(filter, nullptr);
-        EXPECT_NE(std::string(message).find(wrong.text), std::string::npos) << "\"" << message << "\" without \"" << wrong.text << "\"";
+        EXPECT_NE(std::string(message).find(wrong.text), std::string::npos)
+            << "\"" << message << "\" without \"" << wrong.text << "\"";
     }
 }
 
@@ -483,7 +486,8 @@ TEST(InsErrorFilter, EveryImpossibleOptionIsRefusedByName) {
 TEST(InsErrorFilter, AFailedStepLeavesTheEstimateAsItWas) {
     const Model m;
     const Data d = samples(m, 30, 14);
-    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM)), untouched(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM));
+    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM)),
+        untouched(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM));
     double nis;
     EXPECT_EQ(hnav_ins_error_filter_innovation(f, nullptr, nullptr, &nis), HNAV_ERROR_NO_DATA);
     const double bad[3] = {0, infinity, 0}, huge[3] = {1e200, 0, 0}, bad_u = not_a_number;
@@ -523,18 +527,29 @@ TEST(InsErrorFilter, NullIsAnswered) {
     hnav_ins_error_filter_destroy(nullptr);
     EXPECT_STREQ(hnav_ins_error_filter_message(nullptr), "filter is null");
     EXPECT_STREQ(hnav_ins_error_filter_warning(nullptr), "filter is null");
-    for (const hnav_status answer :
-         {hnav_ins_error_filter_reset(nullptr), hnav_ins_error_filter_separability(nullptr, number), hnav_ins_error_filter_separability(f, nullptr),
-          hnav_ins_error_filter_replace_model(nullptr, &view), hnav_ins_error_filter_step(nullptr, number, number, nullptr),
-          hnav_ins_error_filter_estimate(nullptr, number, number), hnav_ins_error_filter_covariance(nullptr, number),
-          hnav_ins_error_filter_covariance(f, nullptr), hnav_ins_error_filter_coloured_error(nullptr, number, number, number),
-          hnav_ins_error_filter_innovation(nullptr, number, number, number), hnav_ins_error_filter_noise(nullptr, number, number),
-          hnav_ins_error_filter_get_status(nullptr, &status), hnav_ins_error_filter_get_status(f, nullptr),
-          hnav_ins_error_filter_run(nullptr, 1, &input, &output, nullptr), hnav_ins_error_filter_run(f, 1, nullptr, &output, nullptr),
-          hnav_ins_error_filter_run(f, 1, &input, nullptr, nullptr), hnav_ins_error_filter_run(f, 1, &input, &output, nullptr),
-          hnav_ins_error_filter_state_size(nullptr, &bytes), hnav_ins_error_filter_state_size(f, nullptr),
-          hnav_ins_error_filter_save(nullptr, number, 9), hnav_ins_error_filter_save(f, nullptr, 9), hnav_ins_error_filter_load(nullptr, number, 9),
-          hnav_ins_error_filter_load(f, nullptr, 9)})
+    for (const hnav_status answer : {hnav_ins_error_filter_reset(nullptr),
+                                     hnav_ins_error_filter_separability(nullptr, number),
+                                     hnav_ins_error_filter_separability(f, nullptr),
+                                     hnav_ins_error_filter_replace_model(nullptr, &view),
+                                     hnav_ins_error_filter_step(nullptr, number, number, nullptr),
+                                     hnav_ins_error_filter_estimate(nullptr, number, number),
+                                     hnav_ins_error_filter_covariance(nullptr, number),
+                                     hnav_ins_error_filter_covariance(f, nullptr),
+                                     hnav_ins_error_filter_coloured_error(nullptr, number, number, number),
+                                     hnav_ins_error_filter_innovation(nullptr, number, number, number),
+                                     hnav_ins_error_filter_noise(nullptr, number, number),
+                                     hnav_ins_error_filter_get_status(nullptr, &status),
+                                     hnav_ins_error_filter_get_status(f, nullptr),
+                                     hnav_ins_error_filter_run(nullptr, 1, &input, &output, nullptr),
+                                     hnav_ins_error_filter_run(f, 1, nullptr, &output, nullptr),
+                                     hnav_ins_error_filter_run(f, 1, &input, nullptr, nullptr),
+                                     hnav_ins_error_filter_run(f, 1, &input, &output, nullptr),
+                                     hnav_ins_error_filter_state_size(nullptr, &bytes),
+                                     hnav_ins_error_filter_state_size(f, nullptr),
+                                     hnav_ins_error_filter_save(nullptr, number, 9),
+                                     hnav_ins_error_filter_save(f, nullptr, 9),
+                                     hnav_ins_error_filter_load(nullptr, number, 9),
+                                     hnav_ins_error_filter_load(f, nullptr, 9)})
         EXPECT_EQ(answer, HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_ins_error_filter_run(f, 0, &input, &output, nullptr), HNAV_OK);
 }
@@ -562,7 +577,8 @@ namespace {
 
 // Everything a filter can be asked for, on n states, n channels and a full Qv when `full`.
 long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scaling scaling, int lag, bool full) {
-    Square A = 0.9 * Square::Identity(n, n), I = Square::Identity(n, n), An = 0.99 * I, QU = 0.02 * I, Qv = I, Ac = -0.5 * I, Anc = -0.1 * I;
+    Square A = 0.9 * Square::Identity(n, n), I = Square::Identity(n, n), An = 0.99 * I, QU = 0.02 * I, Qv = I, Ac = -0.5 * I,
+           Anc = -0.1 * I;
     A(0, n - 1) = 0.1;
     if (full) Qv(0, n - 1) = Qv(n - 1, 0) = 0.1;
     hnav_ins_error_model m{};

@@ -81,8 +81,9 @@ struct Answer {
     Vector3 corrected(const Vector3& field) const { return matrix() * (field - offset()); }
 };
 
-Answer calibrate(const Recording& r, bool with_force = true,
-                 const std::function<void(hnav_magnetometer_options&)>& change = [](hnav_magnetometer_options&) {}) {
+Answer calibrate(
+    const Recording& r, bool with_force = true,
+    const std::function<void(hnav_magnetometer_options&)>& change = [](hnav_magnetometer_options&) {}) {
     hnav_magnetometer_options options = hnav_magnetometer_defaults();
     change(options);
     Answer answer{};
@@ -260,7 +261,8 @@ TEST(MagnetometerCalibration, TheStandardErrorIsTheSizeOfTheError) {
         errors += std::pow(direction_error(clean, a), 2);
         sigmas += std::pow(a.c.direction_sigma_rad, 2);
     }
-    std::printf("rms direction error %.4f deg, standard error stated %.4f deg\n", std::sqrt(errors / 60) / deg, std::sqrt(sigmas / 60) / deg);
+    std::printf("rms direction error %.4f deg, standard error stated %.4f deg\n", std::sqrt(errors / 60) / deg,
+                std::sqrt(sigmas / 60) / deg);
     EXPECT_NEAR(std::sqrt(sigmas / errors), 1, 0.3);
 }
 
@@ -358,7 +360,8 @@ TEST(MagnetometerCalibrationRefuses, NullPointers) {
     char message[80];
     EXPECT_EQ(hnav_calibrate_magnetometer(3, nullptr, nullptr, nullptr, &c, message, sizeof message), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_STREQ(message, "field is null");
-    EXPECT_EQ(hnav_calibrate_magnetometer(3, r.field[0].data(), nullptr, nullptr, nullptr, message, sizeof message), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_calibrate_magnetometer(3, r.field[0].data(), nullptr, nullptr, nullptr, message, sizeof message),
+              HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_STREQ(message, "calibration is null");
     EXPECT_EQ(hnav_calibrate_magnetometer(3, r.field[0].data(), nullptr, nullptr, nullptr, nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_calibrate_magnetometer(r.size(), r.field[0].data(), nullptr, nullptr, &c, nullptr, 0), HNAV_OK);
@@ -418,7 +421,8 @@ TEST(MagnetometerCalibrationRefuses, DataThatDoNotTell) {
     for (std::size_t i = 0; i < r.size(); ++i) r.field[i] = Vector3(0.2, 0.9, 1.0).asDiagonal() * r.truth[i];
     expect_refusal(calibrate(r), HNAV_ERROR_ILL_CONDITIONED, "axis_ratio_limit");
 
-    expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 15 * deg}, 1)), HNAV_ERROR_ILL_CONDITIONED, "several ellipsoids");
+    expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 15 * deg}, 1)), HNAV_ERROR_ILL_CONDITIONED,
+                   "several ellipsoids");
     expect_refusal(calibrate(record({600, 54 * deg, 0.03, 0.03}, 1), true, [](auto& o) { o.direction_sigma_limit_rad = 1e-4; }),
                    HNAV_ERROR_ILL_CONDITIONED, "direction_sigma_limit_rad");
     expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 30 * deg}, 1), true, [](auto& o) { o.coverage_limit = 0.9; }),

@@ -10,17 +10,23 @@ using hnav::RandomStream;
 TEST(Random, WordsAreThoseOfNumpysPhilox) {
     {
         const RandomStream random(0u, 0u);
-        const std::uint64_t words[] = {0x2f4ba6408e4d89bu, 0x3dd62b0b9ca8c5b2u, 0x1c8667a55d902e79u, 0x907d7a052fd5b4dcu, 0x809bf322883987c3u, 0x471128b9e807f7ddu, 0xf250ba0dbec065b7u, 0xfc6ed66767a457bcu, 0x40fa86f0f781945du};
+        const std::uint64_t words[] = {0x2f4ba6408e4d89bu,  0x3dd62b0b9ca8c5b2u, 0x1c8667a55d902e79u,
+                                       0x907d7a052fd5b4dcu, 0x809bf322883987c3u, 0x471128b9e807f7ddu,
+                                       0xf250ba0dbec065b7u, 0xfc6ed66767a457bcu, 0x40fa86f0f781945du};
         for (int i = 0; i < 9; ++i) EXPECT_EQ(random.word(i), words[i]) << i;
     }
     {
         const RandomStream random(1u, 0u);
-        const std::uint64_t words[] = {0x4db6a27b756282dfu, 0xd944fa03babe0e2fu, 0x27f872e577060d32u, 0x7f697696a0482a2u, 0xe677fe4bbd0452ecu, 0xd543dba56d1e799u, 0xbebe12cad0eb4d9eu, 0x3f0b4abd55f61f3du, 0x6883d8d6d20a1807u};
+        const std::uint64_t words[] = {0x4db6a27b756282dfu, 0xd944fa03babe0e2fu, 0x27f872e577060d32u,
+                                       0x7f697696a0482a2u,  0xe677fe4bbd0452ecu, 0xd543dba56d1e799u,
+                                       0xbebe12cad0eb4d9eu, 0x3f0b4abd55f61f3du, 0x6883d8d6d20a1807u};
         for (int i = 0; i < 9; ++i) EXPECT_EQ(random.word(i), words[i]) << i;
     }
     {
         const RandomStream random(18446744073709551615u, 7u);
-        const std::uint64_t words[] = {0x132b66d32865281eu, 0xd96a83b4814b47c1u, 0xee2fffd72252ae08u, 0x120a90e67b54ba1fu, 0x5606de1ec52ead99u, 0xe7badc1a8d7de76au, 0x6e249235b12e192cu, 0x192835fa5f6c209fu, 0xb91e0caed5118b33u};
+        const std::uint64_t words[] = {0x132b66d32865281eu, 0xd96a83b4814b47c1u, 0xee2fffd72252ae08u,
+                                       0x120a90e67b54ba1fu, 0x5606de1ec52ead99u, 0xe7badc1a8d7de76au,
+                                       0x6e249235b12e192cu, 0x192835fa5f6c209fu, 0xb91e0caed5118b33u};
         for (int i = 0; i < 9; ++i) EXPECT_EQ(random.word(i), words[i]) << i;
     }
 }

@@ -1,5 +1,5 @@
-#include "attitude/hrekf/noise_adaptation.hpp"
 #include "attitude/common/robust_law.hpp"
+#include "attitude/hrekf/noise_adaptation.hpp"
 #include "laws.hpp"
 
 #include <Eigen/LU>
@@ -103,7 +103,9 @@ TEST(RobustLaw, ASingularCovarianceIsNoObstacle) {
         EXPECT_EQ(Sigma.row(0).cwiseAbs().maxCoeff(), 0);
     }
     RobustReport report;
-    EXPECT_EQ(inflate<7>(Square<7>(Square<7>::Zero()), Weight::Ones(), 0.01, settings(GammaMode::kl), &report).cwiseAbs().maxCoeff(), 0);
+    EXPECT_EQ(
+        inflate<7>(Square<7>(Square<7>::Zero()), Weight::Ones(), 0.01, settings(GammaMode::kl), &report).cwiseAbs().maxCoeff(),
+        0);
 }
 
 TEST(NoiseAdaptation, AsPrintedIsAMovingAverageOfOuterProducts) {
@@ -119,8 +121,10 @@ TEST(NoiseAdaptation, TheCorrectedFormStaysWithinItsBounds) {
     s.gain = 0.02;
     s.least = 1e-4;
     s.most = 1e-2;
-    const Matrix3 down = adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3::Zero(), Matrix3::Zero(), Matrix3::Identity(), 0.01, 1);
-    const Matrix3 up = adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3(9, 9, 9), Matrix3::Zero(), Matrix3::Zero(), 0.01, 1);
+    const Matrix3 down =
+        adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3::Zero(), Matrix3::Zero(), Matrix3::Identity(), 0.01, 1);
+    const Matrix3 up =
+        adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3(9, 9, 9), Matrix3::Zero(), Matrix3::Zero(), 0.01, 1);
     EXPECT_NEAR(Eigen::SelfAdjointEigenSolver<Matrix3>(down).eigenvalues()[0], 1e-4, 1e-12);
     EXPECT_NEAR(Eigen::SelfAdjointEigenSolver<Matrix3>(up).eigenvalues()[2], 1e-2, 1e-12);
 }

@@ -123,7 +123,8 @@ TEST(Turntable, IntegratingTheRateGivesTheAttitudeAcrossCorners) {
         };
         const double step = end - t;
         const auto flow = [&](double at, const Quaternion& x) -> Quaternion { return hnav::Xi(x) * rate(at); };
-        const Quaternion k1 = flow(t, q), k2 = flow(t + step / 2, q + step / 2 * k1), k3 = flow(t + step / 2, q + step / 2 * k2), k4 = flow(end, q + step * k3);
+        const Quaternion k1 = flow(t, q), k2 = flow(t + step / 2, q + step / 2 * k1), k3 = flow(t + step / 2, q + step / 2 * k2),
+                         k4 = flow(end, q + step * k3);
         q += step / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
         t = end;
     }
@@ -358,7 +359,8 @@ TEST(ImuMagSensor, ASourceOfNoiseDoesNotDisturbTheOthers) {
     const Vector3 bias = together.value(0, rest(), HNAV_SENSOR_GYRO) - alone.value(0, rest(), HNAV_SENSOR_GYRO);
     EXPECT_GT(bias.norm(), 0);
     for (int k = 1; k < 50; ++k) {
-        const Vector3 difference = together.value(0.01 * k, rest(), HNAV_SENSOR_GYRO) - alone.value(0.01 * k, rest(), HNAV_SENSOR_GYRO);
+        const Vector3 difference =
+            together.value(0.01 * k, rest(), HNAV_SENSOR_GYRO) - alone.value(0.01 * k, rest(), HNAV_SENSOR_GYRO);
         EXPECT_LT((difference - bias).norm(), 1e-15);
     }
 }
@@ -416,8 +418,7 @@ TEST(ImuMagSensor, ALatencyDelaysDeliveryAndKeepsTheStamp) {
         sensor.sample(t, rest());
         EXPECT_EQ(sensor.read(HNAV_SENSOR_GYRO).t_meas_s, t);
         const hnav_reading mag = sensor.read(HNAV_SENSOR_MAG);
-        if (k < 3)
-            EXPECT_EQ(mag.count, 0u) << k;
+        if (k < 3) EXPECT_EQ(mag.count, 0u) << k;
         else {
             EXPECT_EQ(mag.t_meas_s, 0.01 * (k - 3)) << k;
             EXPECT_EQ(mag.count, static_cast<std::uint64_t>(k - 2));
@@ -498,8 +499,10 @@ TEST(ImuMagSensor, FaultWindowsBeginAndEndOnTime) {
     };
     std::vector<int> expected;
     for (int k = 30; k < 60; ++k) expected.push_back(k);
-    EXPECT_EQ(active([](auto& f, double a, double b) { f.mag_disturbance = {a, b, {1e-6, 0, 0}, 0}; }, HNAV_SENSOR_MAG), expected);
-    EXPECT_EQ(active([](auto& f, double a, double b) { f.mag_disturbance = {a, b, {0, 0, 0}, 1e-6}; }, HNAV_SENSOR_MAG), expected);
+    EXPECT_EQ(active([](auto& f, double a, double b) { f.mag_disturbance = {a, b, {1e-6, 0, 0}, 0}; }, HNAV_SENSOR_MAG),
+              expected);
+    EXPECT_EQ(active([](auto& f, double a, double b) { f.mag_disturbance = {a, b, {0, 0, 0}, 1e-6}; }, HNAV_SENSOR_MAG),
+              expected);
     EXPECT_EQ(active([](auto& f, double a, double b) { f.outliers = {a, b, 1, 1, 1, 1}; }, HNAV_SENSOR_GYRO), expected);
     EXPECT_EQ(active([](auto& f, double a, double b) { f.outliers = {a, b, 1, 1, 1, 1}; }, HNAV_SENSOR_ACCEL), expected);
     EXPECT_EQ(active([](auto& f, double a, double b) { f.bias_jump = {a, b, {0, 1, 0}, {}, {}}; }, HNAV_SENSOR_GYRO), expected);
@@ -571,7 +574,8 @@ TEST(ImuMagSensor, SaveWreckLoadGoesOnBitForBitAndResetStartsAnew) {
             sensor.sample(0.01 * k, rest());
             for (int s = 0; s < 3; ++s) {
                 const hnav_reading r = sensor.read(static_cast<hnav_sensor>(s));
-                seen.insert(seen.end(), {r.value[0], r.value[1], r.value[2], r.t_meas_s, static_cast<double>(r.count), static_cast<double>(r.dropped)});
+                seen.insert(seen.end(), {r.value[0], r.value[1], r.value[2], r.t_meas_s, static_cast<double>(r.count),
+                                         static_cast<double>(r.dropped)});
             }
         }
         return seen;
@@ -620,8 +624,10 @@ TEST(ImuMagSensor, ImpossibleOptionsAndArgumentsAreNamed) {
     EXPECT_NE(with([](auto& o) { o.gyro.period_s = 0; }).find("gyro.period_s = 0"), std::string::npos);
     EXPECT_NE(with([](auto& o) { o.mag.soft_iron[4] = NAN; }).find("mag.soft_iron[4]"), std::string::npos);
     EXPECT_NE(with([](auto& o) { o.fault.outliers.probability = 2; }).find("fault.outliers.probability = 2"), std::string::npos);
-    EXPECT_NE(with([](auto& o) { o.accel.jitter_s = 0.005; }).find("accel.jitter_s = 0.005 must be below half of accel.period_s"), std::string::npos);
-    EXPECT_NE(with([](auto& o) { o.mag.latency_s = 1; }).find("mag.latency_s = 1 is more than 30 times mag.period_s"), std::string::npos);
+    EXPECT_NE(with([](auto& o) { o.accel.jitter_s = 0.005; }).find("accel.jitter_s = 0.005 must be below half of accel.period_s"),
+              std::string::npos);
+    EXPECT_NE(with([](auto& o) { o.mag.latency_s = 1; }).find("mag.latency_s = 1 is more than 30 times mag.period_s"),
+              std::string::npos);
     refusal({}, HNAV_ERROR_OPTIONS_STAMP);
     Sensor sensor(hnav_imu_mag_sensor_defaults());
     hnav_reading reading;

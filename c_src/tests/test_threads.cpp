@@ -2,8 +2,8 @@
 // under the thread sanitizer (preset tsan) to see that nothing is shared, not even what happens to agree.
 #include "hnav/hnav.h"
 
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 #include <thread>
 #include <vector>
 

@@ -134,7 +134,9 @@ void write_choices(const Writer& w) {
         if (v.type != Type::enumeration) continue;
         if (!any) w.text("  <TypeDefinitions>\n");
         any = true;
-        std::fprintf(w.file, w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>", v.name);
+        std::fprintf(w.file,
+                     w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>",
+                     v.name);
         for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"/>", v.choices[k], k);
         w.text(w.fmi3 ? "</EnumerationType>\n" : "</Enumeration></SimpleType>\n");
     }
@@ -155,10 +157,8 @@ void write_value(const Writer& w, const Variable& v) {
         if (std::fabs(v.max) < 1e300) w.attribute("max", v.max);
     }
     if (v.causality == Causality::parameter || v.causality == Causality::input) {
-        if (v.type == Type::boolean)
-            w.attribute("start", v.start != 0 ? "true" : "false");
-        else
-            w.attribute("start", v.start);
+        if (v.type == Type::boolean) w.attribute("start", v.start != 0 ? "true" : "false");
+        else w.attribute("start", v.start);
     }
     // FMI 2 counts variables from 1, FMI 3 names them by value reference.
     if (v.derivative_of >= 0) w.attribute("derivative", w.fmi3 ? v.derivative_of : v.derivative_of + 1);
@@ -196,7 +196,9 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
     std::fprintf(w.file, w.fmi3 ? "    <%s valueReference=\"%d\"" : "      <%s index=\"%d\"", element, row + shift);
     if (!initial) {
         const Variable& v = w.table[row];
-        const int count = v.depends_on == DependsOn::nothing ? 0 : v.depends_on == DependsOn::first_states ? w.info.first_states : w.info.nx;
+        const int count = v.depends_on == DependsOn::nothing        ? 0
+                          : v.depends_on == DependsOn::first_states ? w.info.first_states
+                                                                    : w.info.nx;
         w.text(" dependencies=\"");
         int written = 0;
         for (int i = 0; i < w.table.size() && written < count; ++i)
@@ -268,9 +270,10 @@ void write_model_description(const Writer& w, const char* version) {
 // Inputs that share the part of the name before the dot are one plug: gyro, accel, mag, aid. So are the outputs of a
 // plant, which bear the names of a filter's inputs.
 void write_terminals(const Writer& w) {
-    w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
-           "  <GraphicalRepresentation>\n    <CoordinateSystem x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\" suggestedScalingFactorTo_mm=\"0.1\"/>\n"
-           "    <Icon x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\"/>\n  </GraphicalRepresentation>\n  <Terminals>\n");
+    w.text(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+        "  <GraphicalRepresentation>\n    <CoordinateSystem x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\" suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+        "    <Icon x1=\"-100\" y1=\"-100\" x2=\"100\" y2=\"100\"/>\n  </GraphicalRepresentation>\n  <Terminals>\n");
     char open[64] = "";
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
@@ -285,7 +288,8 @@ void write_terminals(const Writer& w) {
             std::fprintf(w.file, "    <Terminal name=\"%s\" matchingRule=\"plug\">\n", prefix);
             std::snprintf(open, sizeof open, "%s", prefix);
         }
-        std::fprintf(w.file, "      <TerminalMemberVariable variableName=\"%s\" memberName=\"%s\" variableKind=\"signal\"/>\n", v.name, dot + 1);
+        std::fprintf(w.file, "      <TerminalMemberVariable variableName=\"%s\" memberName=\"%s\" variableKind=\"signal\"/>\n",
+                     v.name, dot + 1);
     }
     if (*open) w.text("    </Terminal>\n");
     w.text("  </Terminals>\n</fmiTerminalsAndIcons>\n");
@@ -295,24 +299,24 @@ bool write_documentation(const Writer& w, const char* introduction) {
     FILE* in = std::fopen(introduction, "r");
     if (!in) return false;
     std::fprintf(w.file, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>%s</title>\n", w.info.name);
-    w.text("<style>body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
-           "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left;vertical-align:top}code{font-size:90%}</style></head><body>\n");
+    w.text(
+        "<style>body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
+        "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left;vertical-align:top}code{font-size:90%}</style></head><body>\n");
     char line[1024];
     while (std::fgets(line, sizeof line, in)) w.text(line);
     std::fclose(in);
-    w.text("<h2>Variables</h2>\n<table><tr><th>name</th><th>kind</th><th>type</th><th>unit</th><th>start</th><th>meaning</th></tr>\n");
+    w.text(
+        "<h2>Variables</h2>\n<table><tr><th>name</th><th>kind</th><th>type</th><th>unit</th><th>start</th><th>meaning</th></tr>\n");
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
-        std::fprintf(w.file, "<tr><td><code>%s</code></td><td>%s</td><td>%s</td><td>", v.name, name_of(v.causality), type_element(v.type, true));
+        std::fprintf(w.file, "<tr><td><code>%s</code></td><td>%s</td><td>%s</td><td>", v.name, name_of(v.causality),
+                     type_element(v.type, true));
         w.escaped(v.unit);
         w.text("</td><td>");
         if (v.causality == Causality::parameter || v.causality == Causality::input) {
-            if (v.type == Type::enumeration)
-                w.text(v.choices[static_cast<int>(v.start)]);
-            else if (v.type == Type::boolean)
-                w.text(v.start != 0 ? "true" : "false");
-            else
-                std::fprintf(w.file, "%g", v.start);
+            if (v.type == Type::enumeration) w.text(v.choices[static_cast<int>(v.start)]);
+            else if (v.type == Type::boolean) w.text(v.start != 0 ? "true" : "false");
+            else std::fprintf(w.file, "%g", v.start);
         }
         w.text("</td><td>");
         w.escaped(v.description);

@@ -1,8 +1,8 @@
 // FMI 2.0 by name; what the calls do stands in instance.cpp.
 #include "adapter/instance.hpp"
 
-#include <cstring>
 #include <fmi2Functions.h>
+#include <cstring>
 
 namespace {
 
@@ -46,7 +46,8 @@ fmi2Status set(fmi2Component c, Type type, const fmi2ValueReference* references,
 // FMI 2 has one C type for integers and enumerations, so the row tells which it is.
 Type integer_type(fmi2Component c, fmi2ValueReference reference) {
     const auto& table = of(c)->table();
-    const bool enumeration = reference < static_cast<unsigned>(table.size()) && table[static_cast<int>(reference)].type == Type::enumeration;
+    const bool enumeration =
+        reference < static_cast<unsigned>(table.size()) && table[static_cast<int>(reference)].type == Type::enumeration;
     return enumeration ? Type::enumeration : Type::integer;
 }
 
@@ -82,7 +83,8 @@ void fmi2FreeInstance(fmi2Component c) {
     if (c) of(c)->destroy();
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime) {
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real startTime, fmi2Boolean stopTimeDefined,
+                               fmi2Real stopTime) {
     if (!c || !of(c)->allowed(Call::enter_initialization)) return fmi2Error;
     return to_fmi(of(c)->set_up_experiment(startTime, stopTimeDefined != fmi2False, stopTime));
 }
@@ -148,17 +150,20 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
     return fmi2OK;
 }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    return c ? to_fmi(of(c)->serialise(static_cast<Instance::Snapshot*>(state), reinterpret_cast<unsigned char*>(bytes), size)) : fmi2Error;
+    return c ? to_fmi(of(c)->serialise(static_cast<Instance::Snapshot*>(state), reinterpret_cast<unsigned char*>(bytes), size))
+             : fmi2Error;
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
-    return c ? to_fmi(of(c)->deserialise(reinterpret_cast<const unsigned char*>(bytes), size, reinterpret_cast<Instance::Snapshot**>(state)))
+    return c ? to_fmi(of(c)->deserialise(reinterpret_cast<const unsigned char*>(bytes), size,
+                                         reinterpret_cast<Instance::Snapshot**>(state)))
              : fmi2Error;
 }
 
 // ------------------------------------------------------------------------------------------------ derivatives
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown[], size_t nUnknown,
-                                        const fmi2ValueReference vKnown[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
+                                        const fmi2ValueReference vKnown[], size_t nKnown, const fmi2Real dvKnown[],
+                                        fmi2Real dvUnknown[]) {
     return c ? to_fmi(of(c)->directional_derivative(vUnknown, nUnknown, vKnown, nKnown, dvKnown, dvUnknown)) : fmi2Error;
 }
 
@@ -181,7 +186,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
     return c ? to_fmi(of(c)->change_mode(Call::enter_continuous_time_mode, hnav::fmu::continuous)) : fmi2Error;
 }
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean* enterEventMode, fmi2Boolean* terminateSimulation) {
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean* enterEventMode,
+                                       fmi2Boolean* terminateSimulation) {
     if (!c) return fmi2Error;
     if (!enterEventMode || !terminateSimulation) return to_fmi(of(c)->fail("CompletedIntegratorStep got a null pointer"));
     *enterEventMode = *terminateSimulation = fmi2False;
@@ -198,14 +204,17 @@ fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t n) {
     if (!c || !of(c)->allowed(Call::get_continuous_states)) return fmi2Error;
     return n == 0 ? fmi2OK : to_fmi(of(c)->fail("there are no event indicators, but %zu were asked for", n));
 }
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) { return c ? to_fmi(of(c)->get_states(x, nx)) : fmi2Error; }
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
+    return c ? to_fmi(of(c)->get_states(x, nx)) : fmi2Error;
+}
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t nx) {
     return c ? to_fmi(of(c)->get_nominals(nominals, nx)) : fmi2Error;
 }
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[], const fmi2Real[]) {
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[],
+                                       const fmi2Real[]) {
     return unsupported(c, "SetRealInputDerivatives");
 }
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[], fmi2Real[]) {
@@ -223,8 +232,12 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     *value = of(c)->time_s();
     return fmi2OK;
 }
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) { return unsupported(c, "GetIntegerStatus"); }
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind, fmi2Boolean*) { return unsupported(c, "GetBooleanStatus"); }
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) {
+    return unsupported(c, "GetIntegerStatus");
+}
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind, fmi2Boolean*) {
+    return unsupported(c, "GetBooleanStatus");
+}
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) { return unsupported(c, "GetStringStatus"); }
 
 } // extern "C"

@@ -1,8 +1,8 @@
 // FMI 3.0 by name; what the calls do stands in instance.cpp.
 #include "adapter/instance.hpp"
 
-#include <cstring>
 #include <fmi3Functions.h>
+#include <cstring>
 
 namespace {
 
@@ -27,7 +27,8 @@ void intermediate_update(Instance& instance, double t_s) {
     const auto callback = reinterpret_cast<fmi3IntermediateUpdateCallback>(instance.intermediate_callback);
     fmi3Boolean early_return_requested = fmi3False;
     fmi3Float64 early_return_time = t_s;
-    callback(instance.importer().environment, t_s, fmi3False, fmi3True, fmi3True, fmi3False, &early_return_requested, &early_return_time);
+    callback(instance.importer().environment, t_s, fmi3False, fmi3True, fmi3True, fmi3False, &early_return_requested,
+             &early_return_time);
 }
 
 // Calls of capabilities that this FMU declares not to have.
@@ -49,7 +50,8 @@ fmi3Status get(fmi3Instance instance, Type type, const fmi3ValueReference* refer
 }
 
 template <class T>
-fmi3Status set(fmi3Instance instance, Type type, const fmi3ValueReference* references, size_t n, const T* values, size_t n_values) {
+fmi3Status set(fmi3Instance instance, Type type, const fmi3ValueReference* references, size_t n, const T* values,
+               size_t n_values) {
     if (!instance) return fmi3Error;
     if (of(instance)->check_array(references, n, values, n_values) != Status::ok) return fmi3Error;
     return to_fmi(of(instance)->set(type, references, n, values));
@@ -57,7 +59,8 @@ fmi3Status set(fmi3Instance instance, Type type, const fmi3ValueReference* refer
 
 } // namespace
 
-static_assert(sizeof(fmi3Int32) == sizeof(int) && sizeof(fmi3Int64) == sizeof(std::int64_t) && sizeof(fmi3Boolean) == sizeof(bool));
+static_assert(sizeof(fmi3Int32) == sizeof(int) && sizeof(fmi3Int64) == sizeof(std::int64_t) &&
+              sizeof(fmi3Boolean) == sizeof(bool));
 
 extern "C" {
 
@@ -97,8 +100,10 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
                                                fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
-                                               fmi3ClockUpdateCallback, fmi3LockPreemptionCallback, fmi3UnlockPreemptionCallback) {
-    if (logMessage) logMessage(instanceEnvironment, fmi3Error, "logStatusError", "Scheduled Execution is not supported by this FMU");
+                                               fmi3ClockUpdateCallback, fmi3LockPreemptionCallback,
+                                               fmi3UnlockPreemptionCallback) {
+    if (logMessage)
+        logMessage(instanceEnvironment, fmi3Error, "logStatusError", "Scheduled Execution is not supported by this FMU");
     return nullptr;
 }
 
@@ -161,12 +166,12 @@ fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference vr[], size_t 
     return set(i, Type::boolean, vr, n, values, n_values);
 }
 
-#define NO_VARIABLES(T)                                                                                                   \
-    fmi3Status fmi3Get##T(fmi3Instance i, const fmi3ValueReference[], size_t n, fmi3##T[], size_t) {                      \
-        return none_of_type(i, n, #T);                                                                                    \
-    }                                                                                                                     \
-    fmi3Status fmi3Set##T(fmi3Instance i, const fmi3ValueReference[], size_t n, const fmi3##T[], size_t) {                \
-        return none_of_type(i, n, #T);                                                                                    \
+#define NO_VARIABLES(T)                                                                                                          \
+    fmi3Status fmi3Get##T(fmi3Instance i, const fmi3ValueReference[], size_t n, fmi3##T[], size_t) {                             \
+        return none_of_type(i, n, #T);                                                                                           \
+    }                                                                                                                            \
+    fmi3Status fmi3Set##T(fmi3Instance i, const fmi3ValueReference[], size_t n, const fmi3##T[], size_t) {                       \
+        return none_of_type(i, n, #T);                                                                                           \
     }
 NO_VARIABLES(Float32)
 NO_VARIABLES(Int8)
@@ -185,7 +190,9 @@ fmi3Status fmi3SetBinary(fmi3Instance i, const fmi3ValueReference[], size_t n, c
     return none_of_type(i, n, "Binary");
 }
 fmi3Status fmi3GetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, fmi3Clock[]) { return none_of_type(i, n, "Clock"); }
-fmi3Status fmi3SetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, const fmi3Clock[]) { return none_of_type(i, n, "Clock"); }
+fmi3Status fmi3SetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, const fmi3Clock[]) {
+    return none_of_type(i, n, "Clock");
+}
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance i, fmi3ValueReference, size_t*) {
     return unsupported(i, "GetNumberOfVariableDependencies");
@@ -243,7 +250,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance i, const fmi3ValueReference[], 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3Float64[], fmi3IntervalQualifier[]) {
     return unsupported(i, "GetIntervalDecimal");
 }
-fmi3Status fmi3GetIntervalFraction(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3UInt64[], fmi3UInt64[], fmi3IntervalQualifier[]) {
+fmi3Status fmi3GetIntervalFraction(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3UInt64[], fmi3UInt64[],
+                                   fmi3IntervalQualifier[]) {
     return unsupported(i, "GetIntervalFraction");
 }
 fmi3Status fmi3GetShiftDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3Float64[]) {
@@ -264,7 +272,9 @@ fmi3Status fmi3SetShiftDecimal(fmi3Instance i, const fmi3ValueReference[], size_
 fmi3Status fmi3SetShiftFraction(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3UInt64[], const fmi3UInt64[]) {
     return unsupported(i, "SetShiftFraction");
 }
-fmi3Status fmi3ActivateModelPartition(fmi3Instance i, fmi3ValueReference, fmi3Float64) { return unsupported(i, "ActivateModelPartition"); }
+fmi3Status fmi3ActivateModelPartition(fmi3Instance i, fmi3ValueReference, fmi3Float64) {
+    return unsupported(i, "ActivateModelPartition");
+}
 
 // ------------------------------------------------------------------------------------------------ events
 
@@ -273,12 +283,13 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
     return instance && of(instance)->allowed(Call::update_discrete_states) ? fmi3OK : fmi3Error;
 }
 
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discreteStatesNeedUpdate, fmi3Boolean* terminateSimulation,
-                                    fmi3Boolean* nominalsOfContinuousStatesChanged, fmi3Boolean* valuesOfContinuousStatesChanged,
-                                    fmi3Boolean* nextEventTimeDefined, fmi3Float64* nextEventTime) {
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discreteStatesNeedUpdate,
+                                    fmi3Boolean* terminateSimulation, fmi3Boolean* nominalsOfContinuousStatesChanged,
+                                    fmi3Boolean* valuesOfContinuousStatesChanged, fmi3Boolean* nextEventTimeDefined,
+                                    fmi3Float64* nextEventTime) {
     if (!instance) return fmi3Error;
-    if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged || !valuesOfContinuousStatesChanged ||
-        !nextEventTimeDefined || !nextEventTime)
+    if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged ||
+        !valuesOfContinuousStatesChanged || !nextEventTimeDefined || !nextEventTime)
         return to_fmi(of(instance)->fail("UpdateDiscreteStates got a null pointer"));
     Instance::Events events;
     const Status status = of(instance)->update_discrete_states(&events);
@@ -291,7 +302,9 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discrete
 
 // ------------------------------------------------------------------------------------------------ Model Exchange
 
-fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) { return instance ? to_fmi(of(instance)->set_time(time)) : fmi3Error; }
+fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
+    return instance ? to_fmi(of(instance)->set_time(time)) : fmi3Error;
+}
 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 states[], size_t n) {
     return instance ? to_fmi(of(instance)->set_states(states, n)) : fmi3Error;
 }
@@ -320,7 +333,8 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
     *n = static_cast<size_t>(of(instance)->model().info().nx);
     return fmi3OK;
 }
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode, fmi3Boolean* terminateSimulation) {
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode,
+                                       fmi3Boolean* terminateSimulation) {
     if (!instance) return fmi3Error;
     if (!enterEventMode || !terminateSimulation) return to_fmi(of(instance)->fail("CompletedIntegratorStep got a null pointer"));
     *enterEventMode = *terminateSimulation = fmi3False;
@@ -329,12 +343,13 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3B
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3Int32[], fmi3Float64[], size_t) {
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3Int32[], fmi3Float64[],
+                                    size_t) {
     return unsupported(i, "GetOutputDerivatives");
 }
 
-fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize, fmi3Boolean,
-                      fmi3Boolean* eventHandlingNeeded, fmi3Boolean* terminateSimulation, fmi3Boolean* earlyReturn,
+fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
+                      fmi3Boolean, fmi3Boolean* eventHandlingNeeded, fmi3Boolean* terminateSimulation, fmi3Boolean* earlyReturn,
                       fmi3Float64* lastSuccessfulTime) {
     if (!instance) return fmi3Error;
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)

@@ -61,7 +61,8 @@ Status Instance::set_up_check(const char* name, const char* token) {
     char expected[64];
     format_token(table_.token(), expected, sizeof expected);
     if (!token || std::strcmp(token, expected) != 0)
-        return fail("the token %s is not %s: model description and binary do not belong together", token ? token : "(null)", expected);
+        return fail("the token %s is not %s: model description and binary do not belong together", token ? token : "(null)",
+                    expected);
     for (int i = table_.size() - 1; i >= 0; --i) {
         if (table_[i].is_state) first_state_ = i;
         if (table_[i].derivative_of >= 0) first_derivative_ = i;
@@ -138,14 +139,14 @@ Status Instance::enter_initialization() {
 Status Instance::exit_initialization(bool fmi2) {
     if (!allowed(Call::exit_initialization)) return Status::error;
     Message why;
-    if (!model_->initialise(values_, written(), start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
+    if (!model_->initialise(values_, written(), start_s_, options_.interface == model_exchange, &why))
+        return fail("%s", why.text);
     has_model_ = true;
     stale_ = ~0u;
     if (options_.interface == model_exchange) {
         model_->get_states(states_);
         mode_ = event;
-    } else
-        mode_ = !fmi2 && options_.event_mode_used ? event : step;
+    } else mode_ = !fmi2 && options_.event_mode_used ? event : step;
     return Status::ok;
 }
 
@@ -179,10 +180,8 @@ void Instance::refresh(unsigned groups) {
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
     if (groups & state_group && first_state_ >= 0) {
         double* x = values_ + first_state_;
-        if (options_.interface == model_exchange)
-            std::memcpy(x, states_, model_->info().nx * sizeof(double));
-        else
-            model_->get_states(x);
+        if (options_.interface == model_exchange) std::memcpy(x, states_, model_->info().nx * sizeof(double));
+        else model_->get_states(x);
         model_->derivatives(time_s_, x, values_ + first_derivative_);
     }
     model_->refresh(values_, groups);
@@ -194,7 +193,8 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
     if (!allowed(Call::get_variable)) return Status::error;
     unsigned groups = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        if (references[i] >= static_cast<unsigned>(table_.size())) return fail("there is no variable with value reference %u", references[i]);
+        if (references[i] >= static_cast<unsigned>(table_.size()))
+            return fail("there is no variable with value reference %u", references[i]);
         const Variable& row = table_[references[i]];
         if (row.type != type) return fail("%s is %s, not %s", row.name, type_name(row.type), type_name(type));
         groups |= row.group;
@@ -233,7 +233,8 @@ Status Instance::check_value(int row, double value) const {
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
     for (std::size_t i = 0; i < n; ++i) {
-        if (references[i] >= static_cast<unsigned>(table_.size())) return fail("there is no variable with value reference %u", references[i]);
+        if (references[i] >= static_cast<unsigned>(table_.size()))
+            return fail("there is no variable with value reference %u", references[i]);
         const Variable& row = table_[references[i]];
         if (row.type != type) return fail("%s is %s, not %s", row.name, type_name(row.type), type_name(type));
         if (check_value(static_cast<int>(references[i]), static_cast<double>(in[i])) != Status::ok) return Status::error;
@@ -315,7 +316,8 @@ Status Instance::set_time(double t_s) {
 
 Status Instance::set_states(const double* x, std::size_t n) {
     if (!allowed(Call::set_continuous_states)) return Status::error;
-    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
+        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     for (std::size_t i = 0; i < n; ++i)
         if (!std::isfinite(x[i])) return fail("continuous state %zu = %g is not finite", i + 1, x[i]);
     if (n > 0) std::memcpy(states_, x, n * sizeof(double));
@@ -325,14 +327,16 @@ Status Instance::set_states(const double* x, std::size_t n) {
 
 Status Instance::get_states(double* x, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
+        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     if (n > 0) std::memcpy(x, states_, n * sizeof(double));
     return Status::ok;
 }
 
 Status Instance::get_derivatives(double* dx, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!dx && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!dx && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
+        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
     if (!has_model_) {
         if (n > 0) std::memset(dx, 0, n * sizeof(double));
         return Status::ok;
@@ -342,9 +346,9 @@ Status Instance::get_derivatives(double* dx, std::size_t n) {
 
 Status Instance::get_nominals(double* nominals, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!nominals && n > 0) || n != static_cast<std::size_t>(model_->info().nx)) return fail("there are %d continuous states, not %zu", model_->info().nx, n);
-    if (has_model_)
-        model_->get_nominals(nominals);
+    if ((!nominals && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
+        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if (has_model_) model_->get_nominals(nominals);
     else
         for (std::size_t i = 0; i < n; ++i) nominals[i] = 1;
     return Status::ok;
@@ -357,7 +361,8 @@ Status Instance::completed_integrator_step() { return allowed(Call::completed_in
 Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
                                         std::size_t n_knowns, const double* seed, double* sensitivity) {
     if (!allowed(Call::directional_derivative)) return Status::error;
-    if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed))) return fail("GetDirectionalDerivative got a null pointer");
+    if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed)))
+        return fail("GetDirectionalDerivative got a null pointer");
     const int nx = model_->info().nx;
     double *direction = scratch_, *along = scratch_ + nx;
     std::memset(direction, 0, nx * sizeof(double));
@@ -375,12 +380,9 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     for (std::size_t k = 0; k < n_unknowns; ++k) {
         const unsigned row = unknowns[k];
         if (row >= static_cast<unsigned>(table_.size())) return fail("there is no variable with value reference %u", row);
-        if (table_[row].derivative_of >= 0)
-            sensitivity[k] = along[row - first_derivative_];
-        else if (table_[row].causality == Causality::output && table_[row].type == Type::real)
-            outputs = true;
-        else
-            return fail("%s is no derivative or real output", table_[row].name);
+        if (table_[row].derivative_of >= 0) sensitivity[k] = along[row - first_derivative_];
+        else if (table_[row].causality == Causality::output && table_[row].type == Type::real) outputs = true;
+        else return fail("%s is no derivative or real output", table_[row].name);
     }
     if (!outputs || options_.interface != model_exchange) {
         for (std::size_t k = 0; k < n_unknowns; ++k)
@@ -397,7 +399,8 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
         for (std::size_t k = 0; k < n_unknowns; ++k) {
             if (table_[unknowns[k]].derivative_of >= 0) continue;
             if (sign > 0) sensitivity[k] = 0;
-            if (step > 0 && table_[unknowns[k]].depends_on != DependsOn::nothing) sensitivity[k] += sign * values_[unknowns[k]] / (2 * step);
+            if (step > 0 && table_[unknowns[k]].depends_on != DependsOn::nothing)
+                sensitivity[k] += sign * values_[unknowns[k]] / (2 * step);
         }
     }
     stale_ = ~0u;
@@ -418,7 +421,7 @@ struct Instance::Header {
 namespace {
 constexpr std::uint64_t snapshot_magic = 0x3254415453564e48ull; // "HNVSTAT2"
 constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and checksum
-}
+} // namespace
 
 std::size_t Instance::snapshot_bytes() const {
     return sizeof(Header) + (2 * table_.size() + model_->info().nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
@@ -435,7 +438,8 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
         fresh->bytes = bytes;
     }
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
-    Header header{snapshot_magic, 0, table_.token(), bytes, options_.interface, options_.event_mode_used, mode_, has_model_, time_s_, start_s_, stop_s_};
+    Header header{snapshot_magic, 0,       table_.token(), bytes,  options_.interface, options_.event_mode_used, mode_,
+                  has_model_,     time_s_, start_s_,       stop_s_};
     std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
     std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_->info().nx * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
@@ -465,8 +469,7 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
             return fail("the state does not fit this instance: %s", why.text);
         }
         std::memcpy(values_, values, table_.size() * sizeof(double));
-    } else
-        model_->clear();
+    } else model_->clear();
     has_model_ = header.has_model != 0;
     mode_ = static_cast<Mode>(header.mode);
     time_s_ = header.time_s;

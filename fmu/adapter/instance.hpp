@@ -77,8 +77,8 @@ public:
     Status get_derivatives(double* dx, std::size_t n);
     Status get_nominals(double* nominals, std::size_t n);
     Status completed_integrator_step();
-    Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
-                                  std::size_t n_knowns, const double* seed, double* sensitivity);
+    Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
+                                  const double* seed, double* sensitivity);
 
     // -------------------------------------------------------------------------------------------- complete state
     struct Snapshot {

@@ -13,8 +13,13 @@ struct Ahrs {
     }
 
     static constexpr ModelInfo info = {
-        "Ahrs", "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
-        0.01, 10, 14, 4, true};
+        "Ahrs",
+        "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
+        0.01,
+        10,
+        14,
+        4,
+        true};
     static constexpr const char* presets[] = {"default"};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
@@ -30,7 +35,8 @@ struct Ahrs {
         for (int j = 1; j <= 3; ++j)
             for (int i = 1; i <= 3; ++i) {
                 std::snprintf(name, sizeof name, "state.G[%d,%d]", i, j);
-                states.add(name, "s", 0, DependsOn::first_states, "Integral of the rotation matrix since the last correction: how bias becomes rotation");
+                states.add(name, "s", 0, DependsOn::first_states,
+                           "Integral of the rotation matrix since the last correction: how bias becomes rotation");
             }
         states.add("state.clock", "s", 0, DependsOn::nothing, "Time since the last correction");
     }

@@ -14,18 +14,31 @@ struct Parameters {
         using namespace rows;
         interval = table.add(parameter("interval", "s", interval_s, 0, 1e6, "Interval between samples, above 0"));
         table.row(interval).display_unit = "ms";
-        euler_colour = table.add(flag("euler_colour", "INS error by 1 - dt/tau, as the paper prints it, in place of exp(-dt/tau)"));
-        exact_process_noise = table.add(flag("exact_process_noise", "Process noise integrated over the interval, which correlates the states, in place of variance density times interval"));
-        process_noise = add_each(table, "process_noise", states, parameter("", "", 0, 0, 1e9, "White noise that drives the state, standard deviation"), process_noise_per_sqrt_s);
+        euler_colour =
+            table.add(flag("euler_colour", "INS error by 1 - dt/tau, as the paper prints it, in place of exp(-dt/tau)"));
+        exact_process_noise = table.add(flag(
+            "exact_process_noise",
+            "Process noise integrated over the interval, which correlates the states, in place of variance density times interval"));
+        process_noise = add_each(table, "process_noise", states,
+                                 parameter("", "", 0, 0, 1e9, "White noise that drives the state, standard deviation"),
+                                 process_noise_per_sqrt_s);
         for (int i = 0; i < nx; ++i) {
             table.row(process_noise + i).unit = states[i].noise_unit;
             table.row(process_noise + i).display_unit = "";
         }
-        measurement_sigma = add_each(table, "measurement_sigma", states, parameter("", "", 0, 0, 1e9, "White noise of the channel, standard deviation"), aircraft::measurement_sigma);
-        ins_error_sigma = add_each(table, "ins_error_sigma", states, parameter("", "", 0, 0, 1e9, "Coloured error of the channel, standard deviation"), aircraft::ins_error_sigma);
-        ins_error_time_constant = add_each(table, "ins_error_time_constant", states, parameter("", "s", 0, 0, 1e9, "Coloured error of the channel, time constant, above 0"), ins_error_time_constant_s);
+        measurement_sigma =
+            add_each(table, "measurement_sigma", states,
+                     parameter("", "", 0, 0, 1e9, "White noise of the channel, standard deviation"), aircraft::measurement_sigma);
+        ins_error_sigma = add_each(table, "ins_error_sigma", states,
+                                   parameter("", "", 0, 0, 1e9, "Coloured error of the channel, standard deviation"),
+                                   aircraft::ins_error_sigma);
+        ins_error_time_constant = add_each(table, "ins_error_time_constant", states,
+                                           parameter("", "s", 0, 0, 1e9, "Coloured error of the channel, time constant, above 0"),
+                                           ins_error_time_constant_s);
         start = add_each(table, "start", states, parameter("", "", 0, -1e9, 1e9, "State at the first sample, mean"));
-        start_sigma = add_each(table, "start_sigma", states, parameter("", "", 0, 0, 1e9, "State at the first sample, standard deviation"), aircraft::start_sigma);
+        start_sigma =
+            add_each(table, "start_sigma", states, parameter("", "", 0, 0, 1e9, "State at the first sample, standard deviation"),
+                     aircraft::start_sigma);
     }
 
     // values: those of all rows, which outlive the model that is answered.

@@ -14,7 +14,8 @@ struct Quantity {
 
 // One row prefix.name for each quantity, in its unit; the number of the first row. start: one for each, null for 0.
 template <int n>
-int add_each(Table& table, const char* prefix, const Quantity (&quantities)[n], const Variable& pattern, const double* start = nullptr) {
+int add_each(Table& table, const char* prefix, const Quantity (&quantities)[n], const Variable& pattern,
+             const double* start = nullptr) {
     const int first = table.size();
     for (int i = 0; i < n; ++i) {
         Variable v = pattern;

@@ -18,8 +18,14 @@ public:
     }
 
     const ModelInfo& info() const override {
-        static constexpr ModelInfo info = {HNAV_FMU_NAME, "Linear aircraft read by an INS with time-correlated errors and noise faults: " AIRCRAFT_TITLE,
-                                           aircraft::interval_s, 20, 0, 0, true};
+        static constexpr ModelInfo info = {
+            HNAV_FMU_NAME,
+            "Linear aircraft read by an INS with time-correlated errors and noise faults: " AIRCRAFT_TITLE,
+            aircraft::interval_s,
+            20,
+            0,
+            0,
+            true};
         return info;
     }
 
@@ -32,7 +38,8 @@ public:
         for (int j = 0; j < nu; ++j) commands[j] = {values[at_.amplitude + j], values[at_.period + j], values[at_.phase + j]};
         model.commands = commands;
         hnav_noise_fault faults[nx];
-        for (int i = 0; i < nx; ++i) faults[i] = {values[at_.fault_start + i], values[at_.fault_stop + i], values[at_.fault_factor + i]};
+        for (int i = 0; i < nx; ++i)
+            faults[i] = {values[at_.fault_start + i], values[at_.fault_stop + i], values[at_.fault_factor + i]};
         model.faults = faults;
         hnav_aircraft_options options = at_.parameters.options(values);
         options.seed = static_cast<std::uint64_t>(values[at_.seed]);
@@ -57,10 +64,8 @@ public:
         memory_.taken_s = t_s;
         for (int j = 0; j < nu; ++j) {
             const double command = values[at_.command + j];
-            if (std::isfinite(command))
-                memory_.command[j] = command;
-            else
-                memory_.non_finite += 1;
+            if (std::isfinite(command)) memory_.command[j] = command;
+            else memory_.non_finite += 1;
         }
         return true;
     }

@@ -28,27 +28,43 @@ struct Places {
         time.unit = "s";
         table.add(time);
 
-        command = add_each(table, "command", controls, input("", "", "", 0, "Control, added to the built-in square wave; taken at the first point at or after a sample and held to the next"));
+        command = add_each(
+            table, "command", controls,
+            input(
+                "", "", "", 0,
+                "Control, added to the built-in square wave; taken at the first point at or after a sample and held to the next"));
 
-        Variable number = variable("seed", Type::integer, Causality::parameter, Variability::fixed, "Seed of the noise: equal seeds give equal flights");
+        Variable number = variable("seed", Type::integer, Causality::parameter, Variability::fixed,
+                                   "Seed of the noise: equal seeds give equal flights");
         number.min = 0;
         number.max = 2147483647;
         seed = table.add(number);
         parameters.describe(table);
-        gravity_sigma = add_each(table, "gravity_error_sigma", states, parameter("", "", 0, 0, 1e9, "Second coloured error of the channel, from the gravity model, standard deviation"));
-        gravity_time_constant = add_each(table, "gravity_error_time_constant", states, parameter("", "s", 200, 0, 1e9, "Second coloured error of the channel, time constant, above 0"));
-        amplitude = add_each(table, "command_amplitude", controls, parameter("", "", 0, -1e9, 1e9, "Amplitude of the built-in square wave; 0 turns it off"));
-        period = add_each(table, "command_period", controls, parameter("", "s", 0, 0, 1e9, "Period of the built-in square wave, above 0"));
-        phase = add_each(table, "command_phase", controls, parameter("", "rad", 0, -1e9, 1e9, "Phase of the built-in square wave, which is positive while sin(2 pi t / period + phase) is"));
+        gravity_sigma = add_each(
+            table, "gravity_error_sigma", states,
+            parameter("", "", 0, 0, 1e9, "Second coloured error of the channel, from the gravity model, standard deviation"));
+        gravity_time_constant =
+            add_each(table, "gravity_error_time_constant", states,
+                     parameter("", "s", 200, 0, 1e9, "Second coloured error of the channel, time constant, above 0"));
+        amplitude = add_each(table, "command_amplitude", controls,
+                             parameter("", "", 0, -1e9, 1e9, "Amplitude of the built-in square wave; 0 turns it off"));
+        period = add_each(table, "command_period", controls,
+                          parameter("", "s", 0, 0, 1e9, "Period of the built-in square wave, above 0"));
+        phase = add_each(table, "command_phase", controls,
+                         parameter("", "rad", 0, -1e9, 1e9,
+                                   "Phase of the built-in square wave, which is positive while sin(2 pi t / period + phase) is"));
         for (int j = 0; j < nu; ++j) {
             table.row(amplitude + j).start = aircraft::commands[j].amplitude;
             table.row(period + j).start = aircraft::commands[j].period_s;
             table.row(phase + j).start = aircraft::commands[j].phase_rad;
             table.row(phase + j).display_unit = "deg";
         }
-        fault_start = add_each(table, "fault_start", states, parameter("", "s", 0, -1e9, 1e9, "First time of a noise fault of the channel, after the start"));
+        fault_start = add_each(table, "fault_start", states,
+                               parameter("", "s", 0, -1e9, 1e9, "First time of a noise fault of the channel, after the start"));
         fault_stop = add_each(table, "fault_stop", states, parameter("", "s", 0, -1e9, 1e9, "Last time of the noise fault"));
-        fault_factor = add_each(table, "fault_factor", states, parameter("", "", 1, 0, 1e9, "Factor on the standard deviation of the channel's white noise meanwhile; 1: no fault"));
+        fault_factor = add_each(
+            table, "fault_factor", states,
+            parameter("", "", 1, 0, 1e9, "Factor on the standard deviation of the channel's white noise meanwhile; 1: no fault"));
         for (int i = 0; i < nx; ++i) {
             table.row(fault_start + i).start = aircraft::faults[i].start_s;
             table.row(fault_stop + i).start = aircraft::faults[i].stop_s;
@@ -56,14 +72,19 @@ struct Places {
             table.row(fault_factor + i).unit = table.row(fault_factor + i).display_unit = "";
         }
 
-        z = add_each(table, "z", states, output("", "", "", sample_group, held, none, "Measurement of the INS: truth, coloured error and white noise"));
+        z = add_each(
+            table, "z", states,
+            output("", "", "", sample_group, held, none, "Measurement of the INS: truth, coloured error and white noise"));
         sample = table.add(output("z.sample", Type::integer, sample_group, "Number of the newest sample, counted from 1"));
         t_meas = table.add(output("z.t_meas", "s", "ms", sample_group, held, none, "Time of the newest sample"));
-        u = add_each(table, "u", controls, output("", "", "", sample_group, held, none, "Control that was held up to the newest sample"));
+        u = add_each(table, "u", controls,
+                     output("", "", "", sample_group, held, none, "Control that was held up to the newest sample"));
         truth = add_each(table, "truth", states, output("", "", "", sample_group, held, none, "State at the newest sample"));
-        lambda = add_each(table, "lambda", states, output("", "", "", sample_group, held, none, "Coloured error in the newest sample, both parts"));
+        lambda = add_each(table, "lambda", states,
+                          output("", "", "", sample_group, held, none, "Coloured error in the newest sample, both parts"));
         fault = add_each(table, "fault", states, output("", Type::boolean, sample_group, "The noise of the channel is at fault"));
-        non_finite = table.add(output("count.non_finite", Type::integer, status_group, "Commands that were no numbers: the one before was held on"));
+        non_finite = table.add(
+            output("count.non_finite", Type::integer, status_group, "Commands that were no numbers: the one before was held on"));
     }
 };
 

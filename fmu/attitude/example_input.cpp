@@ -6,8 +6,10 @@
 namespace hnav::fmu {
 
 void write_example_input(FILE* file) {
-    std::fputs("time,gyro.rate[1],gyro.rate[2],gyro.rate[3],accel.force[1],accel.force[2],accel.force[3],"
-               "mag.field[1],mag.field[2],mag.field[3]\n", file);
+    std::fputs(
+        "time,gyro.rate[1],gyro.rate[2],gyro.rate[3],accel.force[1],accel.force[2],accel.force[3],"
+        "mag.field[1],mag.field[2],mag.field[3]\n",
+        file);
     constexpr double tilt = 20 * M_PI / 180, g = 9.80665, north = 2e-5, down = 4.5e-5;
     for (int k = 0; k <= 1000; ++k) {
         const double t = 0.01 * k;

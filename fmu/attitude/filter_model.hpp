@@ -32,7 +32,8 @@ public:
                 values[row] = option_value(*option, &options, i);
             }
         if (!Kind::reholds && model_exchange && options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD) {
-            std::snprintf(why->text, sizeof why->text, "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
+            std::snprintf(why->text, sizeof why->text,
+                          "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
             return false;
         }
         clear();
@@ -62,7 +63,8 @@ public:
         for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
             const Places::Sensor& sensor = at_.sensor[s];
             double stamp_s = t_s;
-            const bool due = values[at_.sampling_mode] == counter ? counter_changed(s, values, &stamp_s) : period_elapsed(s, values, t_s);
+            const bool due =
+                values[at_.sampling_mode] == counter ? counter_changed(s, values, &stamp_s) : period_elapsed(s, values, t_s);
             if (!due || values[sensor.valid] == 0) continue;
             push(s, stamp_s, values + sensor.value);
             taken = true;
@@ -100,7 +102,9 @@ public:
 
     void get_states(double* x) const override { hnav_filter_get_x(filter_, x); }
     void get_nominals(double* nominals) const override { hnav_filter_nominal_x(filter_, nominals); }
-    bool derivatives(double t_s, const double* x, double* dx) const override { return hnav_filter_derivative(filter_, t_s, x, dx) == HNAV_OK; }
+    bool derivatives(double t_s, const double* x, double* dx) const override {
+        return hnav_filter_derivative(filter_, t_s, x, dx) == HNAV_OK;
+    }
     bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
         return hnav_filter_derivative_along(filter_, t_s, x, seed, out) == HNAV_OK;
     }
@@ -204,7 +208,9 @@ private:
         return false;
     }
 
-    static void put(double* values, int first, const double* from, int n) { std::memcpy(values + first, from, n * sizeof(double)); }
+    static void put(double* values, int first, const double* from, int n) {
+        std::memcpy(values + first, from, n * sizeof(double));
+    }
 
     void refresh_attitude(double* values) const {
         hnav_attitude a{0, {1, 0, 0, 0}, {0, 0, 0}, 0, {M_PI, M_PI, M_PI}, 0, 0, 0};

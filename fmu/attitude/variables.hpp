@@ -21,7 +21,15 @@
 namespace hnav::fmu {
 
 // Parts of the filter that outputs are read from, so that a step costs only what is asked for.
-enum Group : unsigned { attitude_group = 1, bias_group = 2, posterior_group = 4, innovation_group = 8, covariance_group = 16, status_group = 32, field_group = 64 };
+enum Group : unsigned {
+    attitude_group = 1,
+    bias_group = 2,
+    posterior_group = 4,
+    innovation_group = 8,
+    covariance_group = 16,
+    status_group = 32,
+    field_group = 64
+};
 
 constexpr int covariance_terms = 21; // upper triangle of 6 x 6
 
@@ -62,7 +70,12 @@ inline void describe_inputs(Table& table, Places& at) {
     };
     constexpr Sensor sensors[] = {
         {"gyro", "rate", "rad/s", "deg/s", "Angular rate in sensor axes", {0, 0, 0}},
-        {"accel", "force", "m/s2", "", "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)", {0, 0, -9.80665}},
+        {"accel",
+         "force",
+         "m/s2",
+         "",
+         "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)",
+         {0, 0, -9.80665}},
         {"mag", "field", "T", "uT", "Magnetic field in sensor axes", {2e-5, 0, 4.5e-5}},
         {"aid", "heading", "rad", "deg", "True heading of body x, clockwise from north", {0, 0, 0}},
     };
@@ -83,20 +96,25 @@ inline void describe_inputs(Table& table, Places& at) {
             place.value = table.add_vector(v, 3);
             for (int i = 0; i < 3; ++i) table.row(place.value + i).start = sensor.start[i];
         }
-        place.sample = table.add(input(named(sensor.prefix, "sample"), Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)"));
-        place.t_meas = table.add(input(named(sensor.prefix, "t_meas"), "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)"));
+        place.sample = table.add(input(named(sensor.prefix, "sample"), Type::integer, 0,
+                                       "Sample counter: a change marks a new sample (sampling_mode counter)"));
+        place.t_meas = table.add(
+            input(named(sensor.prefix, "t_meas"), "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)"));
         place.valid = table.add(input(named(sensor.prefix, "valid"), Type::boolean, !aid, "False: the sample is not used"));
     }
     at.reset = table.add(input("reset", Type::boolean, 0, "Rising edge: back to the state after initialization"));
-    at.realign = table.add(input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
+    at.realign =
+        table.add(input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
 }
 
 template <class Kind>
 void describe_sampling(Table& table, Places& at) {
     using namespace rows;
     constexpr int preset_count = sizeof Kind::presets / sizeof *Kind::presets;
-    at.preset = table.add(choice("preset", Kind::presets, preset_count, 0, "Set of defaults; parameters that differ from their start values override it"));
-    at.sampling_mode = table.add(choice("sampling_mode", sampling_modes, 2, periodic, "periodic: inputs are sampled every period; counter: when a sample counter changes"));
+    at.preset = table.add(choice("preset", Kind::presets, preset_count, 0,
+                                 "Set of defaults; parameters that differ from their start values override it"));
+    at.sampling_mode = table.add(choice("sampling_mode", sampling_modes, 2, periodic,
+                                        "periodic: inputs are sampled every period; counter: when a sample counter changes"));
     constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
     for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
         Variable v = parameter(names[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
@@ -112,24 +130,41 @@ void describe_outputs(Table& table, Places& at) {
     constexpr auto none = DependsOn::nothing, on_q_b = DependsOn::first_states, on_all = DependsOn::all_states;
 
     at.post_t = table.add(output("post.t", "s", "ms", posterior_group, held, none, "Time of the newest sample used"));
-    at.post_q = table.add_vector(output("post.q", "", "", posterior_group, held, none, "Attitude just after that sample, body to navigation, scalar first"), 4);
-    at.post_bias = table.add_vector(output("post.bias", "rad/s", "deg/s", posterior_group, held, none, "Gyro bias just after that sample"), 3);
-    at.post_sigma = table.add_vector(output("post.sigma", "", "", posterior_group, held, none, "Standard deviations just after that sample: rotation about the navigation axes, gyro bias"), 6);
+    at.post_q = table.add_vector(output("post.q", "", "", posterior_group, held, none,
+                                        "Attitude just after that sample, body to navigation, scalar first"),
+                                 4);
+    at.post_bias = table.add_vector(
+        output("post.bias", "rad/s", "deg/s", posterior_group, held, none, "Gyro bias just after that sample"), 3);
+    at.post_sigma =
+        table.add_vector(output("post.sigma", "", "", posterior_group, held, none,
+                                "Standard deviations just after that sample: rotation about the navigation axes, gyro bias"),
+                         6);
 
     for (int i = 0; i < 6; ++i) table.row(at.post_sigma + i).unit = i < 3 ? "rad" : "rad/s";
 
-    at.att_q = table.add_vector(output("att.q", "", "", attitude_group, flowing, on_q_b, "Attitude now, body to navigation, scalar first"), 4);
-    at.att_euler = table.add_vector(output("att.euler", "rad", "deg", attitude_group, flowing, on_q_b, "Roll, pitch, yaw now (rotation order z y x)"), 3);
-    at.att_heading = table.add(output("att.heading", "rad", "deg", attitude_group, flowing, on_q_b, "True heading of body x now, clockwise from north"));
-    at.att_sigma = table.add_vector(output("att.sigma", "rad", "deg", attitude_group, flowing, on_all, "Standard deviation of the rotation error about the navigation axes; pi before the start"), 3);
-    at.near_singular = table.add(output("att.near_singular", Type::boolean, posterior_group, "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
-    at.rate = table.add_vector(output("rate.body", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Angular rate of the body, bias removed"), 3);
+    at.att_q = table.add_vector(
+        output("att.q", "", "", attitude_group, flowing, on_q_b, "Attitude now, body to navigation, scalar first"), 4);
+    at.att_euler = table.add_vector(
+        output("att.euler", "rad", "deg", attitude_group, flowing, on_q_b, "Roll, pitch, yaw now (rotation order z y x)"), 3);
+    at.att_heading = table.add(
+        output("att.heading", "rad", "deg", attitude_group, flowing, on_q_b, "True heading of body x now, clockwise from north"));
+    at.att_sigma =
+        table.add_vector(output("att.sigma", "rad", "deg", attitude_group, flowing, on_all,
+                                "Standard deviation of the rotation error about the navigation axes; pi before the start"),
+                         3);
+    at.near_singular = table.add(output("att.near_singular", Type::boolean, posterior_group,
+                                        "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
+    at.rate = table.add_vector(
+        output("rate.body", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Angular rate of the body, bias removed"), 3);
     at.bias = table.add_vector(output("bias.gyro", "rad/s", "deg/s", bias_group, flowing, on_q_b, "Gyro bias"), 3);
-    at.bias_sigma = table.add_vector(output("bias.gyro_sigma", "rad/s", "deg/s", bias_group, flowing, on_all, "Standard deviation of the gyro bias"), 3);
+    at.bias_sigma = table.add_vector(
+        output("bias.gyro_sigma", "rad/s", "deg/s", bias_group, flowing, on_all, "Standard deviation of the gyro bias"), 3);
 
     at.started = table.add(output("align.started", Type::boolean, status_group, "There is an attitude"));
-    at.tilt_ready = table.add(output("align.tilt_ready", Type::boolean, posterior_group, "Tilt at the newest sample: sigma below the limit, by information gained"));
-    at.heading_ready = table.add(output("align.heading_ready", Type::boolean, posterior_group, "Heading at the newest sample: sigma below the limit, by information gained"));
+    at.tilt_ready = table.add(output("align.tilt_ready", Type::boolean, posterior_group,
+                                     "Tilt at the newest sample: sigma below the limit, by information gained"));
+    at.heading_ready = table.add(output("align.heading_ready", Type::boolean, posterior_group,
+                                        "Heading at the newest sample: sigma below the limit, by information gained"));
 
     constexpr const char* sensors[] = {"gyro", "accel", "mag", "heading"};
     char name[64];
@@ -145,32 +180,42 @@ void describe_outputs(Table& table, Places& at) {
         if (s == HNAV_SENSOR_GYRO) continue;
         place.dimension = s == HNAV_SENSOR_HEADING ? 1 : s == HNAV_SENSOR_ACCEL ? Kind::accel_dimension : 3;
         const char* unit = s == HNAV_SENSOR_HEADING ? "rad" : s == HNAV_SENSOR_ACCEL ? Kind::accel_unit : "";
-        const Variable value = output(named("innov", sensors[s]), unit, s == HNAV_SENSOR_HEADING ? "deg" : "", innovation_group,
-                                      held, none, "Innovation of the last correction: measured minus expected (directions and fields without unit)");
+        const Variable value =
+            output(named("innov", sensors[s]), unit, s == HNAV_SENSOR_HEADING ? "deg" : "", innovation_group, held, none,
+                   "Innovation of the last correction: measured minus expected (directions and fields without unit)");
         place.value = place.dimension == 1 ? table.add(value) : table.add_vector(value, place.dimension);
         std::snprintf(counted, sizeof counted, "%s_sigma", sensors[s]);
-        const Variable sigma = output(named("innov", counted), unit, value.display_unit, innovation_group, held, none,
-                                      "Standard deviation that the filter expects of the innovation, sqrt(S_ii), noise as parametrised");
+        const Variable sigma =
+            output(named("innov", counted), unit, value.display_unit, innovation_group, held, none,
+                   "Standard deviation that the filter expects of the innovation, sqrt(S_ii), noise as parametrised");
         place.sigma = place.dimension == 1 ? table.add(sigma) : table.add_vector(sigma, place.dimension);
-        place.nis = table.add(output(named("nis", sensors[s]), "", "", innovation_group, held, none, "Normalised innovation squared of the last sample; its expectation is the dimension"));
+        place.nis = table.add(output(named("nis", sensors[s]), "", "", innovation_group, held, none,
+                                     "Normalised innovation squared of the last sample; its expectation is the dimension"));
         std::snprintf(counted, sizeof counted, "gate.%s_ok", sensors[s]);
         place.gate_ok = table.add(output(counted, Type::boolean, innovation_group, "The last sample was within its gate"));
         std::snprintf(counted, sizeof counted, "count.%s_gated", sensors[s]);
         place.gated = table.add(output(counted, Type::integer, status_group, "Samples whose noise the gate inflated"));
     }
 
-    at.gamma = table.add(output("hinf.gamma_used", "", "", status_group, held, none, "gamma of the last correction; 0 stands for infinity (off)"));
-    at.margin = table.add(output("hinf.margin", "", "", status_group, held, none, "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
-    at.decay_rate = table.add(output("hinf.decay_rate", "1/s", "", status_group, held, none, "Rate at which the last correction makes the filter forget, in the metric of its own covariance; 0 while there is none"));
-    at.bias_walk = table.add(output("adapt.bias_walk", "rad/s/sqrt(s)", "", status_group, held, none, "Random walk of the gyro bias in use"));
+    at.gamma = table.add(
+        output("hinf.gamma_used", "", "", status_group, held, none, "gamma of the last correction; 0 stands for infinity (off)"));
+    at.margin = table.add(
+        output("hinf.margin", "", "", status_group, held, none, "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
+    at.decay_rate = table.add(output(
+        "hinf.decay_rate", "1/s", "", status_group, held, none,
+        "Rate at which the last correction makes the filter forget, in the metric of its own covariance; 0 while there is none"));
+    at.bias_walk = table.add(
+        output("adapt.bias_walk", "rad/s/sqrt(s)", "", status_group, held, none, "Random walk of the gyro bias in use"));
     at.corrections = table.add(output("count.corrections", Type::integer, status_group, "Corrections"));
     at.raised = table.add(output("count.gamma_raised", Type::integer, status_group, "Corrections whose gamma had to be raised"));
-    at.repaired = table.add(output("count.covariance_repaired", Type::integer, status_group, "Covariances that had to be repaired"));
+    at.repaired =
+        table.add(output("count.covariance_repaired", Type::integer, status_group, "Covariances that had to be repaired"));
     at.missed = table.add(output("count.missed", Type::integer, status_group, "Samples that a coarse communication step lost"));
     at.late = table.add(output("count.late", Type::integer, status_group, "Samples refused as too old"));
     at.non_finite = table.add(output("count.non_finite", Type::integer, status_group, "Samples refused as not finite"));
     at.zero = table.add(output("count.zero", Type::integer, status_group, "Samples refused as zero vectors"));
-    at.rhs_evals = table.add(output("solver.rhs_evals", Type::integer, status_group, "Evaluations of the flow by the integrator inside"));
+    at.rhs_evals =
+        table.add(output("solver.rhs_evals", Type::integer, status_group, "Evaluations of the flow by the integrator inside"));
 
     at.covariance = table.size();
     for (int i = 1; i <= 6; ++i)
@@ -178,7 +223,8 @@ void describe_outputs(Table& table, Places& at) {
             char element[32];
             std::snprintf(element, sizeof element, "cov.P[%d,%d]", i, j);
             const char* unit = j <= 3 ? "rad2" : i <= 3 ? "rad2/s" : "rad2/s2";
-            table.add(output(element, unit, "", covariance_group, flowing, on_all, "Covariance of (rotation about the navigation axes, gyro bias)"));
+            table.add(output(element, unit, "", covariance_group, flowing, on_all,
+                             "Covariance of (rotation about the navigation axes, gyro bias)"));
         }
 
     // What outputs show before initialization: no attitude, and any error.
@@ -189,7 +235,8 @@ void describe_outputs(Table& table, Places& at) {
 // The continuous states, once as values and once as derivatives.
 class StateRows {
 public:
-    StateRows(Table& table, bool derivatives, int first_state) : table_(table), derivatives_(derivatives), first_state_(first_state) {}
+    StateRows(Table& table, bool derivatives, int first_state)
+        : table_(table), derivatives_(derivatives), first_state_(first_state) {}
 
     // depends_on: of the derivative.
     void add(const char* name, const char* unit, double start, DependsOn depends_on, const char* text) {
@@ -216,21 +263,28 @@ inline void describe_field(Table& table, Places& at) {
     using namespace rows;
     constexpr auto held = Variability::discrete;
     constexpr auto none = DependsOn::nothing;
-    at.field = table.add(output("field.strength", "T", "uT", field_group, held, none, "Strength of the reference field; 0 while there is none"));
+    at.field = table.add(
+        output("field.strength", "T", "uT", field_group, held, none, "Strength of the reference field; 0 while there is none"));
     table.add(output("field.dip", "rad", "deg", field_group, held, none, "Dip of the reference field below the horizon"));
-    at.latency = table.add(output("field.latency", "s", "ms", field_group, held, none, "Estimated delay of the magnetometer behind its time stamps"));
-    at.latency_sigma = table.add(output("field.latency_sigma", "s", "ms", field_group, held, none, "Standard deviation of that delay"));
-    at.evidence = table.add(output("field.evidence", "s", "", field_group, held, none, "Time for which the reference was seen, counted less at rest"));
-    at.heading_trust = table.add(output("field.heading_trust", "s", "", field_group, held, none, "The same for the heading, through changes of reference"));
+    at.latency = table.add(output("field.latency", "s", "ms", field_group, held, none,
+                                  "Estimated delay of the magnetometer behind its time stamps"));
+    at.latency_sigma =
+        table.add(output("field.latency_sigma", "s", "ms", field_group, held, none, "Standard deviation of that delay"));
+    at.evidence = table.add(output("field.evidence", "s", "", field_group, held, none,
+                                   "Time for which the reference was seen, counted less at rest"));
+    at.heading_trust = table.add(output("field.heading_trust", "s", "", field_group, held, none,
+                                        "The same for the heading, through changes of reference"));
     at.adopted = table.add(output("field.adopted", Type::integer, field_group, "References taken after the first"));
-    at.field_gate = table.add(output("field.gate", Type::integer, field_group, "Last field: 0 accepted, 1 refused, 2 used with inflated noise"));
+    at.field_gate = table.add(
+        output("field.gate", Type::integer, field_group, "Last field: 0 accepted, 1 refused, 2 used with inflated noise"));
     at.at_rest = table.add(output("rest.detected", Type::boolean, field_group, "The body lies still"));
     at.gyro_calibration = table.size();
     for (int i = 1; i <= 3; ++i)
         for (int j = 1; j <= 3; ++j) {
             char element[32];
             std::snprintf(element, sizeof element, "gyro_calibration.S[%d,%d]", i, j);
-            table.add(output(element, "", "", field_group, held, none, "Scale and misalignment of the gyroscope: rate = (I - S) reading - bias"));
+            table.add(output(element, "", "", field_group, held, none,
+                             "Scale and misalignment of the gyroscope: rate = (I - S) reading - bias"));
         }
 }
 

@@ -5,12 +5,12 @@
 #include "adapter/instance.hpp"
 #include "hnav/hnav.h"
 
+#include <dlfcn.h>
+#include <fmi3Functions.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <dlfcn.h>
-#include <fmi3Functions.h>
 #include <string>
 #include <vector>
 
@@ -47,8 +47,9 @@ double c_api_us() {
     for (int k = 0; k < steps; ++k) {
         const Samples s = sample(k);
         const double t_s = step_s * k;
-        if (hnav_filter_push_imu(filter, t_s, s.rate, s.force) != HNAV_OK || hnav_filter_push_mag(filter, t_s, s.field) != HNAV_OK ||
-            hnav_filter_advance(filter, t_s + step_s) != HNAV_OK || hnav_filter_attitude(filter, &attitude) != HNAV_OK)
+        if (hnav_filter_push_imu(filter, t_s, s.rate, s.force) != HNAV_OK ||
+            hnav_filter_push_mag(filter, t_s, s.field) != HNAV_OK || hnav_filter_advance(filter, t_s + step_s) != HNAV_OK ||
+            hnav_filter_attitude(filter, &attitude) != HNAV_OK)
             stop(hnav_filter_message(filter));
     }
     const double us = (seconds() - begin) / steps * 1e6;
@@ -77,7 +78,8 @@ public:
     double us() {
         char token[64];
         hnav::fmu::Instance::format_token(table_.token(), token, sizeof token);
-        fmi3Instance instance = instantiate_("bench", token, "", false, false, false, false, nullptr, 0, nullptr, nullptr, nullptr);
+        fmi3Instance instance =
+            instantiate_("bench", token, "", false, false, false, false, nullptr, 0, nullptr, nullptr, nullptr);
         if (!instance) stop("the FMU could not be instantiated");
         const fmi3ValueReference mode = row("sampling_mode");
         const fmi3Int64 counter = 1;
@@ -102,7 +104,8 @@ public:
             const fmi3Int32 counts[3] = {k + 1, k + 1, k + 1};
             fmi3Boolean needed, terminate, early;
             fmi3Float64 last;
-            if (set_(instance, inputs.data(), 12, values, 12) != fmi3OK || set_integers_(instance, counters.data(), 3, counts, 3) != fmi3OK ||
+            if (set_(instance, inputs.data(), 12, values, 12) != fmi3OK ||
+                set_integers_(instance, counters.data(), 3, counts, 3) != fmi3OK ||
                 step_(instance, step_s * k, step_s, true, &needed, &terminate, &early, &last) != fmi3OK ||
                 get_(instance, outputs.data(), 4, q, 4) != fmi3OK)
                 stop("a call failed");
@@ -156,7 +159,8 @@ int main(int argc, char** argv) {
         difference.push_back(fmi.back() - c.back());
     }
     std::printf("samples in, 10 ms step, attitude out; median of %d rounds of %d steps\n", rounds, steps);
-    std::printf("C API %.3f us, FMI 3 Co-Simulation in a C loop %.3f us, FMI above C %.3f us\n", median(c), median(fmi), median(difference));
+    std::printf("C API %.3f us, FMI 3 Co-Simulation in a C loop %.3f us, FMI above C %.3f us\n", median(c), median(fmi),
+                median(difference));
     if (argc > 2) {
         FILE* csv = std::fopen(argv[2], "w");
         if (!csv) stop("cannot write the CSV");

@@ -21,9 +21,7 @@ struct Sequence {
     fuzz::Clock clock;
     fmi2FMUstate state = nullptr;
 
-    void answered(fmi2Status status) const {
-        HOLDS(status == fmi2OK || (status == fmi2Error && fuzz::messages > 0));
-    }
+    void answered(fmi2Status status) const { HOLDS(status == fmi2OK || (status == fmi2Error && fuzz::messages > 0)); }
 
     template <class T, class Get>
     void get(Input& in, Type type, Get read) {
@@ -43,10 +41,8 @@ struct Sequence {
         const std::size_t n = in.choice(5);
         for (std::size_t i = 0; i < n; ++i) {
             references[i] = fuzz::reference(in, type);
-            if constexpr (std::is_same_v<T, double>)
-                values[i] = in.number();
-            else
-                values[i] = in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4);
+            if constexpr (std::is_same_v<T, double>) values[i] = in.number();
+            else values[i] = in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4);
         }
         answered(write(c, references, n, values));
     }
@@ -63,7 +59,8 @@ struct Sequence {
             HOLDS(fmi2SerializeFMUstate(c, state, reinterpret_cast<fmi2Byte*>(bytes.data()), size) == fmi2OK);
             fuzz::damage(in, bytes);
             fmi2FMUstate other = nullptr;
-            const fmi2Status status = fmi2DeSerializeFMUstate(c, reinterpret_cast<const fmi2Byte*>(bytes.data()), bytes.size() - in.choice(2), &other);
+            const fmi2Status status =
+                fmi2DeSerializeFMUstate(c, reinterpret_cast<const fmi2Byte*>(bytes.data()), bytes.size() - in.choice(2), &other);
             answered(status);
             HOLDS((other != nullptr) == (status == fmi2OK));
             if (status == fmi2OK) answered(fmi2SetFMUstate(c, other));
@@ -125,7 +122,10 @@ struct Sequence {
 
     void life(Input& in) {
         switch (in.choice(8)) {
-        case 0: answered(fmi2Reset(c)); clock.t_s = 0; break;
+        case 0:
+            answered(fmi2Reset(c));
+            clock.t_s = 0;
+            break;
         case 1: answered(fmi2Terminate(c)); break;
         case 2: {
             const double start = in.flag() ? in.number() : 0;
@@ -150,12 +150,15 @@ struct Sequence {
         case 0: get<double>(in, Type::real, fmi2GetReal); break;
         case 1: get<int>(in, in.flag() ? Type::integer : Type::enumeration, fmi2GetInteger); break;
         case 2: get<int>(in, Type::boolean, fmi2GetBoolean); break;
-        case 3: case 4: set<double>(in, Type::real, fmi2SetReal); break;
+        case 3:
+        case 4: set<double>(in, Type::real, fmi2SetReal); break;
         case 5: set<int>(in, in.flag() ? Type::integer : Type::enumeration, fmi2SetInteger); break;
         case 6: set<int>(in, Type::boolean, fmi2SetBoolean); break;
         case 7: snapshot(in); break;
-        case 8: case 9: step(in); break;
-        case 10: case 11: model_exchange(in); break;
+        case 8:
+        case 9: step(in); break;
+        case 10:
+        case 11: model_exchange(in); break;
         case 12: derivative(in); break;
         default: life(in); break;
         }
@@ -169,7 +172,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     const int head = in.byte();
     const fmi2Type type = head & 1 ? fmi2ModelExchange : fmi2CoSimulation;
     fuzz::messages = 0;
-    HOLDS(!fmi2Instantiate("fuzz", type, head & 2 ? "{}" : nullptr, nullptr, &callbacks, fmi2False, fmi2False) && fuzz::messages > 0);
+    HOLDS(!fmi2Instantiate("fuzz", type, head & 2 ? "{}" : nullptr, nullptr, &callbacks, fmi2False, fmi2False) &&
+          fuzz::messages > 0);
     Sequence s{fmi2Instantiate("fuzz", type, description().token, nullptr, &callbacks, fmi2False, fmi2True), {}, nullptr};
     HOLDS(s.c);
     if (head & 4) { // straight to where steps are taken

@@ -18,8 +18,8 @@ void log(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String text) {
 fmi3Instance in_callback = nullptr;
 
 // While a step is under way the importer may read, and must be refused whatever else it tries.
-void intermediate(fmi3InstanceEnvironment, fmi3Float64 t_s, fmi3Boolean, fmi3Boolean get_allowed, fmi3Boolean, fmi3Boolean, fmi3Boolean*,
-                  fmi3Float64*) {
+void intermediate(fmi3InstanceEnvironment, fmi3Float64 t_s, fmi3Boolean, fmi3Boolean get_allowed, fmi3Boolean, fmi3Boolean,
+                  fmi3Boolean*, fmi3Float64*) {
     const fmi3ValueReference time = 0;
     double value;
     HOLDS(std::isfinite(t_s) && get_allowed && fmi3GetFloat64(in_callback, &time, 1, &value, 1) == fmi3OK);
@@ -31,9 +31,7 @@ struct Sequence {
     fuzz::Clock clock;
     fmi3FMUState state = nullptr;
 
-    void answered(fmi3Status status) const {
-        HOLDS(status == fmi3OK || (status == fmi3Error && fuzz::messages > 0));
-    }
+    void answered(fmi3Status status) const { HOLDS(status == fmi3OK || (status == fmi3Error && fuzz::messages > 0)); }
 
     // The time of the instance is its first variable.
     void read_time() {
@@ -61,10 +59,8 @@ struct Sequence {
         const std::size_t n = in.choice(5);
         for (std::size_t i = 0; i < n; ++i) {
             references[i] = fuzz::reference(in, type);
-            if constexpr (std::is_same_v<T, double>)
-                values[i] = in.number();
-            else
-                values[i] = static_cast<T>(in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4));
+            if constexpr (std::is_same_v<T, double>) values[i] = in.number();
+            else values[i] = static_cast<T>(in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4));
         }
         answered(write(c, references, n, values, n));
     }
@@ -183,11 +179,13 @@ struct Sequence {
         case 1: get<fmi3Int64>(in, Type::enumeration, fmi3GetInt64); break;
         case 2: get<bool>(in, Type::boolean, fmi3GetBoolean); break;
         case 3: get<fmi3Int32>(in, Type::integer, fmi3GetInt32); break;
-        case 4: case 5: set<double>(in, Type::real, fmi3SetFloat64); break;
+        case 4:
+        case 5: set<double>(in, Type::real, fmi3SetFloat64); break;
         case 6: set<fmi3Int64>(in, Type::enumeration, fmi3SetInt64); break;
         case 7: set<bool>(in, Type::boolean, fmi3SetBoolean); break;
         case 8: snapshot(in); break;
-        case 9: case 10: step(in); break;
+        case 9:
+        case 10: step(in); break;
         case 11: modes(in); break;
         case 12: model_exchange(in); break;
         case 13: derivative(in); break;
@@ -212,7 +210,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     Sequence s{instantiate(head, description().token), {}, nullptr};
     HOLDS(s.c);
     if (head & 4) // straight to where steps are taken
-        HOLDS(fmi3EnterInitializationMode(s.c, fmi3False, 0, 0, fmi3False, 0) == fmi3OK && fmi3ExitInitializationMode(s.c) == fmi3OK);
+        HOLDS(fmi3EnterInitializationMode(s.c, fmi3False, 0, 0, fmi3False, 0) == fmi3OK &&
+              fmi3ExitInitializationMode(s.c) == fmi3OK);
     for (int calls = 0; calls < 100 && !in.end(); ++calls) s.call(in);
     // Whatever came before, a reset makes it new.
     HOLDS(fmi3Reset(s.c) == fmi3OK);

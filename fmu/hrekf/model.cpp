@@ -13,8 +13,13 @@ struct Hrekf {
     }
 
     static constexpr ModelInfo info = {
-        "Hrekf", "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, accelerometer and magnetometer",
-        0.01, 10, 35, 7, true};
+        "Hrekf",
+        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, accelerometer and magnetometer",
+        0.01,
+        10,
+        35,
+        7,
+        true};
     static constexpr const char* presets[] = {"default", "paper"};
     static constexpr int accel_dimension = 3;
     static constexpr const char* accel_unit = "";

@@ -16,8 +16,14 @@ class ImuMagSensor final : public StatelessModel {
 public:
     const ModelInfo& info() const override {
         static constexpr ModelInfo sensor = {
-            "ImuMagSensor", "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to samples with counters and time stamps",
-            0.01, 60, 0, 0, false, true};
+            "ImuMagSensor",
+            "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to samples with counters and time stamps",
+            0.01,
+            60,
+            0,
+            0,
+            false,
+            true};
         return sensor;
     }
 
@@ -52,9 +58,12 @@ public:
             psd.unit = d.psd_unit;
             psd.group = parameter_group;
             place.psd = table.add(psd);
-            place.value = table.add_vector(output(named(d.prefix, d.value), d.unit, d.display, reading_group, held, DependsOn::nothing, d.text), 3);
-            place.sample = table.add(output(named(d.prefix, "sample"), Type::integer, reading_group, "Samples delivered: a change marks a new sample"));
-            place.t_meas = table.add(output(named(d.prefix, "t_meas"), "s", "ms", reading_group, held, DependsOn::nothing, "Time at which the sample was measured"));
+            place.value = table.add_vector(
+                output(named(d.prefix, d.value), d.unit, d.display, reading_group, held, DependsOn::nothing, d.text), 3);
+            place.sample = table.add(output(named(d.prefix, "sample"), Type::integer, reading_group,
+                                            "Samples delivered: a change marks a new sample"));
+            place.t_meas = table.add(output(named(d.prefix, "t_meas"), "s", "ms", reading_group, held, DependsOn::nothing,
+                                            "Time at which the sample was measured"));
             place.valid = table.add(output(named(d.prefix, "valid"), Type::boolean, reading_group, "There is a sample"));
             // Not beside the sample: a plug of a filter has the members above and no others.
             std::snprintf(name, sizeof name, "count.%s.missed", d.prefix);
@@ -118,7 +127,9 @@ public:
         return bytes;
     }
     void save(void* buffer) const override { hnav_imu_mag_sensor_save(sensor_, buffer, state_size()); }
-    bool load(const void* buffer, std::size_t bytes) override { return hnav_imu_mag_sensor_load(sensor_, buffer, bytes) == HNAV_OK; }
+    bool load(const void* buffer, std::size_t bytes) override {
+        return hnav_imu_mag_sensor_load(sensor_, buffer, bytes) == HNAV_OK;
+    }
 
     void clear() override {
         hnav_imu_mag_sensor_destroy(sensor_);
@@ -139,7 +150,8 @@ private:
             v.variability = Variability::continuous;
             return table.add_vector(v, count);
         };
-        at_.q = truth("truth.q", "", "", 4, "Attitude, body to north-east-down, scalar first; of zero length: no truth yet, nothing is sampled");
+        at_.q = truth("truth.q", "", "", 4,
+                      "Attitude, body to north-east-down, scalar first; of zero length: no truth yet, nothing is sampled");
         at_.rate = truth("truth.rate", "rad/s", "deg/s", 3, "Angular rate of the body, in body axes");
         at_.force = truth("truth.force", "m/s2", "", 3, "Specific force in body axes");
         at_.field = truth("truth.field", "T", "uT", 3, "Magnetic field in body axes");

@@ -18,8 +18,13 @@ public:
 
     const ModelInfo& info() const override {
         static constexpr ModelInfo info = {
-            HNAV_FMU_NAME, "Filter for time-correlated INS errors (MDKF, AMDKF, differenced, augmented, plain) of the aircraft " AIRCRAFT_TITLE,
-            aircraft::interval_s, 20, 0, 0, true};
+            HNAV_FMU_NAME,
+            "Filter for time-correlated INS errors (MDKF, AMDKF, differenced, augmented, plain) of the aircraft " AIRCRAFT_TITLE,
+            aircraft::interval_s,
+            20,
+            0,
+            0,
+            true};
         return info;
     }
 
@@ -66,10 +71,8 @@ public:
 
         for (int j = 0; j < nu; ++j) {
             const double u = values[at_.u + j];
-            if (std::isfinite(u))
-                memory_.u[j] = u;
-            else
-                memory_.non_finite += 1;
+            if (std::isfinite(u)) memory_.u[j] = u;
+            else memory_.non_finite += 1;
         }
         double z[nx];
         for (int i = 0; i < nx; ++i) {
@@ -114,7 +117,8 @@ public:
             values[at_.post_t] = status.shown_step + 1 < status.steps ? memory_.before_s : memory_.newest_s;
         }
         if (groups & lambda_group) {
-            hnav_ins_error_filter_coloured_error(filter_, values + at_.lambda, values + at_.lambda_sigma, values + at_.compensated);
+            hnav_ins_error_filter_coloured_error(filter_, values + at_.lambda, values + at_.lambda_sigma,
+                                                 values + at_.compensated);
             // Without a measurement: every channel reads one state.
             for (int i = 0; i < nx; ++i) {
                 double &lambda = values[at_.lambda + i], &compensated = values[at_.compensated + i];
@@ -147,7 +151,8 @@ public:
     bool load(const void* buffer, std::size_t bytes) override {
         if (bytes != state_size()) return false;
         std::memcpy(&memory_, buffer, sizeof memory_);
-        return hnav_ins_error_filter_load(filter_, static_cast<const char*>(buffer) + sizeof memory_, bytes - sizeof memory_) == HNAV_OK;
+        return hnav_ins_error_filter_load(filter_, static_cast<const char*>(buffer) + sizeof memory_, bytes - sizeof memory_) ==
+               HNAV_OK;
     }
 
     void clear() override {

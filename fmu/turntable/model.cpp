@@ -16,8 +16,10 @@ class Turntable final : public Model {
 public:
     const ModelInfo& info() const override {
         static constexpr ModelInfo turntable = {
-            "Turntable", "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field", 0.01,
-            60, 4, 4, true, true};
+            "Turntable", "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field",
+            0.01,        60,
+            4,           4,
+            true,        true};
         return turntable;
     }
 
@@ -30,11 +32,18 @@ public:
         table.add(time);
         const hnav_turntable_options defaults = hnav_turntable_defaults();
         at_.options = add_options(table, hnav_turntable_option, &defaults);
-        at_.q = table.add_vector(output("truth.q", "", "", truth_group, flowing, on_q, "Attitude, body to north-east-down of true north, scalar first"), 4);
-        at_.euler = table.add_vector(output("truth.euler", "rad", "deg", truth_group, flowing, on_q, "Roll, pitch, yaw (rotation order z y x)"), 3);
-        at_.rate = table.add_vector(output("truth.rate", "rad/s", "deg/s", truth_group, flowing, DependsOn::nothing, "Angular rate of the body, in body axes"), 3);
-        at_.force = table.add_vector(output("truth.force", "m/s2", "", truth_group, flowing, on_q, "Specific force in body axes"), 3);
-        at_.field = table.add_vector(output("truth.field", "T", "uT", truth_group, flowing, on_q, "Magnetic field in body axes"), 3);
+        at_.q = table.add_vector(output("truth.q", "", "", truth_group, flowing, on_q,
+                                        "Attitude, body to north-east-down of true north, scalar first"),
+                                 4);
+        at_.euler = table.add_vector(
+            output("truth.euler", "rad", "deg", truth_group, flowing, on_q, "Roll, pitch, yaw (rotation order z y x)"), 3);
+        at_.rate = table.add_vector(output("truth.rate", "rad/s", "deg/s", truth_group, flowing, DependsOn::nothing,
+                                           "Angular rate of the body, in body axes"),
+                                    3);
+        at_.force =
+            table.add_vector(output("truth.force", "m/s2", "", truth_group, flowing, on_q, "Specific force in body axes"), 3);
+        at_.field =
+            table.add_vector(output("truth.field", "T", "uT", truth_group, flowing, on_q, "Magnetic field in body axes"), 3);
         table.row(at_.q).start = 1;
         Variable state = variable("state.q", Type::real, Causality::local, flowing, "Attitude as a state of Model Exchange");
         state.group = state_group;

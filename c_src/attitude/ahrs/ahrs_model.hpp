@@ -21,8 +21,8 @@
 #pragma once
 
 #include "attitude/ahrs/magnetic_reference.hpp"
-#include "attitude/common/readiness.hpp"
 #include "attitude/ahrs/rest_detector.hpp"
+#include "attitude/common/readiness.hpp"
 #include "attitude/common/robust_law.hpp"
 #include "attitude/common/start.hpp"
 #include "maths/repair.hpp"
@@ -245,7 +245,8 @@ public:
         e.rate_b = turn_rate(s);
         e.bias_b = Vector3(s.bias);
         e.q_bn = Quaternion(s.x).normalized();
-        if (settings_.output_latency_s != 0) e.q_bn = multiply(e.q_bn, rotation_quaternion(e.rate_b * settings_.output_latency_s));
+        if (settings_.output_latency_s != 0)
+            e.q_bn = multiply(e.q_bn, rotation_quaternion(e.rate_b * settings_.output_latency_s));
         if (!e.started) return e;
         e.tilt_ready = tilt_ready(s);
         e.heading_ready = heading_ready(s);
@@ -468,7 +469,8 @@ private:
     // to a T^2 / 8 by the mean of the last and the next, with an angular acceleration a as it was before.
     void miss_turn(State& s, const Event& event) const {
         if (!gap(s, gyro, event.t_s)) return;
-        const double T = event.t_s - s.last_s[gyro], share = (event.has(gyro) ? 0.125 : 0.5) * settings_.unseen_turn_factor * T * T;
+        const double T = event.t_s - s.last_s[gyro],
+                     share = (event.has(gyro) ? 0.125 : 0.5) * settings_.unseen_turn_factor * T * T;
         s.missing_rotation += share * share * s.rate_change_power;
     }
 
@@ -677,7 +679,8 @@ private:
         const Vector3 residual(H - mean.horizontal(), -H * mean.azimuth_rad(), Z - mean.n[2]);
         const auto verdict = s.field.judge(settings_.field, length(residual[0], residual[2]), T);
         s.verdict = static_cast<std::uint64_t>(verdict);
-        const bool given_in = verdict == MagneticReference::Verdict::give_in || verdict == MagneticReference::Verdict::give_in_now;
+        const bool given_in =
+            verdict == MagneticReference::Verdict::give_in || verdict == MagneticReference::Verdict::give_in_now;
         if (verdict == MagneticReference::Verdict::give_in_now) forget_reference(P, error, settings_.sigma.reference);
 
         // residual = H_m error: theta x M - dM - (u x M) dl
@@ -699,7 +702,8 @@ private:
         const double deviation = length(residual[0], residual[2]) / settings_.field.gate;
         const double scale = (s.rest.at_rest(settings_.rest) ? settings_.rest_field_factor : 1) / T;
         const double soft = given_in ? deviation * deviation : 1;
-        const Vector3 R(settings_.intensity_density2 * scale, settings_.azimuth_density2 * scale, settings_.intensity_density2 * scale);
+        const Vector3 R(settings_.intensity_density2 * scale, settings_.azimuth_density2 * scale,
+                        settings_.intensity_density2 * scale);
         Innovation& i = s.innovation[mag];
         i = {};
         i.t_s = t_s;

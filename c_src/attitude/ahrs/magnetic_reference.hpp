@@ -74,7 +74,8 @@ struct MagneticReference {
     }
 
     // Gathers evidence. horizontal, down: the reference.
-    void weigh(const MagneticReferenceSettings& set, const MeanField& field, double horizontal, double down, bool turning, double T) {
+    void weigh(const MagneticReferenceSettings& set, const MeanField& field, double horizontal, double down, bool turning,
+               double T) {
         const double seen_s = T * (turning ? 1 : set.still_weight);
         const double h = field.horizontal(), z = field.n[2];
         if (length(h - horizontal, z - down) < set.gate) {

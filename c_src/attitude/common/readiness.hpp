@@ -6,9 +6,7 @@
 namespace hnav {
 
 // Information about an angle that a correction brought, 1/rad^2, from its variances before and after.
-inline double information_gained(double before, double after) {
-    return after > 0 && before > after ? 1 / after - 1 / before : 0;
-}
+inline double information_gained(double before, double after) { return after > 0 && before > after ? 1 / after - 1 / before : 0; }
 
 inline bool angle_ready(double variance, double information, double limit_rad) {
     return variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);

@@ -9,8 +9,8 @@
 // itself is computed for who asks. Sampled-data form of Theorem 1 of the paper (hrekf_model.hpp), one P for each correction.
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "maths/covariance.hpp"
+#include "maths/rotation.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

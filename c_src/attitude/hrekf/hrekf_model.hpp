@@ -12,12 +12,12 @@
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 #pragma once
 
-#include "attitude/hrekf/decay_rate.hpp"
 #include "attitude/common/estimate.hpp"
-#include "attitude/hrekf/noise_adaptation.hpp"
 #include "attitude/common/readiness.hpp"
 #include "attitude/common/robust_law.hpp"
 #include "attitude/common/start.hpp"
+#include "attitude/hrekf/decay_rate.hpp"
+#include "attitude/hrekf/noise_adaptation.hpp"
 #include "maths/cholesky.hpp"
 #include "maths/repair.hpp"
 
@@ -140,15 +140,14 @@ public:
         const Quaternion q(x), dq(direction);
         const Blocks P(x + 7), dP(direction + 7);
         const Eigen::Matrix4d A_qq = Omega(turn_rate(s, x));
-        const Eigen::Matrix4d dA_qq = s.has_rate ? Omega(Vector3(-direction[4], -direction[5], -direction[6]))
-                                                 : Eigen::Matrix4d(Eigen::Matrix4d::Zero());
+        const Eigen::Matrix4d dA_qq =
+            s.has_rate ? Omega(Vector3(-direction[4], -direction[5], -direction[6])) : Eigen::Matrix4d(Eigen::Matrix4d::Zero());
         const Matrix43 A_qb = -Xi(q), dA_qb = -Xi(dq);
 
         Eigen::Map<Quaternion>(out).noalias() = A_qq * dq + dA_qq * q;
         out[4] = out[5] = out[6] = 0;
         Blocks result;
-        const Eigen::Matrix4d half =
-            A_qq * dP.qq + dA_qq * P.qq + A_qb * dP.qb.transpose() + dA_qb * P.qb.transpose();
+        const Eigen::Matrix4d half = A_qq * dP.qq + dA_qq * P.qq + A_qb * dP.qb.transpose() + dA_qb * P.qb.transpose();
         const Eigen::Matrix4d noise_half =
             0.25 * settings_.gyro_psd * (q.dot(dq) * Eigen::Matrix4d::Identity() - dq * q.transpose());
         result.qq = half + half.transpose() + noise_half + noise_half.transpose();
@@ -210,8 +209,7 @@ public:
 
     void jump(State& s, const Event& event) const {
         for (int c = 0; c < channel_count; ++c) s.used[c] += event.has(c);
-        if (!s.started)
-            collect_for_start(s, event);
+        if (!s.started) collect_for_start(s, event);
         else {
             flow_error_map(s.error_map, event.t_s, Quaternion(s.x).normalized(), turn_rate(s, s.x));
             correct_directions(s, event);
@@ -231,7 +229,8 @@ public:
         e.rate_b = turn_rate(s, s.x);
         e.bias_b = Vector3(s.x + 4);
         const Vector3 variance = rotation_variances(s);
-        e.tilt_ready = e.started && angle_ready(std::fmax(variance[0], variance[1]), s.tilt_information, settings_.ready_tilt_rad);
+        e.tilt_ready =
+            e.started && angle_ready(std::fmax(variance[0], variance[1]), s.tilt_information, settings_.ready_tilt_rad);
         e.heading_ready = e.started && angle_ready(variance[2], s.heading_information, settings_.ready_heading_rad);
         return e;
     }
@@ -465,12 +464,9 @@ private:
                               settings_.accel_density2 / T_accel};
         const Direction field{mag, Vector3(s.reference_north, 0, s.reference_down),
                               in_units(event.value[mag], s.reference_strength), settings_.mag_density2 / T_mag};
-        if (T_accel > 0 && T_mag > 0)
-            correct_by<2>(s, event.t_s, {force, field});
-        else if (T_accel > 0)
-            correct_by<1>(s, event.t_s, {force});
-        else if (T_mag > 0)
-            correct_by<1>(s, event.t_s, {field});
+        if (T_accel > 0 && T_mag > 0) correct_by<2>(s, event.t_s, {force, field});
+        else if (T_accel > 0) correct_by<1>(s, event.t_s, {force});
+        else if (T_mag > 0) correct_by<1>(s, event.t_s, {field});
     }
 
     // Of a field a thousand times the reference no more than the direction is to be believed: taken at its word it would

@@ -6,8 +6,8 @@
 // K0 and P0+ are of the plain Kalman correction: the inflated gain would feed its own inflation back.
 #pragma once
 
-#include "maths/rotation.hpp"
 #include "maths/covariance.hpp"
+#include "maths/rotation.hpp"
 
 #include <Eigen/Eigenvalues>
 
