@@ -33,7 +33,11 @@ class ClosedLoop:
             fmu.initialise()
 
         table, sensor = self.fmus["turntable"], self.fmus["sensor"]
-        self.truth, self.reals, self.counters = (C.c_double * len(TRUTH))(), (C.c_double * len(REALS))(), (C.c_int32 * len(COUNTERS))()
+        self.truth, self.reals, self.counters = (
+            (C.c_double * len(TRUTH))(),
+            (C.c_double * len(REALS))(),
+            (C.c_int32 * len(COUNTERS))(),
+        )
         self.truth_from, self.truth_to = table.references(TRUTH), sensor.references(TRUTH)
         self.reals_from, self.counters_from = sensor.references(REALS), sensor.references(COUNTERS)
         self.reals_to = {name: self.fmus[name].references(REALS) for name in filters}
@@ -67,6 +71,8 @@ class ClosedLoop:
         return rows | {"time": step_s * np.arange(1, steps + 1)}
 
 
-def closed_run(parameters: Mapping[str, object], stop_s: float, outputs: Mapping[str, list[str]], step_s: float = 0.01, **options) -> dict[str, np.ndarray]:
+def closed_run(
+    parameters: Mapping[str, object], stop_s: float, outputs: Mapping[str, list[str]], step_s: float = 0.01, **options
+) -> dict[str, np.ndarray]:
     with ExitStack() as stack:
         return ClosedLoop(stack, parameters, **options).run(stop_s, outputs, step_s)

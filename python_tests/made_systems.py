@@ -40,7 +40,10 @@ def make_system(
     inputs: connectors of the system and their types.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    variables = {c: {v.name: v for v in fmpy.read_model_description(str(fmu_path(fmu, 2)), validate=False).modelVariables} for c, fmu in components.items()}
+    variables = {
+        c: {v.name: v for v in fmpy.read_model_description(str(fmu_path(fmu, 2)), validate=False).modelVariables}
+        for c, fmu in components.items()
+    }
     pairs = [pair for connection in connections for pair in _expanded(connection, variables)]
     text = [HEAD.format(name=name), "<ssd:Connectors>"]
     text += [f'<ssd:Connector name="{n}" kind="input"><ssc:{kind}/></ssd:Connector>' for n, kind in (inputs or {}).items()]
@@ -53,7 +56,9 @@ def make_system(
         rows = []
         for variable in (variables[component][n] for n in used):
             unit = f' unit="{variable.unit}"' if variable.unit else ""
-            rows.append(f'<ssd:Connector name="{variable.name}" kind="{variable.causality}"><ssc:{KINDS[variable.type]}{unit}/></ssd:Connector>')
+            rows.append(
+                f'<ssd:Connector name="{variable.name}" kind="{variable.causality}"><ssc:{KINDS[variable.type]}{unit}/></ssd:Connector>'
+            )
         text.append(COMPONENT.format(component, fmu, "".join(rows)))
     text.append("</ssd:Elements><ssd:Connections>")
     for start, end in pairs:

@@ -101,7 +101,10 @@ def test_missing_samples_are_held_and_told_to_those_who_ask(recording):
 def test_lost_rows_are_put_back_for_filters_of_fixed_rate(recording):
     lost = np.zeros(len(recording.t_s), bool)
     lost[[5, 6, 20]] = True
-    gappy = Recording(recording.name, *(v[~lost] for v in (recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)))
+    gappy = Recording(
+        recording.name,
+        *(v[~lost] for v in (recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)),
+    )
     samples = samples_of(gappy)
     assert len(samples.rate_rad_s) == len(recording.t_s)
     np.testing.assert_array_equal(samples.row, np.flatnonzero(~lost))
@@ -172,7 +175,9 @@ def test_a_first_run_that_is_timed_is_not_run_twice(recording):
         calls.append("estimate")
         return Estimate(recording.reference_q_nb, None, 7.0)
 
-    (only,) = run_trial("BROAD", recording, RATE_HZ, [contender("a", estimate, lambda recording, rate_hz: pytest.fail("timed again"))])
+    (only,) = run_trial(
+        "BROAD", recording, RATE_HZ, [contender("a", estimate, lambda recording, rate_hz: pytest.fail("timed again"))]
+    )
     assert calls == ["estimate"] and only.us_per_sample == 7.0
 
 
@@ -209,7 +214,12 @@ def test_late_fields_are_not_timed_when_python_pushes_them(recording):
 
 
 def test_means_are_plain_means_over_trials():
-    rows = [row("a", "01", 1.0, False, us=1), row("a", "02", 2.0, False, us=5), row("a", "30", 6.0, True, us=2, nees=4.0), row("b", "01", 9.0, False)]
+    rows = [
+        row("a", "01", 1.0, False, us=1),
+        row("a", "02", 2.0, False, us=5),
+        row("a", "30", 6.0, True, us=2, nees=4.0),
+        row("b", "01", 9.0, False),
+    ]
     a, b = summary(rows)
     assert (a.total_deg, a.undisturbed_deg, a.disturbed_deg, a.us_per_sample, a.nees_per_axis) == (3.0, 1.5, 6.0, 2.0, 4.0)
     assert b.total_deg == 9.0 and np.isnan(b.disturbed_deg) and np.isnan(b.nees_per_axis)
@@ -258,7 +268,12 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
     figures = json.loads(scores.read_text())
     for trial in figures["trials"].values():
         (mine,) = [r for r in rows if (r["set"], r["filter"], r["trial"]) == ("BROAD", "ahrs", trial["name"])]
-        for ours, theirs in (("total_deg", "total"), ("heading_deg", "heading"), ("inclination_deg", "inclination"), ("nees_per_axis", "nees_per_axis")):
+        for ours, theirs in (
+            ("total_deg", "total"),
+            ("heading_deg", "heading"),
+            ("inclination_deg", "inclination"),
+            ("nees_per_axis", "nees_per_axis"),
+        ):
             assert float(mine[ours]) == pytest.approx(trial[theirs], rel=1e-5)
     theirs = [float(r["total_deg"]) for r in rows if (r["set"], r["filter"]) == ("BROAD", "vqf")]
     assert np.mean(theirs) == pytest.approx(figures["vqf_mean"]["total"], rel=1e-5)

@@ -17,7 +17,11 @@ SOFT_IRON = np.array([[1.1, 0.04, -0.03], [0.02, 0.95, 0.05], [-0.04, 0.01, 1.02
 def turned_about(samples: int = 500, axes: str = "all", seed: int = 3):
     """Field in uT as a distorted sensor sees it, specific force, and the true field; any attitude, or yaw alone."""
     rng = np.random.default_rng(seed)
-    attitude = Rotation.random(samples, rng) if axes == "all" else Rotation.from_rotvec(np.outer(rng.uniform(-np.pi, np.pi, samples), [0, 0, 1]))
+    attitude = (
+        Rotation.random(samples, rng)
+        if axes == "all"
+        else Rotation.from_rotvec(np.outer(rng.uniform(-np.pi, np.pi, samples), [0, 0, 1]))
+    )
     truth = attitude.apply([18.0, 0, 44.0], inverse=True)
     force = attitude.apply([0, 0, -9.81], inverse=True) + 0.05 * rng.normal(size=(samples, 3))
     return truth @ SOFT_IRON.T + OFFSET_UT + 0.1 * rng.normal(size=(samples, 3)), force, truth
@@ -157,7 +161,12 @@ def test_yaw_alone_is_refused_and_hard_iron_only_says_so(tmp_path):
 def test_what_cannot_be_done_is_one_line_and_exit_code_2(tmp_path, tumbled, arguments, named):
     bare = tmp_path / "bare.csv"
     bare.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.81\n0.01,0,0,0,0,0,9.81\n")
-    places = {"TUMBLED": str(tumbled), "BARE": str(bare), "OUT": str(tmp_path / "o.csv"), "OUT.nothing": str(tmp_path / "OUT.nothing")}
+    places = {
+        "TUMBLED": str(tumbled),
+        "BARE": str(bare),
+        "OUT": str(tmp_path / "o.csv"),
+        "OUT.nothing": str(tmp_path / "OUT.nothing"),
+    }
     done = hnav(*(places.get(a, a) for a in arguments))
     assert done.returncode == 2
     assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr

@@ -31,7 +31,9 @@ def turntable():
 
 @pytest.fixture(scope="module")
 def record(turntable) -> GainRecord:
-    return record_gains(turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off"))
+    return record_gains(
+        turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    )
 
 
 def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) -> GainRecord:
@@ -153,7 +155,9 @@ def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(recor
         e_b = rng.normal(size=(n, 3))
         flown, _ = flow(c, q, e_b)
         s = np.linalg.norm(-flown[:, 1:] - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T, axis=1)
-        farthest = np.maximum(chord, 2 * np.sin(np.arccos(np.clip(flown[:, 0], -1, 1)) / 2)) + 0.5 * c.interval_s * np.linalg.norm(e_b, axis=1)
+        farthest = np.maximum(
+            chord, 2 * np.sin(np.arccos(np.clip(flown[:, 0], -1, 1)) / 2)
+        ) + 0.5 * c.interval_s * np.linalg.norm(e_b, axis=1)
         assert (s <= 0.5 * c.interval_s * farthest * np.linalg.norm(e_b, axis=1) + 1e-14).all()
 
 
@@ -273,7 +277,11 @@ def test_remainders_are_paid_for_by_decay(record):
 def test_the_progress_of_each_stage_grows_and_ends_full(record):
     solver()
     told: dict[str, list[tuple[int, int]]] = {}
-    certify(GainRecord(record.name, record.corrections[180:], 0.0), lambda what, done, of: told.setdefault(what, []).append((done, of)), starts=2)
+    certify(
+        GainRecord(record.name, record.corrections[180:], 0.0),
+        lambda what, done, of: told.setdefault(what, []).append((done, of)),
+        starts=2,
+    )
     assert list(told) == ["decay rate", "region", "longest interval", "starts"]
     for steps in told.values():
         assert [done for done, _ in steps] == sorted(done for done, _ in steps)
@@ -284,14 +292,19 @@ def test_intervals_nest(record):
     """Any order of intervals is more than one interval at a time, and no P helps where a single correction lets errors grow."""
     solver()
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
-    np.testing.assert_allclose(SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14)
+    np.testing.assert_allclose(
+        SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14
+    )
     # The body turns back faster than the gains have learnt: an interval too long turns the bias error away from them.
     turned = [replace(c, turns=((np.array([0, 0, -0.3]), INTERVAL_S),)) for c in steady.corrections[::5]]
     found = certify(GainRecord("turned", turned, 0.0), starts=0)
     inequality = SampledDataInequality(GainRecord("turned", turned, 0.0), 2.0)
     assert INTERVAL_S < found.mixed_interval_s <= found.longest_interval_s
     assert INTERVAL_S < found.region_interval_s <= found.longest_interval_s
-    grows = [np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max() >= 1 for t in (found.interval_limit_s, 1.01 * found.interval_limit_s)]
+    grows = [
+        np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max() >= 1
+        for t in (found.interval_limit_s, 1.01 * found.interval_limit_s)
+    ]
     assert found.longest_interval_s <= found.interval_limit_s and grows == [False, True]
     P, tau, _ = inequality.and_interval(found.mixed_interval_s).solve(0.0, 0.0)
     for t in (INTERVAL_S, found.mixed_interval_s):
@@ -344,7 +357,9 @@ def test_the_turntable_integrates_to_its_own_attitude():
         q = product(q, quaternion_exp(0.5 * INTERVAL_S * rate[None])[0])
     np.testing.assert_allclose(q, quiet.q_nb[-1], atol=1e-12)
     assert np.degrees(np.abs(quiet.recording.rate_b_rad_s).max()) == pytest.approx(10, rel=1e-6)
-    assert np.arctan2(quiet.recording.field_b_tesla[0, 2], np.linalg.norm(quiet.recording.field_b_tesla[0, :2])) == pytest.approx(DIP_RAD)
+    assert np.arctan2(quiet.recording.field_b_tesla[0, 2], np.linalg.norm(quiet.recording.field_b_tesla[0, :2])) == pytest.approx(
+        DIP_RAD
+    )
 
 
 def test_a_seed_is_one_experiment():
@@ -385,7 +400,18 @@ def write_run(folder, parameters: dict) -> None:
 def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
     assert filter_of_run(tmp_path) == ("default", {})
     start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
-    write_run(tmp_path, start | {"hrekf.preset": 1, "hrekf.gamma_mode": 3, "hrekf.solver": 0, "hrekf.gamma": 0.1, "hrekf.sampling_mode": 1, "hekf.gamma": 9})
+    write_run(
+        tmp_path,
+        start
+        | {
+            "hrekf.preset": 1,
+            "hrekf.gamma_mode": 3,
+            "hrekf.solver": 0,
+            "hrekf.gamma": 0.1,
+            "hrekf.sampling_mode": 1,
+            "hekf.gamma": 9,
+        },
+    )
     preset, settings = filter_of_run(tmp_path)
     options = Options("hrekf", preset, **settings)
     assert preset == "paper" and sorted(settings) == ["gamma", "gamma_mode", "start_q_nb"]
@@ -401,7 +427,11 @@ def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turnta
     data = turntable.recording
     with h5py.File(tmp_path / "signals.h5", "w") as file:
         file["t_s"] = data.t_s
-        for end, values in (("gyro.rate", data.rate_b_rad_s), ("accel.force", data.force_b_m_s2), ("mag.field", data.field_b_tesla)):
+        for end, values in (
+            ("gyro.rate", data.rate_b_rad_s),
+            ("accel.force", data.force_b_m_s2),
+            ("mag.field", data.field_b_tesla),
+        ):
             file[f"sensor.{end}"] = values
     write_run(tmp_path, {"hrekf.preset": 1, "hrekf.gamma_mode": 0})
 
@@ -420,12 +450,15 @@ def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):
         read_results(tmp_path)
 
 
-@pytest.mark.parametrize("arguments, named", [
-    ([], "--experiment turntable"),
-    (["--experiment", "carousel"], "carousel"),
-    (["--experiment", "turntable", "--filter", "ahrs"], "ahrs"),
-    (["--experiment", "turntable", "--duration", "0.5"], "--from"),
-])
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        ([], "--experiment turntable"),
+        (["--experiment", "carousel"], "carousel"),
+        (["--experiment", "turntable", "--filter", "ahrs"], "ahrs"),
+        (["--experiment", "turntable", "--duration", "0.5"], "--from"),
+    ],
+)
 def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):
     done = hnav("certify", *arguments)
     assert done.returncode == 2

@@ -26,7 +26,9 @@ def flight(tmp_path, motion):
 @pytest.mark.parametrize("engine", ["c", "fmi3-cs"])
 def test_filter_writes_one_row_for_each_sample(flight, tmp_path, engine):
     out = tmp_path / "out.csv"
-    done = hnav("filter", flight, "--filter", "hrekf", "--engine", engine, "--mag-unit", "uT", "--set", "gamma_mode=kl", "--out", out)
+    done = hnav(
+        "filter", flight, "--filter", "hrekf", "--engine", engine, "--mag-unit", "uT", "--set", "gamma_mode=kl", "--out", out
+    )
     assert done.returncode == 0, done.stderr
     table = np.genfromtxt(out, delimiter=",", names=True)
     assert len(table) == 100

@@ -74,8 +74,10 @@ def test_device_attitude_turns_by_the_measured_rate(device_recording):
     dt_s = np.diff(device_recording.t_s[rows])[:, None]
     turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / dt_s
     # The rate of a row is the mean over the interval that ends there; the x-IMU's attitude skips every second row.
-    measured = (device_recording.rate_b_rad_s[rows[1:]] + device_recording.rate_b_rad_s[rows[:-1] + (rows[1] - rows[0]) // 2 * 1
-                if rows[1] - rows[0] == 2 else rows[1:]]) / 2
+    measured = (
+        device_recording.rate_b_rad_s[rows[1:]]
+        + device_recording.rate_b_rad_s[rows[:-1] + (rows[1] - rows[0]) // 2 * 1 if rows[1] - rows[0] == 2 else rows[1:]]
+    ) / 2
     fit = np.linalg.lstsq(measured, turned, rcond=None)[0]
     assert np.abs(fit - np.eye(3)).max() < 0.03
 
@@ -183,8 +185,15 @@ def test_demo_prints_its_figures_and_writes_the_picture(wheel, tmp_path, monkeyp
     assert done.exit_code == 0, done.output
     for row in ("total", "heading, offset removed", "inclination"):
         assert len(re.findall(r"\d+\.\d +\d+\.\d deg", re.search(rf"│ +{row} .*", done.output)[0])) == 2, row
-    for word in ("constant heading offset", "mean NIS force (expected 3)", "mean NIS field (expected 3)", "gyro bias z",
-                 "time per row", "no ground truth", "demo.png"):
+    for word in (
+        "constant heading offset",
+        "mean NIS force (expected 3)",
+        "mean NIS field (expected 3)",
+        "gyro bias z",
+        "time per row",
+        "no ground truth",
+        "demo.png",
+    ):
         assert word in done.output
     assert "nan" not in done.output
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
@@ -222,7 +231,9 @@ def test_a_users_file_is_run_without_a_reference(tmp_path):
 
 
 def test_a_broad_trial_is_compared_with_the_optics(broad_trials, tmp_path):
-    done = run_demo(str(next(iter(broad_trials.values()))), "--out", str(tmp_path), "--engine", "c", "--set", "gyro_hold=backward")
+    done = run_demo(
+        str(next(iter(broad_trials.values()))), "--out", str(tmp_path), "--engine", "c", "--set", "gyro_hold=backward"
+    )
     assert done.exit_code == 0, done.output
     assert "difference to the optics" in done.output
     assert "gyro_hold=backward" in done.output
@@ -265,12 +276,15 @@ def test_a_bad_file_gets_one_line_and_exit_code_2(tmp_path):
     assert not (tmp_path / "demo.png").exists()
 
 
-@pytest.mark.parametrize("arguments, named", [
-    (["nowhere.csv"], "nowhere.csv"),
-    (["--engine", "fmi9"], "fmi9"),
-    (["--set", "no_such_option=1"], "no_such_option"),
-    (["--set", "navigation_frame=ned"], "navigation_frame"),
-])
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        (["nowhere.csv"], "nowhere.csv"),
+        (["--engine", "fmi9"], "fmi9"),
+        (["--set", "no_such_option=1"], "no_such_option"),
+        (["--set", "navigation_frame=ned"], "navigation_frame"),
+    ],
+)
 def test_wrong_arguments_are_named_in_one_line(arguments, named, tmp_path):
     own = [] if arguments[0].endswith(".csv") else [str(write_csv(tmp_path / "still.csv"))]
     done = run_demo(*own, *arguments, "--out", str(tmp_path))

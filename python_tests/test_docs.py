@@ -159,7 +159,11 @@ def test_a_c_snippet_compiles_without_a_warning_and_runs(code, tmp_path):
     source, program = tmp_path / "snippet.c", tmp_path / "snippet"
     source.write_text(as_program(code))
     flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{TOP / 'c_src' / 'include'}"]
-    made = subprocess.run([compiler, *flags, str(source), str(LIBRARY), f"-Wl,-rpath,{LIBRARY.parent.resolve()}", "-lm", "-o", str(program)], capture_output=True, text=True)
+    made = subprocess.run(
+        [compiler, *flags, str(source), str(LIBRARY), f"-Wl,-rpath,{LIBRARY.parent.resolve()}", "-lm", "-o", str(program)],
+        capture_output=True,
+        text=True,
+    )
     assert made.returncode == 0, made.stderr
     ran = subprocess.run([str(program)], capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0 and ran.stdout.strip(), ran.stderr
@@ -208,5 +212,7 @@ def test_a_command_line_names_commands_and_options_that_exist(line):
     if len(words) < 2 or not words[1].islower() or words[1] == "--help":  # `./run hnav ARGS`
         return
     assert words[1] in commands, f"hnav has no command {words[1]}"
-    known = {name for parameter in commands[words[1]].params for name in (*parameter.opts, *parameter.secondary_opts)} | {"--help"}
+    known = {name for parameter in commands[words[1]].params for name in (*parameter.opts, *parameter.secondary_opts)} | {
+        "--help"
+    }
     assert [word for word in words[2:] if word.startswith("--") and word.split("=")[0] not in known] == []

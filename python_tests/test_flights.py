@@ -63,7 +63,13 @@ def test_the_report_and_its_pictures_show_the_flight(run, tmp_path):
     from hnav.report import write_report
     from hnav.report_pictures import write_pictures
 
-    assert write_report(run, tmp_path / "report.html") == ["flight", "flight-innovations", "flight-faults", "flight-table", "timing"]
+    assert write_report(run, tmp_path / "report.html") == [
+        "flight",
+        "flight-innovations",
+        "flight-faults",
+        "flight-table",
+        "timing",
+    ]
     assert [f.name for f in write_pictures(run, tmp_path)] == ["aircraft_lateral.png", "aircraft_longitudinal.png"]
 
 
@@ -72,7 +78,9 @@ def test_table1_starts_at_the_first_correction_and_follows_the_regimes():
         found = experiment(2, ["fitted", "fitted_honest"])
     except HnavError as error:
         pytest.skip(str(error))
-    assert {regime: list(rows) for regime, rows in found.items()} == {regime: list(FILTERS) for regime in ("fitted", "fitted_honest")}
+    assert {regime: list(rows) for regime, rows in found.items()} == {
+        regime: list(FILTERS) for regime in ("fitted", "fitted_honest")
+    }
     # The over-confident start keeps the yaw wrong for the whole minute; an honest one forgets it at once.
     assert found["fitted"]["HEKF"][:, 0].min() > 10 * found["fitted_honest"]["HEKF"][:, 0].max()
     one = simulate("turntable", "fitted_honest", seed=1)

@@ -18,7 +18,9 @@ from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
 FLAVOURS = [(version, exchange) for version in VERSIONS for exchange in (False, True)]
-flavours = pytest.mark.parametrize("version, exchange", FLAVOURS, ids=lambda v: {2: "fmi2", 3: "fmi3", False: "cs", True: "me"}.get(v, v))
+flavours = pytest.mark.parametrize(
+    "version, exchange", FLAVOURS, ids=lambda v: {2: "fmi2", 3: "fmi3", False: "cs", True: "me"}.get(v, v)
+)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 
 INPUTS = {
@@ -86,7 +88,9 @@ def test_fmpy_and_the_schemas_find_nothing_to_complain_about(version):
 
 def test_both_versions_have_the_same_variables():
     two, three = (fmpy.read_model_description(str(fmu_path(MODEL, v))).modelVariables for v in VERSIONS)
-    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [(v.name, v.causality, v.variability, v.unit) for v in three]
+    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [
+        (v.name, v.causality, v.variability, v.unit) for v in three
+    ]
 
 
 def test_parameters_are_the_options_of_the_library():
@@ -120,7 +124,9 @@ def test_the_binary_is_self_contained_and_tells_nothing_of_its_build(version, tm
     with zipfile.ZipFile(fmu_path(MODEL, version)) as archive:
         name = next(n for n in archive.namelist() if n.endswith(".so"))
         binary = Path(archive.extract(name, tmp_path))
-    symbols = [line.split()[-1] for line in subprocess.check_output(["nm", "-D", "--defined-only", binary], text=True).splitlines()]
+    symbols = [
+        line.split()[-1] for line in subprocess.check_output(["nm", "-D", "--defined-only", binary], text=True).splitlines()
+    ]
     assert symbols and all(s.startswith(f"fmi{version}") for s in symbols)
     needed = [line for line in subprocess.check_output(["readelf", "-d", binary], text=True).splitlines() if "NEEDED" in line]
     assert all("libc.so" in line or "libm.so" in line or "ld-linux" in line for line in needed), needed
@@ -442,7 +448,9 @@ def test_a_saved_state_replays_bit_for_bit(version, exchange):
         solver = fmu.solver(0.0) if exchange else None
         go_on(fmu, 0, 5, solver)
         f = fmu.fmu
-        get, put, free = (f.getFMUState, f.setFMUState, f.freeFMUState) if fmu.fmi3 else (f.getFMUstate, f.setFMUstate, f.freeFMUstate)
+        get, put, free = (
+            (f.getFMUState, f.setFMUState, f.freeFMUState) if fmu.fmi3 else (f.getFMUstate, f.setFMUstate, f.freeFMUstate)
+        )
         state = get()
         straight = go_on(fmu, 5, 10, solver)
         put(state)
@@ -551,7 +559,9 @@ def test_wrong_variables_are_named(version):
         f = fmu.fmu
         good = fmu.references(["att.q[1]"])
         with pytest.raises(HnavError, match="null"):
-            fmu.call(f.fmi3GetFloat64, f.component, good, 1, None, 1) if fmu.fmi3 else fmu.call(f.fmi2GetReal, f.component, good, 1, None)
+            fmu.call(f.fmi3GetFloat64, f.component, good, 1, None, 1) if fmu.fmi3 else fmu.call(
+                f.fmi2GetReal, f.component, good, 1, None
+            )
         if fmu.fmi3:  # FMI 2 has no size to get wrong
             with pytest.raises(HnavError, match="scalars"):
                 fmu.call(f.fmi3GetFloat64, f.component, good, 1, (C.c_double * 2)(), 2)

@@ -21,8 +21,14 @@ from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
-flavours = pytest.mark.parametrize("version, exchange", [(v, e) for v in VERSIONS for e in (False, True)], ids=lambda v: {2: "fmi2", 3: "fmi3", False: "cs", True: "me"}[v])
-SETTINGS = [dict(form=form) for form in FORMS] + [dict(noise_scaling=s) for s in ("none", "paper_match", "gated_match")] + [dict(lag=1)]
+flavours = pytest.mark.parametrize(
+    "version, exchange",
+    [(v, e) for v in VERSIONS for e in (False, True)],
+    ids=lambda v: {2: "fmi2", 3: "fmi3", False: "cs", True: "me"}[v],
+)
+SETTINGS = (
+    [dict(form=form) for form in FORMS] + [dict(noise_scaling=s) for s in ("none", "paper_match", "gated_match")] + [dict(lag=1)]
+)
 PER_CHANNEL = ("estimate", "sigma", "lambda", "lambda_sigma", "compensated", "innov", "noise_scale", "fault_probability")
 
 
@@ -116,7 +122,9 @@ def test_fmpy_and_the_schemas_find_nothing_to_complain_about(model, version):
 
 def test_both_versions_have_the_same_variables(model):
     two, three = (fmpy.read_model_description(str(fmu_path(model, v))).modelVariables for v in VERSIONS)
-    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [(v.name, v.causality, v.variability, v.unit) for v in three]
+    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [
+        (v.name, v.causality, v.variability, v.unit) for v in three
+    ]
 
 
 def test_the_plants_outputs_bear_the_names_types_and_units_of_the_filters_inputs(axis):
@@ -167,7 +175,9 @@ def test_the_archive_holds_documentation_licences_an_icon_and_an_example_input(m
 def test_the_binary_is_self_contained_and_tells_nothing_of_its_build(model, version, tmp_path):
     with zipfile.ZipFile(fmu_path(model, version)) as archive:
         binary = Path(archive.extract(next(n for n in archive.namelist() if n.endswith(".so")), tmp_path))
-    symbols = [line.split()[-1] for line in subprocess.check_output(["nm", "-D", "--defined-only", binary], text=True).splitlines()]
+    symbols = [
+        line.split()[-1] for line in subprocess.check_output(["nm", "-D", "--defined-only", binary], text=True).splitlines()
+    ]
     assert symbols and all(s.startswith(f"fmi{version}") for s in symbols)
     needed = [line for line in subprocess.check_output(["readelf", "-d", binary], text=True).splitlines() if "NEEDED" in line]
     assert all("libc.so" in line or "libm.so" in line or "ld-linux" in line for line in needed), needed
@@ -247,12 +257,22 @@ def test_seeds_make_different_flights_and_reset_brings_the_first_one_back(axis, 
 @versions
 def test_the_parameters_of_the_model_reach_plant_and_filter(axis, version):
     state = axis.states[0]
-    changes = {"measurement_sigma": 0.7, "ins_error_sigma": 1.5, "ins_error_time_constant": 30.0, "process_noise": 0.4, "start": 2.0, "start_sigma": 0.2}
+    changes = {
+        "measurement_sigma": 0.7,
+        "ins_error_sigma": 1.5,
+        "ins_error_time_constant": 30.0,
+        "process_noise": 0.4,
+        "start": 2.0,
+        "start_sigma": 0.2,
+    }
     for name in (axis.plant, axis.filter):
         output = f"z.{state}" if name == axis.plant else f"sigma.{state}"
         if name == axis.filter:
             changes.pop("start")
-        for parameter, value in ({f"{k}.{state}": v for k, v in changes.items()} | {"euler_colour": True, "exact_process_noise": True, "interval": 0.05}).items():
+        for parameter, value in (
+            {f"{k}.{state}": v for k, v in changes.items()}
+            | {"euler_colour": True, "exact_process_noise": True, "interval": 0.05}
+        ).items():
             results = []
             for changed in (False, True):
                 with opened(name, version, **({parameter: value} if changed else {})) as fmu:
@@ -500,7 +520,9 @@ def test_a_serialised_state_goes_on_in_another_process_and_a_damaged_one_is_refu
         content[len(content) // 2] ^= 1
         with pytest.raises(HnavError, match="damaged"):
             fmu.call(f.deserializeFMUState if fmu.fmi3 else f.deSerializeFMUstate, bytes(content))
-    code = _CONTINUE.format(tests=str(Path(__file__).parent), axis=axis.name, file=axis.name.lower(), model=model, version=version, path=str(path))
+    code = _CONTINUE.format(
+        tests=str(Path(__file__).parent), axis=axis.name, file=axis.name.lower(), model=model, version=version, path=str(path)
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == expected, done.stderr
 
@@ -540,7 +562,11 @@ def test_impossible_parameters_stop_initialisation_with_their_names(axis, versio
             fmu.call(fmu.fmu.reset)  # and it is usable again
             fmu.initialise()
             fmu.do_step(0, 0.1)
-    for name, parameter, value in ((axis.filter, "measurement_sigma", -1.0), (axis.plant, "fault_factor", -1.0), (axis.filter, "start_sigma", math.nan)):
+    for name, parameter, value in (
+        (axis.filter, "measurement_sigma", -1.0),
+        (axis.plant, "fault_factor", -1.0),
+        (axis.filter, "start_sigma", math.nan),
+    ):
         with opened(name, version) as fmu, pytest.raises(HnavError, match=f"{parameter}.{state}"):
             fmu.set(f"{parameter}.{state}", value)
 

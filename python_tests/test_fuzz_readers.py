@@ -23,7 +23,27 @@ bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")),
 # MATLAB files are read in a process of their own, which takes a second on a busy machine.
 bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
 
-NUMBERS = ["0", "-0", "1", "nan", "inf", "-inf", "1e400", "1e-400", "0x10", "1_000", "1,5", "", " ", "abc", "٣", "\x00", '"', "1e", "--1"]
+NUMBERS = [
+    "0",
+    "-0",
+    "1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "1e-400",
+    "0x10",
+    "1_000",
+    "1,5",
+    "",
+    " ",
+    "abc",
+    "٣",
+    "\x00",
+    '"',
+    "1e",
+    "--1",
+]
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
 
 
@@ -82,7 +102,10 @@ rows = st.lists(st.lists(cells, min_size=8, max_size=11), max_size=4)
 
 
 @bounded
-@given(header=st.one_of(st.just(HEADER.split(",")), st.lists(st.sampled_from(HEADER.split(",") + ["", "x", "\ufeff"]), max_size=12)), rows=rows)
+@given(
+    header=st.one_of(st.just(HEADER.split(",")), st.lists(st.sampled_from(HEADER.split(",") + ["", "x", "\ufeff"]), max_size=12)),
+    rows=rows,
+)
 @example(header=HEADER.split(","), rows=[['"', *"0" * 7], ["0", '"', *"0" * 7, "1,5"]])  # a quoted cell over two lines
 def test_a_csv_of_any_cells_is_read_whole_or_refused(folder, header, rows):
     path = folder / "cells.csv"

@@ -53,7 +53,14 @@ def test_half_the_step_on_the_same_samples_gives_the_same_estimates_bit_by_bit(t
         seen = []
         for run in runs.values():
             # Each state after the samples of one time, by that time.
-            values = np.column_stack([run[f"{name}.post.t"], run.vector(name, "post.q", 4), run.vector(name, "post.bias", 3), run.vector(name, "post.sigma", 6)])
+            values = np.column_stack(
+                [
+                    run[f"{name}.post.t"],
+                    run.vector(name, "post.q", 4),
+                    run.vector(name, "post.bias", 3),
+                    run.vector(name, "post.sigma", 6),
+                ]
+            )
             all_used = run[f"{name}.count.gyro_used"] > 2
             seen.append({row[0]: row.tobytes() for row in values[all_used]})
         common = seen[0].keys() & seen[1].keys()
@@ -84,7 +91,12 @@ def test_the_same_seed_gives_the_same_file_and_another_seed_another(turntable, t
 
 def test_a_closed_minute_of_three_fmus_at_100_hz_takes_less_than_3_s(needed, tmp_path):
     connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"filter.{s}*") for s in SENSORS)]
-    folder = make_system(tmp_path, {"turntable": "Turntable", "sensor": "ImuMagSensor", "filter": "Hrekf"}, connections, {"filter.sampling_mode": 1})
+    folder = make_system(
+        tmp_path,
+        {"turntable": "Turntable", "sensor": "ImuMagSensor", "filter": "Hrekf"},
+        connections,
+        {"filter.sampling_mode": 1},
+    )
     # The shortest of three: other work on the machine only adds.
     seconds = []
     for _ in range(3):
@@ -113,7 +125,13 @@ def test_inputs_of_the_system_are_held_over_the_step(needed, tmp_path):
     steps = 20
     with read_system(folder) as system:
         good = np.arange(steps) < 12
-        record = run_system(system, steps * STEP_S, STEP_S, ["*.count.heading_used", "*.att.euler[3]"], {"good": good, "heading": np.full(steps, 0.1)})
+        record = run_system(
+            system,
+            steps * STEP_S,
+            STEP_S,
+            ["*.count.heading_used", "*.att.euler[3]"],
+            {"good": good, "heading": np.full(steps, 0.1)},
+        )
         assert set(record.columns) == {"filter.count.heading_used", "filter.att.euler[3]"}
         used = record.columns["filter.count.heading_used"]
         assert used[12] == used[-1] == 12
@@ -130,7 +148,10 @@ def test_what_a_coarse_step_loses_is_counted_and_printed(turntable, tmp_path):
     assert run.about["lost"]["sensor"] > 0
     result = hnav("simulate", str(turntable), "--step", "0.05", "--stop", "5", "--out", str(tmp_path / "out"))
     assert result.exit_code == 0
-    assert f"sensor lost {run.about['lost']['sensor']} samples between the communication points: take a finer --step" in result.output
+    assert (
+        f"sensor lost {run.about['lost']['sensor']} samples between the communication points: take a finer --step"
+        in result.output
+    )
 
 
 def test_a_component_that_fails_is_named_and_the_samples_until_then_are_kept(turntable, tmp_path, monkeypatch):
@@ -201,7 +222,10 @@ def test_bad_input_ends_with_one_line_and_code_2(turntable, tmp_path, monkeypatc
         (["simulate", "nothing_like_it"], "there is no system nothing_like_it"),
         (["simulate", str(tmp_path / "x.ssp")], "x.ssp: file not found"),
         (["simulate", str(turntable), "--scenario", "none"], "has no scenario none: it has gamma_off, wrong"),
-        (["simulate", str(turntable), "--scenario", "wrong"], "scenario wrong: component sensor (ImuMagSensor) has no parameter no_such"),
+        (
+            ["simulate", str(turntable), "--scenario", "wrong"],
+            "scenario wrong: component sensor (ImuMagSensor) has no parameter no_such",
+        ),
         (["simulate", str(turntable), "--grade", "none"], "has no grade none"),
         (["simulate", str(turntable), "--set", "sensor.seed"], "write NAME=VALUE"),
         (["simulate", str(turntable), "--set", "seed=1"], "component.parameter=value is wanted"),

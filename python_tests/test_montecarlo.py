@@ -59,7 +59,9 @@ def test_a_system_without_truth_or_filter_says_so(system, tmp_path):
 def test_the_command_prints_the_table_and_writes_parquet(system, tmp_path):
     pytest.importorskip("pyarrow", reason="pyarrow is not installed: no Parquet")
     out = tmp_path / "new" / "runs.parquet"
-    result = CliRunner().invoke(app, ["montecarlo", system, "--runs", "2", "--stop", "1", "--scenarios", "gamma_off", "--out", str(out)])
+    result = CliRunner().invoke(
+        app, ["montecarlo", system, "--runs", "2", "--stop", "1", "--scenarios", "gamma_off", "--out", str(out)]
+    )
     assert result.exit_code == 0, result.output
     assert "2 of 2 runs to" in result.output
     assert all(name in result.output for name in ("hekf", "hrekf", "ahrs"))

@@ -61,7 +61,10 @@ def test_a_late_magnetometer_sees_the_attitude_of_before():
 
 
 def test_kinds_of_motion_differ_in_their_rates():
-    rate = {name: np.percentile(np.linalg.norm(simulated_start(i).recording.rate_b_rad_s, axis=1), 90) for i, name in enumerate(MOTIONS)}
+    rate = {
+        name: np.percentile(np.linalg.norm(simulated_start(i).recording.rate_b_rad_s, axis=1), 90)
+        for i, name in enumerate(MOTIONS)
+    }
     assert rate["rest"] < np.radians(3)
     assert rate["rest"] < rate["hand-held"] < rate["fast turning"]
     assert rate["fast turning"] > 1.5

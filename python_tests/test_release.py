@@ -88,7 +88,10 @@ def test_a_system_takes_the_released_fmus(tmp_path):
     fmus = fmu_archives.fmus_of(tmp_path / "s.ssp", tmp_path)
     fmu_archives.write_archive(tmp_path / "s.ssp", fmus, tmp_path / "new.ssp")
     with zipfile.ZipFile(tmp_path / "new.ssp") as archive:
-        assert {n: archive.read(n) for n in archive.namelist()} == {"SystemStructure.ssd": b"<x/>", "resources/M.fmu": b"released"}
+        assert {n: archive.read(n) for n in archive.namelist()} == {
+            "SystemStructure.ssd": b"<x/>",
+            "resources/M.fmu": b"released",
+        }
 
 
 def test_an_emulator_that_is_not_here_is_named_with_its_package(tmp_path):

@@ -63,7 +63,14 @@ def test_the_page_says_what_was_run_and_what_went_wrong(run, tmp_path):
     file = tmp_path / "report.html"
     write_report(Run(run.t_s, run.columns, run.units, about), file)
     text = file.read_text(encoding="utf-8")
-    for said in ("<h1>made</h1>", "a&lt;b", "sensor failed the step from 8 s: stuck", "hekf lost 7 samples", "parameters set", "hekf.gamma_mode"):
+    for said in (
+        "<h1>made</h1>",
+        "a&lt;b",
+        "sensor failed the step from 8 s: stuck",
+        "hekf lost 7 samples",
+        "parameters set",
+        "hekf.gamma_mode",
+    ):
         assert said in text
 
 
@@ -86,7 +93,9 @@ def test_nees_of_a_known_error_is_its_square_over_the_variance():
     # Turned by 0.1 rad about down, with a standard deviation of 0.05 rad: (0.1 / 0.05)^2.
     half = 0.05
     columns = {f"t.truth.q[{i + 1}]": np.full(3, v) for i, v in enumerate((np.cos(half), 0, 0, np.sin(half)))}
-    columns |= {f"f.att.q[{i + 1}]": np.full(3, v) for i, v in enumerate((1.0, 0, 0, 0))} | {f"f.att.sigma[{i}]": np.full(3, 0.05) for i in (1, 2, 3)}
+    columns |= {f"f.att.q[{i + 1}]": np.full(3, v) for i, v in enumerate((1.0, 0, 0, 0))} | {
+        f"f.att.sigma[{i}]": np.full(3, 0.05) for i in (1, 2, 3)
+    }
     columns |= {f"f.cov.P[{i},{j}]": np.full(3, 0.05**2 * (i == j)) for i in (1, 2, 3) for j in range(i, 4)}
     columns["f.align.started"] = np.array([0.0, 1.0, 1.0])
     (estimate,) = estimates(Run(np.arange(3.0), columns, {}, {"components": {"t": {}, "f": {}}}))
@@ -180,7 +189,9 @@ def test_chromium_would_tell_of_errors_and_requests(tmp_path):
 def test_the_certificate_beside_a_run_has_a_panel(run, tmp_path):
     write_run(run, tmp_path)
     assert "certificate" not in [p.name for p in panels_of(read_run(tmp_path))]
-    (tmp_path / "certificate.json").write_text('{"certified": false, "reason": "errors <grow>", "rate_1_s": 0.125, "region_deg": null}')
+    (tmp_path / "certificate.json").write_text(
+        '{"certified": false, "reason": "errors <grow>", "rate_1_s": 0.125, "region_deg": null}'
+    )
     certified = read_run(tmp_path)
     assert "certificate" in write_report(certified, tmp_path / "report.html")
     shown = next(p for p in PANELS if p.name == "certificate").draw(certified).data[0].cells.values

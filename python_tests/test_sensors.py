@@ -32,7 +32,14 @@ def test_every_entry_that_a_file_may_hold_is_a_parameter_of_the_sensor_fmu():
 
 
 def test_a_better_grade_is_better_in_every_figure():
-    figures = [{k: v for k, v in read_grade(name).values.items() if not k.endswith(("period_s", "range_rad_s", "range_m_s2", "range_tesla"))} for name in GRADES]
+    figures = [
+        {
+            k: v
+            for k, v in read_grade(name).values.items()
+            if not k.endswith(("period_s", "range_rad_s", "range_m_s2", "range_tesla"))
+        }
+        for name in GRADES
+    ]
     for worse, better in zip(figures, figures[1:], strict=False):
         assert set(worse) == set(better)
         for key in worse:
@@ -42,11 +49,25 @@ def test_a_better_grade_is_better_in_every_figure():
 @pytest.mark.parametrize(
     "sensor, entry, equal",
     [
-        ("gyro", "noise", [(0.6, "deg/sqrt(h)"), (0.01, "deg/s/sqrt(Hz)"), (10, "mdeg/s/sqrt(Hz)"), (36, "deg/h/sqrt(Hz)"), (math.radians(0.01), "rad/s/sqrt(Hz)")]),
+        (
+            "gyro",
+            "noise",
+            [
+                (0.6, "deg/sqrt(h)"),
+                (0.01, "deg/s/sqrt(Hz)"),
+                (10, "mdeg/s/sqrt(Hz)"),
+                (36, "deg/h/sqrt(Hz)"),
+                (math.radians(0.01), "rad/s/sqrt(Hz)"),
+            ],
+        ),
         ("gyro", "bias_instability", [(3600, "deg/h"), (1, "deg/s"), (1000, "mdeg/s"), (math.radians(1), "rad/s")]),
         ("gyro", "random_walk", [(216000, "deg/h/sqrt(h)"), (1, "deg/s/sqrt(s)"), (math.radians(1), "rad/s/sqrt(s)")]),
         ("gyro", "g_sensitivity", [(3600, "deg/h/g"), (1, "deg/s/g"), (math.radians(1) / 9.80665, "rad/s/(m/s2)")]),
-        ("accel", "noise", [(100, "ug/sqrt(Hz)"), (0.1, "mg/sqrt(Hz)"), (9.80665e-4, "m/s2/sqrt(Hz)"), (9.80665e-4 * 60, "m/s/sqrt(h)")]),
+        (
+            "accel",
+            "noise",
+            [(100, "ug/sqrt(Hz)"), (0.1, "mg/sqrt(Hz)"), (9.80665e-4, "m/s2/sqrt(Hz)"), (9.80665e-4 * 60, "m/s/sqrt(h)")],
+        ),
         ("accel", "random_walk", [(60, "ug/sqrt(h)"), (0.06, "mg/sqrt(h)"), (9.80665e-6, "m/s2/sqrt(s)")]),
         ("accel", "range", [(2, "g"), (2000, "mg"), (2e6, "ug"), (19.6133, "m/s2")]),
         ("mag", "noise", [(20, "nT/sqrt(Hz)"), (0.02, "uT/sqrt(Hz)"), (2e-8, "T/sqrt(Hz)")]),
@@ -73,7 +94,9 @@ def test_noise_for_the_filter_is_that_of_the_sensor_in_its_units():
     assert noise["gyro_noise_rad_per_sqrt_s"] == pytest.approx(math.radians(0.2 / 60))
     assert noise["accel_noise_per_sqrt_hz"] == pytest.approx(50e-6)
     assert noise["mag_noise_per_sqrt_hz"] == pytest.approx(20e-9 / 4e-5)
-    assert noise["gyro_bias_walk_rad_s_per_sqrt_s"] == pytest.approx(math.radians(math.hypot(6 / 3600 / 60, 3 / 3600 / math.sqrt(1000))))
+    assert noise["gyro_bias_walk_rad_s_per_sqrt_s"] == pytest.approx(
+        math.radians(math.hypot(6 / 3600 / 60, 3 / 3600 / math.sqrt(1000)))
+    )
 
 
 GOOD = {"name": "x", "source": "x", "assumed": "x"}
@@ -90,7 +113,10 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
         (GOOD | {"baro": {}}, "grade.json: there is no sensor baro; there are gyro, accel, mag"),
         (GOOD | {"gyro": {"noize": {"value": 1, "unit": "1"}}}, "grade.json: gyro.noize is unknown"),
         (GOOD | {"gyro": {"noise": 1}}, "grade.json: gyro.noise must have value and unit"),
-        (GOOD | {"gyro": {"noise": {"value": 1, "unit": "deg/s"}}}, "grade.json: gyro.noise: unit deg/s is not one of deg/sqrt(h), "),
+        (
+            GOOD | {"gyro": {"noise": {"value": 1, "unit": "deg/s"}}},
+            "grade.json: gyro.noise: unit deg/s is not one of deg/sqrt(h), ",
+        ),
         (GOOD | {"mag": {"range": {"value": -1, "unit": "uT"}}}, "grade.json: mag.range = -1 uT must be a number of at least 0"),
         (GOOD | {"mag": {"range": {"value": "8", "unit": "uT"}}}, "grade.json: mag.range = 8 uT must be a number of at least 0"),
     ],

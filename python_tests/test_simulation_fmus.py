@@ -25,7 +25,14 @@ NOISY = {
     "gyro.noise_deg_per_sqrt_h": 0.5, "gyro.bias_instability_rad_s": 1e-4, "gyro.random_walk_deg_per_h_per_sqrt_h": 50.0, "gyro.bias_sigma_rad_s": 0.01,
     "accel.noise_ug_per_sqrt_hz": 100.0, "accel.dropout": 0.1, "mag.noise_nt_per_sqrt_hz": 50.0, "mag.period_s": 0.02, "mag.latency_s": 0.03,
 }  # fmt: skip
-WIDE = {"pitch.motion": 2, "pitch.amplitude_rad": 0.5, "pitch.period_s": 3.0, "roll.motion": 1, "roll.amplitude_rad": 0.8, "roll.start_s": 0.505}
+WIDE = {
+    "pitch.motion": 2,
+    "pitch.amplitude_rad": 0.5,
+    "pitch.period_s": 3.0,
+    "roll.motion": 1,
+    "roll.amplitude_rad": 0.8,
+    "roll.start_s": 0.505,
+}
 
 
 def opened(name: str, version: int, parameters=None, model_exchange: bool = False) -> Fmu:
@@ -60,7 +67,9 @@ def test_fmpy_and_the_schemas_find_nothing_to_complain_about(name, version):
 @plants
 def test_both_versions_have_the_same_variables(name):
     two, three = (fmpy.read_model_description(str(fmu_path(name, v))).modelVariables for v in VERSIONS)
-    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [(v.name, v.causality, v.variability, v.unit) for v in three]
+    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [
+        (v.name, v.causality, v.variability, v.unit) for v in three
+    ]
 
 
 @versions
@@ -69,7 +78,11 @@ def test_outputs_bear_the_names_types_and_units_of_the_inputs_they_feed(version)
         variables = fmpy.read_model_description(str(fmu_path(name, version))).modelVariables
         return {v.name: (v.type, v.unit) for v in variables if v.causality == causality}
 
-    table, sensor_in, sensor_out = described("Turntable", "output"), described("ImuMagSensor", "input"), described("ImuMagSensor", "output")
+    table, sensor_in, sensor_out = (
+        described("Turntable", "output"),
+        described("ImuMagSensor", "input"),
+        described("ImuMagSensor", "output"),
+    )
     assert sorted(sensor_in) == sorted(TRUTH)
     for name in sensor_in:
         assert sensor_in[name] == table[name], name
@@ -135,12 +148,16 @@ def test_the_archive_holds_documentation_and_licences(name, version):
 @versions
 def test_simulate_fmu_runs_both(version):
     for kind in ("CoSimulation", "ModelExchange"):
-        result = fmpy.simulate_fmu(str(fmu_path("Turntable", version)), fmi_type=kind, stop_time=8, output_interval=0.1, output=["truth.euler[3]"])
+        result = fmpy.simulate_fmu(
+            str(fmu_path("Turntable", version)), fmi_type=kind, stop_time=8, output_interval=0.1, output=["truth.euler[3]"]
+        )
         assert np.degrees(result["truth.euler[3]"][-1]) == pytest.approx(40, abs=1e-4)
     path = fmu_path("ImuMagSensor", version)
     with zipfile.ZipFile(path) as archive:
         signal = np.genfromtxt(archive.open("resources/example_input.csv"), delimiter=",", names=True, deletechars="")
-    result = fmpy.simulate_fmu(str(path), stop_time=1, input=signal, output_interval=0.01, output=["gyro.rate[3]", "mag.sample", "mag.valid"])
+    result = fmpy.simulate_fmu(
+        str(path), stop_time=1, input=signal, output_interval=0.01, output=["gyro.rate[3]", "mag.sample", "mag.valid"]
+    )
     assert np.degrees(result["gyro.rate[3]"][-1]) == pytest.approx(20)
     assert result["mag.valid"][-1] and result["mag.sample"][-1] == 100
 
@@ -372,7 +389,10 @@ def test_an_input_that_is_no_attitude_yet_takes_no_sample(version):
 def test_an_impossible_parameter_set_stops_initialisation_with_its_name(version):
     from hnav.library import HnavError
 
-    with opened("ImuMagSensor", version, {"mag.jitter_s": 0.02}) as fmu, pytest.raises(HnavError, match="mag.jitter_s = 0.02 must be below half of mag.period_s"):
+    with (
+        opened("ImuMagSensor", version, {"mag.jitter_s": 0.02}) as fmu,
+        pytest.raises(HnavError, match="mag.jitter_s = 0.02 must be below half of mag.period_s"),
+    ):
         fmu.initialise()
     with opened("Turntable", version) as fmu, pytest.raises(HnavError, match="gravity_m_s2"):
         fmu.set("gravity_m_s2", -1.0)
@@ -475,9 +495,15 @@ def test_all_three_together_add_their_variances():
     steps, period = 100_000, 0.1
     white, floor, walk = 0.05, math.radians(20) / 3600, 600.0
     rates = long_record(
-        {"gyro.noise_deg_per_sqrt_h": white, "gyro.bias_instability_rad_s": floor, "gyro.random_walk_deg_per_h_per_sqrt_h": walk}, steps, period
+        {"gyro.noise_deg_per_sqrt_h": white, "gyro.bias_instability_rad_s": floor, "gyro.random_walk_deg_per_h_per_sqrt_h": walk},
+        steps,
+        period,
     )
     taus = np.array([2.0, 16.0, 256.0])
-    expected = np.sqrt(math.radians(white / 60) ** 2 / taus + (floor * flicker_deviation(taus)) ** 2 + (math.radians(walk) / 3600 / 60) ** 2 * taus / 3)
+    expected = np.sqrt(
+        math.radians(white / 60) ** 2 / taus
+        + (floor * flicker_deviation(taus)) ** 2
+        + (math.radians(walk) / 3600 / 60) ** 2 * taus / 3
+    )
     for tau, deviation, want in zip(taus, allan(rates, period, taus.tolist()), expected, strict=True):
         assert deviation == pytest.approx(want, rel=tolerance(steps, period, tau)), tau

@@ -30,7 +30,9 @@ def attitude(recording: Recording, rows=slice(None)) -> Rotation:
 
 def same_bits(a: Recording, b: Recording) -> bool:
     return all(
-        np.array_equal(v, vars(b)[k], equal_nan=True) if isinstance(v, np.ndarray) and v.dtype != bool else np.array_equal(v, vars(b)[k])
+        np.array_equal(v, vars(b)[k], equal_nan=True)
+        if isinstance(v, np.ndarray) and v.dtype != bool
+        else np.array_equal(v, vars(b)[k])
         for k, v in vars(a).items()
     )
 
@@ -208,7 +210,9 @@ def test_each_sensor_falls_silent_for_short_times_of_its_own(recordings):
 # ------------------------------------------------------------------------------------------ bad input
 
 
-@pytest.mark.parametrize("without, named", [("field_b_tesla", "field_b_tesla"), ("reference_q_nb", "reference_q_nb"), ("movement", "movement")])
+@pytest.mark.parametrize(
+    "without, named", [("field_b_tesla", "field_b_tesla"), ("reference_q_nb", "reference_q_nb"), ("movement", "movement")]
+)
 def test_what_a_recording_lacks_is_named(recordings, without, named):
     with pytest.raises(RecordingError, match=named):
         list(variants("BROAD", [replace(recordings[0], **{without: None})]))

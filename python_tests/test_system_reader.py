@@ -23,7 +23,12 @@ def ssp() -> str:
 @pytest.fixture
 def pair(ssp, tmp_path) -> Path:
     """Two filters in a folder of their own: the heading of the first aids the second."""
-    return make_system(tmp_path / "pair", {"first": "Hrekf", "second": "Hrekf"}, [("first.att.heading", "second.aid.heading")], {"first.gamma": 2.0})
+    return make_system(
+        tmp_path / "pair",
+        {"first": "Hrekf", "second": "Hrekf"},
+        [("first.att.heading", "second.aid.heading")],
+        {"first.gamma": 2.0},
+    )
 
 
 def test_the_reader_finds_what_the_archive_holds(ssp):
@@ -51,7 +56,9 @@ def test_a_folder_takes_the_fmus_of_the_build(pair):
 
 def test_grade_then_scenario_then_caller(pair):
     (pair / "grades").mkdir()
-    (pair / "grades" / "fine.ssv").write_text(parameter_set({"first.gamma": 3.0, "first.adaptation_gain": 0.5, "first.mag_gate_nis": 4.0}))
+    (pair / "grades" / "fine.ssv").write_text(
+        parameter_set({"first.gamma": 3.0, "first.adaptation_gain": 0.5, "first.mag_gate_nis": 4.0})
+    )
     (pair / "scenario_hard.ssv").write_text(parameter_set({"first.adaptation_gain": 0.25, "first.gamma": 2.0}))
     with read_system(pair) as system:
         system.choose("fine", "hard")

@@ -18,7 +18,9 @@ LEVEL = {"accel.force[3]": -9.81, "mag.field[1]": 2e-5, "mag.field[3]": 4.5e-5}
 
 SYSTEMS = {
     "filter": {"hekf", "hrekf"},
-    "aircraft": {f"{name}_{motion}" for name in ("aircraft", "mdkf", "amdkf", "augmented") for motion in ("longitudinal", "lateral")},
+    "aircraft": {
+        f"{name}_{motion}" for name in ("aircraft", "mdkf", "amdkf", "augmented") for motion in ("longitudinal", "lateral")
+    },
 }
 SEEDS = {"longitudinal": 1, "lateral": 2}  # as the system binds them
 

@@ -65,7 +65,10 @@ def test_the_structure_is_valid_and_connects_equal_names_types_and_units(ssp):
     fed = set()
     for c in system.iterfind("{*}Connections/{*}Connection"):
         assert c.get("startConnector") == c.get("endConnector")
-        start, end = connectors[c.get("startElement"), c.get("startConnector")], connectors[c.get("endElement"), c.get("endConnector")]
+        start, end = (
+            connectors[c.get("startElement"), c.get("startConnector")],
+            connectors[c.get("endElement"), c.get("endConnector")],
+        )
         assert (start[0], end[0]) == ("output", "input")
         assert start[1:] == end[1:]
         fed.add((c.get("endElement"), c.get("endConnector")))
@@ -81,7 +84,9 @@ def test_the_archive_holds_the_fmus_and_every_parameter_set(ssp):
 @pytest.mark.parametrize("name", SETS)
 def test_a_parameter_set_is_valid_and_names_parameters_with_their_types_and_units(name):
     found = read_ssv(str(FOLDER / name), validate=True)
-    variables = {c: {v.name: v for v in fmpy.read_model_description(str(fmu_path(f, 2))).modelVariables} for c, f in COMPONENTS.items()}
+    variables = {
+        c: {v.name: v for v in fmpy.read_model_description(str(fmu_path(f, 2))).modelVariables} for c, f in COMPONENTS.items()
+    }
     assert found.parameters
     for parameter in found.parameters:
         component, _, own = parameter.name.partition(".")
@@ -115,14 +120,19 @@ def test_every_scenario_runs_and_the_filters_find_the_attitude(name):
 
 @pytest.mark.parametrize("name", GRADES)
 def test_every_grade_runs_and_the_filters_find_the_attitude(name):
-    run = closed_run(SCENARIOS["nominal"][1] | grade_values(name), 12, {"turntable": TRUE_EULER} | {f: EULER for f in FILTERS}, seed=3)
+    run = closed_run(
+        SCENARIOS["nominal"][1] | grade_values(name), 12, {"turntable": TRUE_EULER} | {f: EULER for f in FILTERS}, seed=3
+    )
     for f in FILTERS:
         # Hard iron and misalignment of a consumer magnetometer alone make some degrees of heading.
         assert np.sqrt((error_deg(run, f)[600:] ** 2).mean(axis=0)).max() < 5, f
 
 
 def test_two_runs_of_one_seed_are_equal_and_of_two_seeds_are_not():
-    runs = [closed_run(SCENARIOS["nominal"][1], 2, {"hrekf": Q + COVARIANCE}, seed=seed, filters=("hrekf",))["hrekf"] for seed in (4, 4, 5)]
+    runs = [
+        closed_run(SCENARIOS["nominal"][1], 2, {"hrekf": Q + COVARIANCE}, seed=seed, filters=("hrekf",))["hrekf"]
+        for seed in (4, 4, 5)
+    ]
     assert np.array_equal(runs[0], runs[1])
     assert not np.array_equal(runs[0], runs[2])
 
@@ -161,7 +171,13 @@ def test_in_the_matched_scenario_errors_are_as_large_as_the_filter_says():
 def test_in_the_fitted_regime_the_robust_filter_is_better_by_the_factor_of_the_paper():
     square = {"hekf": [], "hrekf": []}
     for seed in range(200):
-        run = closed_run(SCENARIOS["fitted"][1], 60, {"turntable": TRUE_EULER, "hekf": EULER, "hrekf": EULER}, seed=seed, filters=("hekf", "hrekf"))
+        run = closed_run(
+            SCENARIOS["fitted"][1],
+            60,
+            {"turntable": TRUE_EULER, "hekf": EULER, "hrekf": EULER},
+            seed=seed,
+            filters=("hekf", "hrekf"),
+        )
         for name in square:
             square[name].append((error_deg(run, name)[3:, 2] ** 2).mean())  # before that there is no estimate
     assert 3.2 < np.mean(square["hekf"]) / np.mean(square["hrekf"]) < 4.0  # the paper: 3.61
@@ -171,7 +187,13 @@ def test_in_the_fitted_regime_the_robust_filter_is_better_by_the_factor_of_the_p
 def test_in_the_fitted_regime_an_honest_start_covariance_does_better_than_either():
     square = {"hekf": [], "hrekf": []}
     for seed in range(200):
-        run = closed_run(SCENARIOS["fitted_honest"][1], 60, {"turntable": TRUE_EULER, "hekf": EULER, "hrekf": EULER}, seed=seed, filters=("hekf", "hrekf"))
+        run = closed_run(
+            SCENARIOS["fitted_honest"][1],
+            60,
+            {"turntable": TRUE_EULER, "hekf": EULER, "hrekf": EULER},
+            seed=seed,
+            filters=("hekf", "hrekf"),
+        )
         for name in square:
             square[name].append((error_deg(run, name)[3:, 2] ** 2).mean())
     assert max(np.mean(values) for values in square.values()) < 0.1

@@ -24,7 +24,17 @@ from elftools.elf.sections import SymbolTableSection
 TOP = Path(__file__).resolve().parents[1]
 GLIBC = (2, 17)
 # What Windows 10 brings itself; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
-SYSTEM = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux", "kernel32.dll", "ntdll.dll", "ucrtbase.dll", "api-ms-win-crt-")
+SYSTEM = (
+    "libc.so.6",
+    "libm.so.6",
+    "libdl.so.2",
+    "libpthread.so.0",
+    "ld-linux",
+    "kernel32.dll",
+    "ntdll.dll",
+    "ucrtbase.dll",
+    "api-ms-win-crt-",
+)
 
 
 @dataclass(frozen=True)
@@ -109,7 +119,9 @@ def main(dist: Path) -> None:
         highest = max(highest, what.glibc or (0,))
     if not released:
         sys.exit(f"binaries: nothing in {dist}")
-    print(f"{len(released)} binaries: nothing beside the system's C library needed, highest glibc symbol {'.'.join(map(str, highest))}")
+    print(
+        f"{len(released)} binaries: nothing beside the system's C library needed, highest glibc symbol {'.'.join(map(str, highest))}"
+    )
 
 
 if __name__ == "__main__":

@@ -36,7 +36,17 @@ def main(dist: Path) -> None:
         sys.exit(f"installed: {len(wheels)} wheels in {dist}, there has to be one")
     with tempfile.TemporaryDirectory(prefix="hnav wheel ") as name:
         folder = Path(name).resolve()
-        run(folder, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps", "--target", "package", str(wheels[0].resolve()))
+        run(
+            folder,
+            "-m",
+            "pip",
+            "install",
+            "--disable-pip-version-check",
+            "--no-deps",
+            "--target",
+            "package",
+            str(wheels[0].resolve()),
+        )
         where = run(folder, "-c", "import hnav; print(hnav.__file__)").strip()
         if not Path(where).is_relative_to(folder):
             sys.exit(f"installed: Python takes {where}, not what was installed")
@@ -52,7 +62,9 @@ def main(dist: Path) -> None:
             sys.exit("installed: hnav filter ends differently: " + "; ".join(f"{engine}: {row}" for engine, row in last.items()))
         for system, stop in SYSTEMS:
             run(folder, "-m", "hnav", "simulate", system, "--stop", stop, "--out", f"{system}_out")
-    print(f"{wheels[0].name}, installed: hnav filter by {', '.join(ENGINES)} with equal last rows; hnav simulate {', '.join(s for s, _ in SYSTEMS)}")
+    print(
+        f"{wheels[0].name}, installed: hnav filter by {', '.join(ENGINES)} with equal last rows; hnav simulate {', '.join(s for s, _ in SYSTEMS)}"
+    )
 
 
 if __name__ == "__main__":

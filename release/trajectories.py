@@ -42,6 +42,7 @@ DRIVE: tuple[tuple[str, Callable[[float, float], float]], ...] = (
     (r"reset", lambda t, T: 0.8 * T < t < 0.9 * T),
 )
 
+
 @dataclass(frozen=True)
 class Plan:
     """t_s: n points. inputs: n x m values in the order of input_references, which are grouped by type like outputs."""
@@ -72,8 +73,12 @@ def read_plan(folder: Path) -> Plan:
     variables = [v for v in description.modelVariables if v.causality in ("input", "output")]
     for v in variables:
         if v.type not in TYPES[version]:
-            sys.exit(f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(TYPES[version])}")
-    groups = {c: [[v for v in variables if v.causality == c and v.type == kind] for kind in TYPES[version]] for c in ("input", "output")}
+            sys.exit(
+                f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(TYPES[version])}"
+            )
+    groups = {
+        c: [[v for v in variables if v.causality == c and v.type == kind] for kind in TYPES[version]] for c in ("input", "output")
+    }
     example = read_example(folder / "resources" / "example_input.csv")
     experiment = description.defaultExperiment
     stop_s, step_s = example["time"][-1] if example else float(experiment.stopTime), float(experiment.stepSize)
@@ -129,7 +134,9 @@ def run_by_fmpy(plan: Plan, folder: Path) -> np.ndarray:
             if references:
                 setter(references, [cast(next(values)) for _ in references])
         fmu.doStep(plan.t_s[k], plan.t_s[k + 1] - plan.t_s[k])
-        result.append([float(x) for references, getter in zip(plan.output_references, getters) if references for x in getter(references)])
+        result.append(
+            [float(x) for references, getter in zip(plan.output_references, getters) if references for x in getter(references)]
+        )
     fmu.terminate()
     fmu.freeInstance()
     return np.array(result)
@@ -176,10 +183,14 @@ def main(dist: Path, programs: dict[str, Path]) -> None:
                     said.append(f"{platform.name} {worst:.1g}")
                     largest[platform.name] = max(largest[platform.name], worst)
             count += 1
-            print(f"fmi{version}/{fmu.name}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {', '.join(said)}")
+            print(
+                f"fmi{version}/{fmu.name}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {', '.join(said)}"
+            )
     if not count:
         sys.exit(f"trajectories: no FMU in {dist}")
-    print(f"trajectories: {count} FMUs; largest difference to fmpy: {', '.join(f'{name} {worst:.2g}' for name, worst in largest.items())}")
+    print(
+        f"trajectories: {count} FMUs; largest difference to fmpy: {', '.join(f'{name} {worst:.2g}' for name, worst in largest.items())}"
+    )
     for platform in (p for p in platforms if p not in runnable):
         print(f"trajectories: {platform.name} not run: {platform.advice()}")
 

@@ -40,10 +40,30 @@ def main(library: Path, dist: Path) -> None:
         old.unlink()
     with tempfile.TemporaryDirectory() as folder:
         stage(library, dist, Path(folder, "source"))
-        run(sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", folder, str(Path(folder, "source")))
+        run(
+            sys.executable,
+            "-m",
+            "pip",
+            "wheel",
+            "--no-deps",
+            "--no-build-isolation",
+            "--wheel-dir",
+            folder,
+            str(Path(folder, "source")),
+        )
         # setuptools takes a package without extension modules for one that runs anywhere.
         pure = next(Path(folder).glob("hnav-*.whl"))
-        run(sys.executable, "-m", "wheel", "tags", "--remove", "--python-tag=py3", "--abi-tag=none", f"--platform-tag={PLATFORM}", str(pure))
+        run(
+            sys.executable,
+            "-m",
+            "wheel",
+            "tags",
+            "--remove",
+            "--python-tag=py3",
+            "--abi-tag=none",
+            f"--platform-tag={PLATFORM}",
+            str(pure),
+        )
         made = next(Path(folder).glob("hnav-*.whl"))
         shutil.move(made, dist / made.name)
     print(f"{made.name}: {(dist / made.name).stat().st_size / 1e6:.1f} MB")

@@ -201,7 +201,9 @@ def read_aircraft(path: str | Path) -> Aircraft:
     def fault(f: dict) -> Fault:
         if f["channel"] not in names:
             refuse(f"faults: there is no channel {str(f['channel'])[:40]}")
-        found = Fault(names.index(f["channel"]), number(f, "noise_factor"), int(number(f, "first_step")), int(number(f, "last_step")))
+        found = Fault(
+            names.index(f["channel"]), number(f, "noise_factor"), int(number(f, "first_step")), int(number(f, "last_step"))
+        )
         if found.noise_factor <= 0 or not 0 <= found.first_step <= found.last_step:
             refuse("faults: noise_factor must be above 0, and 0 <= first_step <= last_step")
         return found
@@ -218,7 +220,9 @@ def read_aircraft(path: str | Path) -> Aircraft:
             Channel(text(s, "name"), text(s, "unit"), text(s, "display_unit"), DISPLAY.get((s["unit"], s["display_unit"]), 1.0))
             for s in states
         )
-        inputs = tuple(Control(text(c, "name"), *(number(c, k) for k in ("amplitude", "period_s", "phase_rad"))) for c in controls)
+        inputs = tuple(
+            Control(text(c, "name"), *(number(c, k) for k in ("amplitude", "period_s", "phase_rad"))) for c in controls
+        )
         names = [c.name for c in channels]
         faults = tuple(fault(f) for f in objects("faults", data.get("faults", [])))
     except KeyError as error:

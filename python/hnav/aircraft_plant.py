@@ -99,7 +99,11 @@ class AircraftPlant(LibraryObject):
         options.seed, options.euler_colour, options.exact_process_noise = seed, euler_colour, exact_process_noise
         windows = np.tile([0.0, 0.0, 1.0], (self.nx, 1))
         for fault in aircraft.faults:
-            windows[fault.channel] = fault.first_step * aircraft.interval_s, fault.last_step * aircraft.interval_s, fault.noise_factor
+            windows[fault.channel] = (
+                fault.first_step * aircraft.interval_s,
+                fault.last_step * aircraft.interval_s,
+                fault.noise_factor,
+            )
         waves = np.array([[c.amplitude, c.period_s, c.phase_rad] for c in aircraft.controls])
         n = (self.nx,)
         arrays = dict(
@@ -118,7 +122,13 @@ class AircraftPlant(LibraryObject):
         ]
         if gravity_sigma is not None:
             errors.append(_doubles(gravity_sigma, n, "gravity_sigma"))
-            errors.append(_doubles(np.full(n, np.nan) if gravity_time_constant_s is None else gravity_time_constant_s, n, "gravity_time_constant_s"))
+            errors.append(
+                _doubles(
+                    np.full(n, np.nan) if gravity_time_constant_s is None else gravity_time_constant_s,
+                    n,
+                    "gravity_time_constant_s",
+                )
+            )
         pointers = [array.ctypes.data for array in errors]
         model = _AircraftModel(
             nx=self.nx, nu=self.nu, interval_s=aircraft.interval_s, accelerometer_error=_GaussMarkov(*pointers[:2]),
@@ -143,7 +153,9 @@ class AircraftPlant(LibraryObject):
         def copied(address: int, *shape: int) -> np.ndarray:
             return np.ctypeslib.as_array(C.cast(address, C.POINTER(C.c_double)), shape).copy()
 
-        square = {name: copied(getattr(m, name), self.nx, self.nx) for name in ("A", "H", "An", "Qw", "Qv", "QU", "Lambda0", "P0")}
+        square = {
+            name: copied(getattr(m, name), self.nx, self.nx) for name in ("A", "H", "An", "Qw", "Qv", "QU", "Lambda0", "P0")
+        }
         return LinearModel(**square, B=copied(m.B, self.nx, self.nu), x0=copied(m.x0, self.nx))
 
     def reset(self) -> None:

@@ -197,7 +197,9 @@ def _scored(set_name: str, name: str, recording: Recording, estimate: Estimate, 
 
 def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
     nothing = math.nan
-    return Row(set_name, name, recording.name, is_disturbed(recording.name), nothing, nothing, nothing, nothing, nothing, 0, reason)
+    return Row(
+        set_name, name, recording.name, is_disturbed(recording.name), nothing, nothing, nothing, nothing, nothing, 0, reason
+    )
 
 
 def is_disturbed(name: str) -> bool:

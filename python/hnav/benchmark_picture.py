@@ -21,7 +21,10 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender]) -> plots
     offline = {contender.name: contender.offline for contender in entered}
     ours = {contender.name for contender in entered if contender.ours}
     looped = {contender.name for contender in entered if contender.looped}
-    causal, hindsight = (sorted((line for line in lines if offline[line.filter] is kind), key=lambda line: line.total_deg) for kind in (False, True))
+    causal, hindsight = (
+        sorted((line for line in lines if offline[line.filter] is kind), key=lambda line: line.total_deg)
+        for kind in (False, True)
+    )
     ranked = [*causal, *hindsight]
     gap = 0.55 if causal and hindsight else 0.0
     place = np.arange(len(ranked)) + gap * (np.arange(len(ranked)) >= len(causal))
@@ -48,17 +51,24 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender]) -> plots
 
 
 def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours: set[str]) -> None:
-    shown = [("undisturbed", -0.19, [line.undisturbed_deg for line in lines]), ("disturbed", 0.19, [line.disturbed_deg for line in lines])]
+    shown = [
+        ("undisturbed", -0.19, [line.undisturbed_deg for line in lines]),
+        ("disturbed", 0.19, [line.disturbed_deg for line in lines]),
+    ]
     everything = [values for _, _, values in shown]
     # One filter that fails must not squeeze the others: the axis ends where a bar would be out of scale, its figure says the rest.
     end = min(np.nanmax(everything), OUT_OF_SCALE * np.nanmedian(everything))
     for name, offset, values in shown:
         dark = name == "disturbed"
-        colours = [(plots.BLUE if dark else LIGHT_BLUE) if line.filter in ours else (DARK_GREY if dark else GREY) for line in lines]
+        colours = [
+            (plots.BLUE if dark else LIGHT_BLUE) if line.filter in ours else (DARK_GREY if dark else GREY) for line in lines
+        ]
         axes.barh(place + offset, values, height=0.36, color=colours, zorder=2)
         for y, value in zip(place + offset, values):
             if value > end:
-                axes.text(1.1 * end, y, f"{value:.2f} »", ha="right", va="center", fontsize=8, color="white" if dark else "#444444")
+                axes.text(
+                    1.1 * end, y, f"{value:.2f} »", ha="right", va="center", fontsize=8, color="white" if dark else "#444444"
+                )
             elif not np.isnan(value):
                 axes.text(value + 0.012 * end, y, f"{value:.2f}", va="center", fontsize=8, color="#444444")
     # The legend takes grey: what it tells apart is light and dark, not ours and theirs.
@@ -78,7 +88,9 @@ def _draw_times(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours
             continue
         colour = plots.BLUE if line.filter in ours else DARK_GREY
         axes.plot([low, time_us], [y, y], color=colour, lw=1.6, alpha=0.55, solid_capstyle="butt", zorder=2)
-        axes.plot(time_us, y, "o", color=colour, markerfacecolor="white" if line.filter in looped else colour, ms=7, mew=1.6, zorder=3)
+        axes.plot(
+            time_us, y, "o", color=colour, markerfacecolor="white" if line.filter in looped else colour, ms=7, mew=1.6, zorder=3
+        )
         axes.annotate(f"{time_us:.2f}" if time_us < 10 else f"{time_us:.0f}", (time_us, y), xytext=(7, 0), textcoords="offset points",
                       va="center", fontsize=8, color="#444444")  # fmt: skip
     if any(line.filter in looped for line in lines):

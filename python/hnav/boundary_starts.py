@@ -87,7 +87,13 @@ def difference_of_measurements(c: Correction, q: np.ndarray) -> np.ndarray:
 
 
 def fall_from_boundary(
-    record: GainRecord, P: np.ndarray, level: float, sigma: float, starts: int, seed: int, progress: Callable[[int, int], None] | None = None
+    record: GainRecord,
+    P: np.ndarray,
+    level: float,
+    sigma: float,
+    starts: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
 ) -> BoundaryStarts:
     """Simulates over the whole record, in navigation axes: there the recorded attitude is (1, 0, 0, 0) at all times."""
     q, e_b = boundary(P, level, starts, np.random.default_rng(seed))

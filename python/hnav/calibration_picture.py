@@ -20,7 +20,9 @@ def silhouette(shape: np.ndarray, centre: np.ndarray) -> np.ndarray:
     return centre[:, None] + np.linalg.cholesky(shape @ shape.T) @ np.stack([np.cos(turn), np.sin(turn)])
 
 
-def draw_projection(axes: Axes, before: np.ndarray, after: np.ndarray, found: MagnetometerCalibration, plane: tuple[str, str]) -> None:
+def draw_projection(
+    axes: Axes, before: np.ndarray, after: np.ndarray, found: MagnetometerCalibration, plane: tuple[str, str]
+) -> None:
     """One pair of axes: measured points around the ellipsoid, corrected points around the sphere, n x 3 each."""
     pair = ["xyz".index(axis) for axis in plane]
     inverse = np.linalg.inv(found.matrix)

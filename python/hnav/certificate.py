@@ -78,7 +78,11 @@ class Certificate:
         known = {k: v for k, v in vars(self).items() if k not in ("P", "t_s", "free_rate_1_s", "starts", "printed", "tau")}
         known |= {"tau": list(self.tau), "P": None if self.P is None else self.P.tolist()}
         known |= {"dwell_ratio": self.longest_interval_s / self.interval_s}
-        known |= {f"free_rate_{name}_1_s": float(f(self.free_rate_1_s)) for name, f in (("min", np.min), ("median", np.median)) if len(self.free_rate_1_s)}
+        known |= {
+            f"free_rate_{name}_1_s": float(f(self.free_rate_1_s))
+            for name, f in (("min", np.min), ("median", np.median))
+            if len(self.free_rate_1_s)
+        }
         for name in ("starts", "printed"):
             part = getattr(self, name)
             known[name] = None if part is None else {k: v for k, v in vars(part).items() if not isinstance(v, np.ndarray)}
@@ -107,7 +111,10 @@ def printed_theorem(record: GainRecord) -> PrintedTheorem:
     gain = max(np.linalg.norm(c.K, 2) for c in record.corrections)
     d = np.log1p(2 * gain * np.sqrt(8.0))
     T = np.median([c.interval_s for c in record.corrections])
-    flow = -max(np.linalg.eigvals(flow_matrix(c.turns[-1][0])).real.max() for c in record.corrections[:: max(1, len(record.corrections) // 50)])
+    flow = -max(
+        np.linalg.eigvals(flow_matrix(c.turns[-1][0])).real.max()
+        for c in record.corrections[:: max(1, len(record.corrections) // 50)]
+    )
     return PrintedTheorem(float(d), float(d / T), 0.0 if abs(flow) < 1e-12 else float(flow), bool(flow > d / T))
 
 
@@ -227,7 +234,9 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     _measure_intervals(found, inequality, rho, lambda holds: counted("longest interval", holds))
     complete("longest interval")
     if starts:
-        found.starts = fall_from_boundary(record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of))
+        found.starts = fall_from_boundary(
+            record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
+        )
         if found.starts.worst_ratio > 1 + 1e-9:
             return f"a simulated start on the boundary exceeds the bound by {found.starts.worst_ratio - 1:.1e}"
     if not found.noise_share < 1:
@@ -250,7 +259,9 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
     def mixed(t: float):
         answer = inequality.and_interval(t).solve(0.0, 0.0)
         between = np.linspace(T, t, BETWEEN + 2)[1:-1]
-        if answer is None or any(inequality.with_interval(x).smallest_eigenvalues(answer[0], answer[1], 0.0, 0.0).min() < 0 for x in between):
+        if answer is None or any(
+            inequality.with_interval(x).smallest_eigenvalues(answer[0], answer[1], 0.0, 0.0).min() < 0 for x in between
+        ):
             return None
         return answer
 

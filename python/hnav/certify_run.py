@@ -34,7 +34,9 @@ def read_results(folder: Path) -> Recording:
     try:
         with h5py.File(path) as file:
             signals: dict[str, np.ndarray] = {}
-            file.visititems(lambda name, item: signals.update({name.replace("/", "."): item[:]}) if isinstance(item, h5py.Dataset) else None)
+            file.visititems(
+                lambda name, item: signals.update({name.replace("/", "."): item[:]}) if isinstance(item, h5py.Dataset) else None
+            )
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
     if "t_s" not in signals:
@@ -44,7 +46,13 @@ def read_results(folder: Path) -> Recording:
         owners = [name[: -len(last)] for last in (end, f"{end}[1]") for name in signals if name.endswith(last)]
         for owner in owners:
             parts = [signals.get(f"{owner}{end}[{i}]") for i in (1, 2, 3)]
-            values = signals[owner + end] if owner + end in signals else None if any(p is None for p in parts) else np.stack(parts, axis=1)
+            values = (
+                signals[owner + end]
+                if owner + end in signals
+                else None
+                if any(p is None for p in parts)
+                else np.stack(parts, axis=1)
+            )
             if values is None or values.ndim != 2 or values.shape[1] != 3:
                 continue
             counter = signals.get(f"{owner}{end.split('.')[0]}.sample")
@@ -52,7 +60,9 @@ def read_results(folder: Path) -> Recording:
             return np.where(fresh[:, None], values, np.nan)
         raise RecordingError(f"{path}: no dataset ends in {end}, nor in {end}[1] to {end}[3]")
 
-    return Recording(folder.name, signals["t_s"], *(vector(end).astype(float) for end in ("gyro.rate", "accel.force", "mag.field")))
+    return Recording(
+        folder.name, signals["t_s"], *(vector(end).astype(float) for end in ("gyro.rate", "accel.force", "mag.field"))
+    )
 
 
 def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str, str]]:
@@ -129,7 +139,11 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
     printed, starts = found.printed, found.starts
     free = found.free_rate_1_s
     bound = number(found.gamma_squared) if np.isfinite(found.gamma_squared) else "infinite, gamma is off"
-    limit = f"; beyond {number(found.interval_limit_s)} s the correction at {found.interval_limit_at_s:g} s alone lets errors grow" if np.isfinite(found.interval_limit_s) else ""
+    limit = (
+        f"; beyond {number(found.interval_limit_s)} s the correction at {found.interval_limit_at_s:g} s alone lets errors grow"
+        if np.isfinite(found.interval_limit_s)
+        else ""
+    )
     rows = [
         ("corrections", f"{found.corrections}", f"every {1e3 * found.interval_s:.4g} ms; library and reference agree to {found.largest_difference:.0e}"),
         ("decay rate", number(found.rate_1_s, " 1/s"), f"one P for all corrections; the slowest single one allows {number(found.spectral_rate_1_s)}"),
@@ -153,4 +167,6 @@ def print_certificate(found: Certificate, console: Console) -> None:
     for row in certificate_rows(found):
         table.add_row(*row)
     console.print(table)
-    console.print("certified" if found.certified else f"not certified: {found.reason}", highlight=False, soft_wrap=True, markup=False)
+    console.print(
+        "certified" if found.certified else f"not certified: {found.reason}", highlight=False, soft_wrap=True, markup=False
+    )

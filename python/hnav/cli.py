@@ -14,7 +14,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from hnav import __version__
-from hnav.benchmark import DEFAULT_FILTERS, DEFAULT_PEERS, LAST_UNDISTURBED_TRIAL, Contender, Line, Row, benchmark, contenders, summary
+from hnav.benchmark import (
+    DEFAULT_FILTERS,
+    DEFAULT_PEERS,
+    LAST_UNDISTURBED_TRIAL,
+    Contender,
+    Line,
+    Row,
+    benchmark,
+    contenders,
+    summary,
+)
 from hnav.benchmark import write_csv as write_rows
 from hnav.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
 from hnav.engines import ENGINES, Result, run_recording
@@ -30,7 +40,9 @@ progress_console = Console(stderr=True)
 
 FilterName = Annotated[str, typer.Option("--filter", help="ahrs (real sensors) or hrekf (the paper's)")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
-Settings = Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")]
+Settings = Annotated[
+    Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")
+]
 MagUnit = Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")]
 Preset = Annotated[str, typer.Option(help="default or paper")]
 
@@ -55,17 +67,25 @@ def bar() -> Progress:
 
 @app.command("filter")
 def filter_command(
-    recording: Annotated[Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")],
+    recording: Annotated[
+        Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
+    ],
     out: Annotated[Path, typer.Option(help="CSV to write, one row for each IMU sample")],
     filter: FilterName = "ahrs",
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
-    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")] = None,
+    step: Annotated[
+        Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
+    ] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
     mag_unit: MagUnit = "T",
-    smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")] = False,
-    calibration: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")] = None,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")
+    ] = False,
+    calibration: Annotated[
+        Optional[Path], typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
+    ] = None,
 ):
     """Runs a filter over a recording and writes attitude, bias and sigmas."""
     settings = {"navigation_frame": frame} | parse_settings(set)
@@ -75,11 +95,22 @@ def filter_command(
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
         result = run_recording(
-            data, filter, engine, settings, preset, step, lambda done, total: progress.update(task, completed=done, total=total), smooth
+            data,
+            filter,
+            engine,
+            settings,
+            preset,
+            step,
+            lambda done, total: progress.update(task, completed=done, total=total),
+            smooth,
         )
     write_csv(out, result)
     counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
-    console.print(f"{len(result.t_s)} rows to {out}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}", highlight=False, soft_wrap=True)
+    console.print(
+        f"{len(result.t_s)} rows to {out}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}",
+        highlight=False,
+        soft_wrap=True,
+    )
 
 
 def write_csv(path: Path, result: Result) -> None:
@@ -130,11 +161,19 @@ def score_command(
                 us_theirs.append(us)
             progress.advance(task)
     print_scores(names, ours, theirs, consistency, f"{filter} ({engine})")
-    console.print(f"median time per sample: {filter} {np.median(us_ours):.2f} us" + (f", VQF {np.median(us_theirs):.2f} us" if vqf else ""))
+    console.print(
+        f"median time per sample: {filter} {np.median(us_ours):.2f} us" + (f", VQF {np.median(us_theirs):.2f} us" if vqf else "")
+    )
     if not vqf:
         console.print("VQF is not beside it: the package vqf is not installed (pip install vqf)")
     if json_file:
-        figures = {"filter": filter, "engine": engine, "settings": settings, "preset": preset, "us_per_sample": float(np.median(us_ours))}
+        figures = {
+            "filter": filter,
+            "engine": engine,
+            "settings": settings,
+            "preset": preset,
+            "us_per_sample": float(np.median(us_ours)),
+        }
         figures["trials"] = {str(n): {"name": names[n], **ours[n]._asdict(), "nees_per_axis": consistency[n]} for n in trials}
         figures["mean"] = mean(ours)._asdict()
         if vqf:
@@ -150,7 +189,9 @@ def mean(scores: dict[int, Score], keep=lambda number: True) -> Score:
     return Score(*np.mean(kept, axis=0).tolist()) if kept else Score(np.nan, np.nan, np.nan)
 
 
-def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int, Score], consistency: dict[int, float], title: str) -> None:
+def print_scores(
+    names: dict[int, str], ours: dict[int, Score], theirs: dict[int, Score], consistency: dict[int, float], title: str
+) -> None:
     """Per trial and mean; RMSE in deg as total / heading / inclination. NEES/3 is from the sigmas, without correlations."""
     table = Table("trial", f"{title}: total", "heading", "inclination", "NEES/3", title="RMSE in deg over the movement phase")
     if theirs:
@@ -161,9 +202,15 @@ def print_scores(names: dict[int, str], ours: dict[int, Score], theirs: dict[int
         return ["-" if np.isnan(v) else f"{v:.2f}" for v in s]
 
     for number in names:
-        table.add_row(names[number], *cells(ours[number]), *cells((consistency[number],)), *(cells(theirs[number]) if theirs else []))
+        table.add_row(
+            names[number], *cells(ours[number]), *cells((consistency[number],)), *(cells(theirs[number]) if theirs else [])
+        )
     table.add_section()
-    groups = {"mean": lambda n: True, "undisturbed": lambda n: n <= LAST_UNDISTURBED_TRIAL, "disturbed": lambda n: n > LAST_UNDISTURBED_TRIAL}
+    groups = {
+        "mean": lambda n: True,
+        "undisturbed": lambda n: n <= LAST_UNDISTURBED_TRIAL,
+        "disturbed": lambda n: n > LAST_UNDISTURBED_TRIAL,
+    }
     for name, keep in groups.items():
         stated = [v for number, v in consistency.items() if keep(number)]
         middle = cells((np.mean(stated) if stated else np.nan,))
@@ -189,10 +236,16 @@ def options_command(filter: FilterName = "ahrs"):
 @app.command("bench")
 def bench_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
-    filters: Annotated[str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")] = ",".join(DEFAULT_FILTERS),
+    filters: Annotated[
+        str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")
+    ] = ",".join(DEFAULT_FILTERS),
     peers: Annotated[str, typer.Option(help=f"Filters by others: {', '.join(PEERS)}; all, or none")] = ",".join(DEFAULT_PEERS),
-    sets: Annotated[str, typer.Option(help="The trials as they are, and made harder: python -m pydoc hnav.stress")] = ",".join(SETS),
-    csv_file: Annotated[Optional[Path], typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")] = None,
+    sets: Annotated[str, typer.Option(help="The trials as they are, and made harder: python -m pydoc hnav.stress")] = ",".join(
+        SETS
+    ),
+    csv_file: Annotated[
+        Optional[Path], typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")
+    ] = None,
     picture: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Draw error and time of the set BROAD")] = None,
     repeat: Annotated[int, typer.Option(min=1, help="Runs for the time per sample")] = 1,
 ):
@@ -220,9 +273,15 @@ def bench_command(
         console.print(text, highlight=False, soft_wrap=True)
     for row in rows:
         if row.failure:
-            console.print(f"failed: {row.set}, {row.filter}, {row.trial}: {row.failure}", highlight=False, soft_wrap=True, markup=False)
+            console.print(
+                f"failed: {row.set}, {row.filter}, {row.trial}: {row.failure}", highlight=False, soft_wrap=True, markup=False
+            )
         elif row.missing:
-            console.print(f"{row.set}, {row.filter}, {row.trial}: {row.missing} scored samples without an estimate", highlight=False, soft_wrap=True)
+            console.print(
+                f"{row.set}, {row.filter}, {row.trial}: {row.missing} scored samples without an estimate",
+                highlight=False,
+                soft_wrap=True,
+            )
     write_benchmark(rows, entered, csv_file, picture)
 
 
@@ -233,12 +292,26 @@ def split(names: str) -> list[str]:
 def print_benchmark(lines: list[Line], ours: set[str]) -> None:
     """A section for each set; the best of each column in bold, ours in colour."""
     table = Table(title="RMSE in deg over the scored phase, plain mean over trials; time per IMU sample, median")
-    for column in ("set", "filter", "total", "heading", "inclination", "undisturbed", "disturbed", "NEES/3", "us/sample", "trials"):
+    for column in (
+        "set",
+        "filter",
+        "total",
+        "heading",
+        "inclination",
+        "undisturbed",
+        "disturbed",
+        "NEES/3",
+        "us/sample",
+        "trials",
+    ):
         table.add_column(column, justify="left" if column in ("set", "filter") else "right", no_wrap=True)
     errors = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
     for set_name in dict.fromkeys(line.set for line in lines):
         group = [line for line in lines if line.set == set_name]
-        best = {name: min((getattr(line, name) for line in group if not np.isnan(getattr(line, name))), default=np.nan) for name in (*errors, "us_per_sample")}
+        best = {
+            name: min((getattr(line, name) for line in group if not np.isnan(getattr(line, name))), default=np.nan)
+            for name in (*errors, "us_per_sample")
+        }
 
         def cell(line: Line, name: str) -> str:
             value = getattr(line, name)
@@ -254,7 +327,10 @@ def print_benchmark(lines: list[Line], ours: set[str]) -> None:
 
 
 def write_benchmark(rows: list[Row], entered: list[Contender], csv_file: Path | None, picture: Path | None) -> None:
-    for path, write in ((csv_file, lambda path: write_rows(path, rows)), (picture, lambda path: draw_picture(path, rows, entered))):
+    for path, write in (
+        (csv_file, lambda path: write_rows(path, rows)),
+        (picture, lambda path: draw_picture(path, rows, entered)),
+    ):
         if path:
             try:
                 write(path)
@@ -275,10 +351,16 @@ def draw_picture(path: Path, rows: list[Row], entered: list[Contender]) -> None:
 
 @app.command("calibrate")
 def calibrate_command(
-    recording: Annotated[Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")],
-    out: Annotated[Optional[Path], typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")] = None,
+    recording: Annotated[
+        Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")
+    ],
+    out: Annotated[
+        Optional[Path], typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")
+    ] = None,
     picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
-    allow_hard_iron_only: Annotated[bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")] = False,
+    allow_hard_iron_only: Annotated[
+        bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
+    ] = False,
     mag_unit: MagUnit = "T",
 ):
     """Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity."""
@@ -341,7 +423,10 @@ def simulate_command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
     scenario: Annotated[Optional[str], typer.Option(help="A scenario of the system")] = None,
     grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
-    set: Annotated[Optional[list[str]], typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")] = None,
+    set: Annotated[
+        Optional[list[str]],
+        typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario"),
+    ] = None,
     seed: Annotated[Optional[int], typer.Option(help="Seed of every component that has one")] = None,
     step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
     stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of the run; default: the system's")] = None,
@@ -359,7 +444,11 @@ def simulate_command(
     console.print(text, highlight=False, soft_wrap=True)
     for name, lost in run.about["lost"].items():
         if lost:
-            console.print(f"{name} lost {lost} samples between the communication points: take a finer --step", highlight=False, soft_wrap=True)
+            console.print(
+                f"{name} lost {lost} samples between the communication points: take a finer --step",
+                highlight=False,
+                soft_wrap=True,
+            )
     if run.about["failure"]:
         raise UsageError(f"{run.about['failure']}; the samples until then are in {out}")
 
@@ -394,7 +483,10 @@ def montecarlo_command(
     runs: Annotated[int, typer.Option(help="Runs of each scenario")] = 200,
     scenarios: Annotated[Optional[str], typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
     grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
-    set: Annotated[Optional[list[str]], typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")] = None,
+    set: Annotated[
+        Optional[list[str]],
+        typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario"),
+    ] = None,
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
     step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
     stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of each run; default: the system's")] = None,
@@ -437,7 +529,9 @@ def print_montecarlo(runs) -> None:
         return
     times = [name for name in good.columns if name.startswith("nees_") and good[name].notna().any()]
     heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES"]
-    table = Table(*heads, *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s", title="means over the runs [95 % interval]")
+    table = Table(
+        *heads, *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s", title="means over the runs [95 % interval]"
+    )
     for scenario, of_scenario in good.groupby("scenario", sort=False):
         first = None
         for name, rows in of_scenario.groupby("filter", sort=False):
@@ -460,15 +554,28 @@ def _interval(found: tuple[float, float, float]) -> str:
 
 @app.command("certify")
 def certify_command(
-    recording: Annotated[Optional[Path], typer.Argument(metavar="[RECORDING]", help="Recording in the formats of hnav filter, or a folder of results with signals.h5")] = None,
+    recording: Annotated[
+        Optional[Path],
+        typer.Argument(
+            metavar="[RECORDING]", help="Recording in the formats of hnav filter, or a folder of results with signals.h5"
+        ),
+    ] = None,
     experiment: Annotated[Optional[str], typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
     filter: FilterName = "hrekf",
     set: Settings = None,
-    preset: Annotated[Optional[str], typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")] = None,
-    begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")] = 15.0,
-    duration: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")] = None,
+    preset: Annotated[
+        Optional[str], typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")
+    ] = None,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")
+    ] = 15.0,
+    duration: Annotated[
+        Optional[float], typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of the experiment and of the starts on the boundary")] = 5,
-    gain_factor: Annotated[float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")] = 1.0,
+    gain_factor: Annotated[
+        float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")
+    ] = 1.0,
     out: Annotated[Optional[Path], typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
     picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
     mag_unit: MagUnit = "T",
@@ -487,7 +594,9 @@ def certify_command(
                 progress.add_task(what, total=of)
             progress.update(progress.task_ids[task], completed=done)
 
-        found = certify_run(recording, experiment, filter, preset, parse_settings(set), begin, duration, seed, gain_factor, mag_unit, show)
+        found = certify_run(
+            recording, experiment, filter, preset, parse_settings(set), begin, duration, seed, gain_factor, mag_unit, show
+        )
     try:
         if out is not None:
             write_certificate(out, found)
@@ -509,7 +618,9 @@ def show_version(wanted: bool) -> None:
 
 
 @app.callback()
-def root(version: Annotated[bool, typer.Option("--version", callback=show_version, is_eager=True, help="Show the version")] = False):
+def root(
+    version: Annotated[bool, typer.Option("--version", callback=show_version, is_eager=True, help="Show the version")] = False,
+):
     pass
 
 

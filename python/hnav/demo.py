@@ -85,9 +85,7 @@ def run_engine(recording: Recording, reference: str, filter: str, engine: str, s
     with Console(stderr=True).status(f"{recording.name} by {engine}"):
         result = run_recording(recording, filter, engine, settings={**settings, "navigation_frame": "enu"})
     if not np.isfinite(result.q_nb[-1]).all():
-        raise HnavError(
-            11, f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)"
-        )
+        raise HnavError(11, f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)")
     return Run(recording, result, reference, filter)
 
 
@@ -183,8 +181,15 @@ def draw_run(panels: dict[str, plots.Axes], run: Run) -> None:
         against = compare(recording.t_s, result.q_nb, reference_q_nb)
         plots.draw_error_band(panels["heading"], t_s, against.heading_deg, np.degrees(result.sigma_rad[:, 2]), "heading")
         panels["heading"].set_title(f"Heading against the {run.reference}")
-        plots.draw_error_band(panels["inclination"], t_s, against.inclination_deg, _tilt_sigma_deg(result), "inclination",
-                              plots.GREEN, one_sided=True)
+        plots.draw_error_band(
+            panels["inclination"],
+            t_s,
+            against.inclination_deg,
+            _tilt_sigma_deg(result),
+            "inclination",
+            plots.GREEN,
+            one_sided=True,
+        )
         panels["inclination"].set_title(f"Inclination against the {run.reference}")
     else:
         plots.draw_sigma(panels["sigma"], t_s, np.degrees(result.sigma_rad), ("east", "north", "up"))
@@ -236,7 +241,10 @@ def show_experiment(out: Path, runs: int) -> None:
     from hnav.simulation import simulate, write_run
     from hnav.table1 import SYSTEM, run_table
 
-    console.print("[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, yaw to and fro by 60 deg", soft_wrap=True)
+    console.print(
+        "[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, yaw to and fro by 60 deg",
+        soft_wrap=True,
+    )
     with Console(stderr=True).status("60 s at 100 Hz"):
         run = simulate(SYSTEM, seed=1)
     folder = out / SYSTEM
@@ -245,12 +253,16 @@ def show_experiment(out: Path, runs: int) -> None:
     console.print(f"  {len(run.t_s)} points of {len(run.columns)} signals in {sum(run.about['wall_s'].values()):.1f} s")
     console.print(f"  report: {folder / 'report.html'}", soft_wrap=True)
     run_table(runs, console)
-    console.print("`python -m hnav.table1` takes 200 runs; models/systems/turntable/README.md says what was fitted.\n", soft_wrap=True)
+    console.print(
+        "`python -m hnav.table1` takes 200 runs; models/systems/turntable/README.md says what was fitted.\n", soft_wrap=True
+    )
 
 
 @app.command()
 def demo(
-    recording: Annotated[Path | None, typer.Argument(help="CSV or BROAD file; without it the experiment and two recordings of devices")] = None,
+    recording: Annotated[
+        Path | None, typer.Argument(help="CSV or BROAD file; without it the experiment and two recordings of devices")
+    ] = None,
     part: Annotated[str, typer.Option(help="all, experiment or recordings")] = "all",
     runs: Annotated[int, typer.Option(min=2, help="seeds for Table 1")] = 20,
     filter: Annotated[str, typer.Option(help="hrekf or ahrs")] = "hrekf",

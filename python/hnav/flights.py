@@ -113,7 +113,14 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
     label = component.removesuffix(suffix) if suffix else component
     error = estimate - truth[_held(run.t_s, t_s[rows])]
     return Track(
-        label, t_s[rows], estimate, error, column("sigma", factor), column("innov", factor), column("noise_scale"), column("fault_probability")
+        label,
+        t_s[rows],
+        estimate,
+        error,
+        column("sigma", factor),
+        column("innov", factor),
+        column("noise_scale"),
+        column("fault_probability"),
     )
 
 
@@ -144,8 +151,22 @@ def draw_flight(flight: list[Channel]) -> Figure:
                 above.plot(track.t_s, track.estimate, color=colour(track.filter), lw=1.0, label=track.filter)
                 middle.plot(track.t_s, track.error, color=colour(track.filter), lw=1.0, label=track.filter)
             best = channel.tracks[-1]
-            middle.fill_between(best.t_s, -3 * best.sigma, 3 * best.sigma, color=colour(best.filter), alpha=0.13, lw=0, label=f"±3 sigma of {best.filter}")
-            middle.set_ylim(*(np.array([-1, 1]) * 1.05 * max(3 * np.median(best.sigma), *(np.percentile(np.abs(t.error), 99.5) for t in channel.tracks))))
+            middle.fill_between(
+                best.t_s,
+                -3 * best.sigma,
+                3 * best.sigma,
+                color=colour(best.filter),
+                alpha=0.13,
+                lw=0,
+                label=f"±3 sigma of {best.filter}",
+            )
+            middle.set_ylim(
+                *(
+                    np.array([-1, 1])
+                    * 1.05
+                    * max(3 * np.median(best.sigma), *(np.percentile(np.abs(t.error), 99.5) for t in channel.tracks))
+                )
+            )
             below.step(best.t_s, best.fault_probability, color=colour(best.filter), where="post")
             below.set_ylim(-0.04, 1.08)
             below.set_xlabel("time / s")

@@ -40,7 +40,9 @@ COUNTS = (
 def fmu_path(name: str, fmi_version: int) -> Path:
     """HNAV_FMUS/fmiN/NAME.fmu, else the one in this package (wheel), else the build of the checkout."""
     here = Path(__file__).resolve().parent
-    folders = [Path(os.environ["HNAV_FMUS"])] if "HNAV_FMUS" in os.environ else [here / "fmus", here.parents[1] / "build" / "fmus"]
+    folders = (
+        [Path(os.environ["HNAV_FMUS"])] if "HNAV_FMUS" in os.environ else [here / "fmus", here.parents[1] / "build" / "fmus"]
+    )
     for folder in folders:
         path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
         if path.is_file():
@@ -64,7 +66,9 @@ class Fmu:
         self._folder = fmpy.extract(str(path))
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
-        arguments = dict(guid=self.description.guid, unzipDirectory=self._folder, modelIdentifier=interface.modelIdentifier, instanceName=name)
+        arguments = dict(
+            guid=self.description.guid, unzipDirectory=self._folder, modelIdentifier=interface.modelIdentifier, instanceName=name
+        )
         with _LOADING:
             self.fmu = kinds[self.fmi3, model_exchange](**arguments)
         self._instantiate()
@@ -111,9 +115,16 @@ class Fmu:
             raise HnavError(2, f"the FMU has no variable {name}")
         kind = variable.type
         if not self.fmi3:
-            setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean, "String": self.fmu.setString}.get(kind, self.fmu.setInteger)
+            setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean, "String": self.fmu.setString}.get(
+                kind, self.fmu.setInteger
+            )
         else:
-            setter = {"Float64": self.fmu.setFloat64, "Boolean": self.fmu.setBoolean, "Int32": self.fmu.setInt32, "String": self.fmu.setString}.get(kind, self.fmu.setInt64)
+            setter = {
+                "Float64": self.fmu.setFloat64,
+                "Boolean": self.fmu.setBoolean,
+                "Int32": self.fmu.setInt32,
+                "String": self.fmu.setString,
+            }.get(kind, self.fmu.setInt64)
         self.call(setter, [variable.valueReference], [value])
 
     def get(self, name: str):
@@ -122,34 +133,48 @@ class Fmu:
         if not self.fmi3:
             getter = {"Real": self.fmu.getReal, "Boolean": self.fmu.getBoolean}.get(variable.type, self.fmu.getInteger)
         else:
-            getter = {"Float64": self.fmu.getFloat64, "Boolean": self.fmu.getBoolean, "Int32": self.fmu.getInt32}.get(variable.type, self.fmu.getInt64)
+            getter = {"Float64": self.fmu.getFloat64, "Boolean": self.fmu.getBoolean, "Int32": self.fmu.getInt32}.get(
+                variable.type, self.fmu.getInt64
+            )
         return self.call(getter, [variable.valueReference])[0]
 
     # Many variables of one type at once: references and values are ctypes arrays that the caller keeps.
     def set_reals(self, references, values) -> None:
         n, f = len(references), self.fmu
-        self.call(f.fmi3SetFloat64, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2SetReal, f.component, references, n, values)
+        self.call(f.fmi3SetFloat64, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2SetReal, f.component, references, n, values
+        )
 
     def get_reals(self, references, values) -> None:
         n, f = len(references), self.fmu
-        self.call(f.fmi3GetFloat64, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetReal, f.component, references, n, values)
+        self.call(f.fmi3GetFloat64, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2GetReal, f.component, references, n, values
+        )
 
     def get_booleans(self, references, values) -> None:
         """values: c_bool in FMI 3, c_int32 in FMI 2."""
         n, f = len(references), self.fmu
-        self.call(f.fmi3GetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetBoolean, f.component, references, n, values)
+        self.call(f.fmi3GetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2GetBoolean, f.component, references, n, values
+        )
 
     def set_booleans(self, references, values) -> None:
         n, f = len(references), self.fmu
-        self.call(f.fmi3SetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2SetBoolean, f.component, references, n, values)
+        self.call(f.fmi3SetBoolean, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2SetBoolean, f.component, references, n, values
+        )
 
     def get_integers(self, references, values) -> None:
         n, f = len(references), self.fmu
-        self.call(f.fmi3GetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2GetInteger, f.component, references, n, values)
+        self.call(f.fmi3GetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2GetInteger, f.component, references, n, values
+        )
 
     def set_integers(self, references, values) -> None:
         n, f = len(references), self.fmu
-        self.call(f.fmi3SetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(f.fmi2SetInteger, f.component, references, n, values)
+        self.call(f.fmi3SetInt32, f.component, references, n, values, n) if self.fmi3 else self.call(
+            f.fmi2SetInteger, f.component, references, n, values
+        )
 
     def initialise(self, start_s: float = 0.0, stop_s: float | None = None) -> None:
         """Parameters set before this take effect here."""
@@ -284,7 +309,10 @@ def _run(fmu: Fmu, recording: Recording, engine: str, points, rows, loop, progre
     names = [f"post.q[{i}]" for i in range(1, 5)] + [f"post.bias[{i}]" for i in range(1, 4)]
     names += [f"post.sigma[{i}]" for i in range(1, 7)] + ["nis.accel", "nis.mag"]
     output_references, outputs = fmu.references(names), (C.c_double * len(names))()
-    ready_references, ready_now = fmu.references(["align.tilt_ready", "align.heading_ready"]), ((C.c_bool if fmu.fmi3 else C.c_int32) * 2)()
+    ready_references, ready_now = (
+        fmu.references(["align.tilt_ready", "align.heading_ready"]),
+        ((C.c_bool if fmu.fmi3 else C.c_int32) * 2)(),
+    )
 
     sensors = ["gyro", "accel"] + (["mag"] if recording.field_b_tesla is not None else [])
     samples = [recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla][: len(sensors)]

@@ -123,7 +123,9 @@ class WatchedReference(ReferenceFilter):
         F, noise = np.zeros((7, 7)), np.zeros((7, 7))
         F[:4, :4] = Omega(u) - 0.5 * left_multiplication(np.r_[0, u])
         F[:4, 4:] = -0.5 * VECTOR_PART
-        noise[:4, :4] = 0.25 * o.gyro_noise_rad_per_sqrt_s**2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
+        noise[:4, :4] = (
+            0.25 * o.gyro_noise_rad_per_sqrt_s** 2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s** 2 * np.eye(4)
+        )
         noise[4:, 4:] = self.Q_b
         V = expm(np.block([[-F, noise], [np.zeros((7, 7)), F.T]]) * interval_s)
         self.turns.append((C_bn(self.q).T @ u, interval_s))
@@ -179,7 +181,11 @@ def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
     """Largest difference of quaternion, bias and, relative to its diagonal, covariance. x: 35 states of the library."""
     P = unpack(x[7:])
     scale = np.sqrt(np.maximum(np.diag(P), 1e-300))
-    return max(np.abs(x[:4] - reference.q).max(), np.abs(x[4:7] - reference.b).max(), (np.abs(P - reference.P) / np.outer(scale, scale)).max())
+    return max(
+        np.abs(x[:4] - reference.q).max(),
+        np.abs(x[4:7] - reference.b).max(),
+        (np.abs(P - reference.P) / np.outer(scale, scale)).max(),
+    )
 
 
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:

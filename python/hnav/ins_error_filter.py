@@ -1,8 +1,8 @@
 """Estimation under coloured INS errors by the C library; hnav.h (section coloured INS errors) is the reference.
 
-    model = LinearModel(A=A, B=B, H=H, Qw=Qw, Qv=Qv, An=An, QU=QU, P0=P0)
-    run = InsErrorFilter(model, InsErrorOptions(form="augmented")).run(u, z)
-    run.x, run.sigma, run.compensated, run.fault_probability        # one row for each step
+model = LinearModel(A=A, B=B, H=H, Qw=Qw, Qv=Qv, An=An, QU=QU, P0=P0)
+run = InsErrorFilter(model, InsErrorOptions(form="augmented")).run(u, z)
+run.x, run.sigma, run.compensated, run.fault_probability        # one row for each step
 """
 
 from __future__ import annotations
@@ -164,7 +164,9 @@ class LinearModel:
             if value is not None:
                 value = np.ascontiguousarray(value, float)
                 if value.ndim != (1 if name == "x0" else 2):
-                    raise HnavError(13, f"{name} has the shape {value.shape}, expected a {'vector' if name == 'x0' else 'matrix'}")
+                    raise HnavError(
+                        13, f"{name} has the shape {value.shape}, expected a {'vector' if name == 'x0' else 'matrix'}"
+                    )
                 put(name, value)
         for name in ("A", "H", "Qw", "Qv", "P0"):
             if getattr(self, name) is None:

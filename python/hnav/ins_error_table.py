@@ -217,7 +217,9 @@ def print_settings(settings: int, runs: int, seed: int) -> None:
     names = [c.name for p in planes for c in p.channels]
     for (ours, theirs), won in wins.items():
         share = ", ".join(f"{n} {s}" for n, s in zip(names, np.sum(won, axis=0)))
-        print(f"{ours} better than {theirs} on all 8 channels in {np.all(won, axis=1).sum()} of {settings} settings; by channel: {share}")
+        print(
+            f"{ours} better than {theirs} on all 8 channels in {np.all(won, axis=1).sum()} of {settings} settings; by channel: {share}"
+        )
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -108,7 +108,9 @@ def _input_table(system: System, inputs: Mapping[str, np.ndarray], connectors: l
     return table
 
 
-def _steps(parts: list[_Part], points: np.ndarray, driven: np.ndarray, table: np.ndarray, progress: Progress | None) -> tuple[str, int]:
+def _steps(
+    parts: list[_Part], points: np.ndarray, driven: np.ndarray, table: np.ndarray, progress: Progress | None
+) -> tuple[str, int]:
     """Fills the table; returns why it ended early ("" if not) and how many rows are good."""
     outside, times, steps = driven.shape[1], points.tolist(), len(points) - 1
     often = max(1, steps // PROGRESS_PARTS)
@@ -154,7 +156,10 @@ class _Part:
         # An input of the system that nobody drives must not overwrite the FMU's start value.
         fed = {c.end[1]: place[c.start] for c in connections if c.end[0] == self.name and (c.start[0] or c.start[1] in inputs)}
         fmu, variables = self.fmu, self.component.variables
-        setters, getters = (fmu.set_reals, fmu.set_integers, fmu.set_booleans), (fmu.get_reals, fmu.get_integers, fmu.get_booleans)
+        setters, getters = (
+            (fmu.set_reals, fmu.set_integers, fmu.set_booleans),
+            (fmu.get_reals, fmu.get_integers, fmu.get_booleans),
+        )
         first = place[self.name, self.read[0]] if self.read else 0
         self._sets, self._gets = [], []
         for block, names in enumerate(self._read_blocks):

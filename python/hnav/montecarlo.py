@@ -79,7 +79,10 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
         found[f"nees_{t_s:g}s"] = np.nan if nees is None or run.t_s[-1] < t_s * (1 - 1e-12) else float(nees[row])
     for sensor, name in (("accel", "force"), ("mag", "field")):
         found[f"nis_{name}"] = _mean(run[f"{estimate.name}.nis.{sensor}"][estimate.sampled(sensor)])
-    return found | {"tilt_ready_s": estimate.ready_s("align.tilt_ready"), "heading_ready_s": estimate.ready_s("align.heading_ready")}
+    return found | {
+        "tilt_ready_s": estimate.ready_s("align.tilt_ready"),
+        "heading_ready_s": estimate.ready_s("align.heading_ready"),
+    }
 
 
 def _mean(values: np.ndarray) -> float:
@@ -87,7 +90,9 @@ def _mean(values: np.ndarray) -> float:
     return float(known.mean()) if len(known) else np.nan
 
 
-def run_jobs(work: Sequence[Job], workers: int = 1, scheduler: str | None = None, progress: Callable[[int, int], None] | None = None) -> pd.DataFrame:
+def run_jobs(
+    work: Sequence[Job], workers: int = 1, scheduler: str | None = None, progress: Callable[[int, int], None] | None = None
+) -> pd.DataFrame:
     """A row for each filter and run, in the order of the jobs whatever finishes first.
 
     workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. Raises HnavError
@@ -116,7 +121,9 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
         if scheduler is None:
             # The status page: for this machine only, at a port that is free.
             # What fails in a run is a row; what the workers say when they are sent home concerns nobody.
-            cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
+            cluster = LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
+            )
         client = Client(cluster if cluster is not None else scheduler, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
         if cluster is not None:
@@ -130,7 +137,17 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
             try:
                 yield i, future.result()
             except Exception as error:  # a worker that died takes its run along, not the others
-                yield i, [{"scenario": job.scenario or "as bound", "seed": job.seed, "filter": "", "failure": f"{type(error).__name__}: {error}"}]
+                yield (
+                    i,
+                    [
+                        {
+                            "scenario": job.scenario or "as bound",
+                            "seed": job.seed,
+                            "filter": "",
+                            "failure": f"{type(error).__name__}: {error}",
+                        }
+                    ],
+                )
     finally:
         client.close()
         if cluster is not None:

@@ -84,20 +84,45 @@ def draw_overview(broad: Path) -> plots.Figure:
     with plots.styled():
         fig = plots.figure(1600, 900)
         fig.text(0.035, 0.95, "hnav", fontsize=25, weight="bold", color=plots.INK)
-        fig.text(0.107, 0.967, "Attitude and heading as a hybrid system: an ODE solver carries estimate and covariance from "
-                 "sample to sample,", fontsize=12.5, color=plots.INK)
-        fig.text(0.107, 0.942, "each sample of force and field makes them jump. One filter as C library, FMI 2 and FMI 3 FMU, "
-                 "and in Python.", fontsize=12.5, color=plots.INK)
-        grid = fig.add_gridspec(3, 2, width_ratios=[1.55, 1], height_ratios=[1.5, 1, 1],
-                                left=0.05, right=0.985, top=0.875, bottom=0.095, hspace=0.42, wspace=0.15)
+        fig.text(
+            0.107,
+            0.967,
+            "Attitude and heading as a hybrid system: an ODE solver carries estimate and covariance from sample to sample,",
+            fontsize=12.5,
+            color=plots.INK,
+        )
+        fig.text(
+            0.107,
+            0.942,
+            "each sample of force and field makes them jump. One filter as C library, FMI 2 and FMI 3 FMU, and in Python.",
+            fontsize=12.5,
+            color=plots.INK,
+        )
+        grid = fig.add_gridspec(
+            3,
+            2,
+            width_ratios=[1.55, 1],
+            height_ratios=[1.5, 1, 1],
+            left=0.05,
+            right=0.985,
+            top=0.875,
+            bottom=0.095,
+            hspace=0.42,
+            wspace=0.15,
+        )
         left = [fig.add_subplot(grid[row, 0]) for row in range(3)]
         right = grid[:, 1].subgridspec(2, 1, hspace=0.24)
         draw_against_truth(left, recording, result)
         draw_zoom([fig.add_subplot(right[row]) for row in range(2)], zoom)
         fig.align_ylabels(left)
         fig.text(0.985, 0.018, CREDIT.format(trial=TRIAL), ha="right", fontsize=8.5, color="#555555")
-        fig.text(0.05, 0.018, "Default preset, one for all 14 trials it was found on. Truth: optical motion capture.", fontsize=8.5,
-                 color="#555555")
+        fig.text(
+            0.05,
+            0.018,
+            "Default preset, one for all 14 trials it was found on. Truth: optical motion capture.",
+            fontsize=8.5,
+            color="#555555",
+        )
     return fig
 
 

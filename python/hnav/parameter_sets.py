@@ -47,7 +47,9 @@ def parameter_set(name: str, values: Mapping[str, bool | int | float], units: Ma
         lines.append(f" description={quoteattr(description)}")
     lines.append(f'\n    xmlns:ssv="{SSV}"\n    xmlns:ssc="{SSC}">\n  <ssv:Parameters>\n')
     for parameter, value in values.items():
-        lines.append(f"    <ssv:Parameter name={quoteattr(parameter)}>{value_element(value, units.get(parameter, ''))}</ssv:Parameter>\n")
+        lines.append(
+            f"    <ssv:Parameter name={quoteattr(parameter)}>{value_element(value, units.get(parameter, ''))}</ssv:Parameter>\n"
+        )
     lines.append("  </ssv:Parameters>\n")
     used = {units.get(p, "") for p, v in values.items() if isinstance(v, float)}
     if used & set(BASE_UNITS):
@@ -56,6 +58,8 @@ def parameter_set(name: str, values: Mapping[str, bool | int | float], units: Ma
     return "".join(lines)
 
 
-def write_parameter_set(path: Path, name: str, values: Mapping[str, bool | int | float], units: Mapping[str, str], description: str = "") -> None:
+def write_parameter_set(
+    path: Path, name: str, values: Mapping[str, bool | int | float], units: Mapping[str, str], description: str = ""
+) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(parameter_set(name, values, units, description))

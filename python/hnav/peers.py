@@ -80,7 +80,9 @@ def _ignored(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
 def _vqf(s: Samples) -> np.ndarray:
     from vqf import VQF
 
-    return VQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field))["quat9D"]
+    return VQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field))[
+        "quat9D"
+    ]
 
 
 def _basicvqf(s: Samples) -> np.ndarray:
@@ -140,7 +142,9 @@ def _ahrs_ekf(s: Samples) -> np.ndarray:
     q0 = s.first_attitude()
     east, north, up = Rotation.from_quat(q0[[1, 2, 3, 0]]).apply(s.field_ut[0])
     dip_deg = np.degrees(np.arctan2(-up, np.hypot(east, north)))
-    return EKF(gyr=s.rate_rad_s, acc=-s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, frame="ENU", magnetic_ref=dip_deg, q0=q0).Q
+    return EKF(
+        gyr=s.rate_rad_s, acc=-s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, frame="ENU", magnetic_ref=dip_deg, q0=q0
+    ).Q
 
 
 PEERS = {

@@ -138,8 +138,14 @@ def draw_attitude(
         if others is not None:
             # Rows without a reference would break the line into invisible points.
             known = np.isfinite(others[:, column])
-            axes.plot(t_s[known], others[known, column], color="black", lw=0.8, ls=(0, (4, 2)),
-                      label=reference if column == len(names) - 1 else None)
+            axes.plot(
+                t_s[known],
+                others[known, column],
+                color="black",
+                lw=0.8,
+                ls=(0, (4, 2)),
+                label=reference if column == len(names) - 1 else None,
+            )
     axes.set_ylabel("angle / deg" if as_euler else "quaternion / 1")
     legend_above(axes)
     return "roll, pitch, yaw" if as_euler else "quaternion"
@@ -164,8 +170,15 @@ def draw_error_band(
 
     one_sided: the error is a length, the band begins at zero.
     """
-    axes.fill_between(t_s, 0.0 if one_sided else -times * sigma_deg, times * sigma_deg, color=colour, alpha=0.16, lw=0,
-                      label=f"{'' if one_sided else '±'}{times:g}σ stated by the filter")
+    axes.fill_between(
+        t_s,
+        0.0 if one_sided else -times * sigma_deg,
+        times * sigma_deg,
+        color=colour,
+        alpha=0.16,
+        lw=0,
+        label=f"{'' if one_sided else '±'}{times:g}σ stated by the filter",
+    )
     known = np.isfinite(error_deg)
     axes.plot(t_s[known], error_deg[known], color=colour, lw=1.1, label=name)
     if not one_sided:
@@ -225,8 +238,7 @@ def draw_nis(axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension:
 
 def legend_above(axes: Axes) -> None:
     """The legend in one row at the right above the axes, where it hides no data."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=6, handlelength=1.6, columnspacing=1.1,
-                borderaxespad=0.0)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=6, handlelength=1.6, columnspacing=1.1, borderaxespad=0.0)
 
 
 def save(picture: Figure, path: Path) -> None:
@@ -237,7 +249,9 @@ def save(picture: Figure, path: Path) -> None:
 
 # --------------------------------------------------------------------------------------------- the command
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help="Pictures of hnav's documentation, made anew from data.")
+app = typer.Typer(
+    add_completion=False, pretty_exceptions_enable=False, help="Pictures of hnav's documentation, made anew from data."
+)
 
 
 @app.callback()

@@ -122,7 +122,6 @@ def draw_motion(rng: np.random.Generator, kind: Kind) -> Motion:
 # --------------------------------------------------------------------------------------------- the field
 
 
-
 class Field(NamedTuple):
     """The field in east-north-up, n x 3 in tesla, at times (n), and from when on it is the earth's alone."""
 
@@ -312,7 +311,16 @@ def table(starts: Sequence[Start], title: str) -> Table:
     out = Table(title=title, title_justify="left")
     for column in ("disturbance", "motion"):
         out.add_column(column, no_wrap=True)
-    for column in ("starts", "wrong", "95 % interval", "in true field", "ready after: median", "95 %", "never", "error then: median"):
+    for column in (
+        "starts",
+        "wrong",
+        "95 % interval",
+        "in true field",
+        "ready after: median",
+        "95 %",
+        "never",
+        "error then: median",
+    ):
         out.add_column(column, justify="right")
 
     def add(disturbance: str, motion: str, group: Sequence[Start], style: str | None = None) -> None:
@@ -341,7 +349,12 @@ def write_csv(path: Path, starts: Sequence[Start]) -> None:
         writer.writerow([*names, "wrong"])
         for start in starts:
             values = (getattr(start, name) for name in names)
-            writer.writerow([*("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values), int(start.wrong)])
+            writer.writerow(
+                [
+                    *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),
+                    int(start.wrong),
+                ]
+            )
 
 
 def fail(text: str) -> NoReturn:
@@ -373,7 +386,9 @@ def readiness(
                 progress.advance(task)
     except HnavError as error:
         fail(str(error))
-    title = f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
+    title = (
+        f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
+    )
     (console if console.is_terminal else Console(width=150, highlight=False)).print(table(done, title))
     if csv_file:
         try:

@@ -111,7 +111,9 @@ def read_broad(path: Path) -> Recording:
     except KeyError as error:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
     except Exception as error:  # the readers of both formats raise whatever a damaged file makes them stumble over
-        raise RecordingError(f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
+        raise RecordingError(
+            f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
+        ) from None
     if not 0 < rate_hz < np.inf:
         raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
     n = np.shape(data["imu_gyr"])[0] if np.ndim(data["imu_gyr"]) else 0

@@ -35,7 +35,14 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 def product(a, b):
     w, x, y, z = a
     p, q, r, s = b
-    return np.array([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r, w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p])
+    return np.array(
+        [
+            w * p - x * q - y * r - z * s,
+            w * q + x * p + y * s - z * r,
+            w * r - x * s + y * p + z * q,
+            w * s + x * r - y * q + z * p,
+        ]
+    )
 
 
 def Xi(q):
@@ -398,7 +405,9 @@ def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3):
 def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
     """Largest component of the gyro bias error after 40 s; infinity when the equations blow up on the way."""
     t, rate, force, field, bias = tilted_turns(tilt_deg)
-    options = Options("hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1)
+    options = Options(
+        "hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1
+    )
     if not literal:
         from hnav.library import Filter
 

@@ -195,7 +195,9 @@ class ReferenceInsError:
                 d = np.array(self.window)
                 products = d[:, :, None] * d[:, None, :]
                 seen = np.isfinite(products).any(axis=0)
-                sample = np.where(seen, np.nansum(products, axis=0) / np.maximum(1, np.isfinite(products).sum(axis=0)), base + self.R)
+                sample = np.where(
+                    seen, np.nansum(products, axis=0) / np.maximum(1, np.isfinite(products).sum(axis=0)), base + self.R
+                )
                 self.s = np.maximum(1, np.diag((sample - base) @ np.linalg.pinv(self.R)))
         Omega = base + self.s[:, None] * self.R
         nu = self._conclude(Omega)

@@ -69,7 +69,9 @@ def header(run: Run) -> str:
         "scenario": about["scenario"], "grade": about["grade"], "seed": about["seed"], "length": f"{run.t_s[-1] - run.t_s[0]:g} s",
         "step": f"{1e3 * about['step_s']:g} ms", "hnav": about["versions"]["hnav"],
     }  # fmt: skip
-    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(str(value))}</dd></div>" for name, value in facts.items() if value is not None)
+    listed = "".join(
+        f"<div><dt>{name}</dt><dd>{escape(str(value))}</dd></div>" for name, value in facts.items() if value is not None
+    )
     warnings = [about["failure"]] if about["failure"] else []
     warnings += [f"{name} lost {n} samples between the communication points" for name, n in about["lost"].items() if n]
     warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in warnings)
@@ -89,7 +91,17 @@ def summary(run: Run) -> str:
     filters = estimates(run)
     if not filters:
         return ""
-    heads = ("filter", "RMSE", "heading RMSE", "error at the end", "mean NEES (3)", "NIS force", "NIS field", "tilt ready", "heading ready")
+    heads = (
+        "filter",
+        "RMSE",
+        "heading RMSE",
+        "error at the end",
+        "mean NEES (3)",
+        "NIS force",
+        "NIS field",
+        "tilt ready",
+        "heading ready",
+    )
     head = "".join(f"<th>{name}</th>" for name in heads)
     table = f'<table class="figures"><tr>{head}</tr>{"".join(_row(e) for e in filters)}</table>'
     return f'<section id="summary"><h2>Summary</h2><div class="scroll">{table}</div></section>'
@@ -97,7 +109,12 @@ def summary(run: Run) -> str:
 
 def _row(estimate: Estimate) -> str:
     found = figures(estimate)
-    cells = [_number(found.rmse_deg, "deg"), _number(found.heading_rmse_deg, "deg"), _number(found.final_deg, "deg"), _number(found.nees)]
+    cells = [
+        _number(found.rmse_deg, "deg"),
+        _number(found.heading_rmse_deg, "deg"),
+        _number(found.final_deg, "deg"),
+        _number(found.nees),
+    ]
     cells += [f"{_number(mean)} ({expected})" for mean, expected in found.nis.values()]
     cells += [_number(t, "s") if np.isfinite(t) else "never" for t in (found.tilt_ready_s, found.heading_ready_s)]
     swatch = f'<i style="background:{colour_of(estimate.run, estimate.name)}"></i>'
@@ -114,7 +131,9 @@ def section(panel: Panel, run: Run) -> str:
     for axis in drawn.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
         # Markers would make the axis begin before the run.
         axis.range = [run.t_s[0], run.t_s[-1]]
-    body = drawn.to_html(full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%")
+    body = drawn.to_html(
+        full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%"
+    )
     return f'<section id="{panel.name}"><h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{body}</section>'
 
 

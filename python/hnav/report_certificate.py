@@ -40,7 +40,20 @@ def draw_certificate(run: Run) -> go.Figure:
     found = run.about["certificate"]
     rows = [("verdict", verdict(found), "")]
     rows += [(key, f"{found[key]:.4g} {unit}".strip(), meaning) for key, unit, meaning in FIGURES if found.get(key) is not None]
-    cells = dict(values=[list(column) for column in zip(*rows)], align="left", height=26, font=dict(color=INK), fill=dict(color="white"), line=dict(color=FAINT))
-    head = dict(values=["figure", "value", "meaning"], align="left", font=dict(color=INK), fill=dict(color="white"), line=dict(color=FAINT))
+    cells = dict(
+        values=[list(column) for column in zip(*rows)],
+        align="left",
+        height=26,
+        font=dict(color=INK),
+        fill=dict(color="white"),
+        line=dict(color=FAINT),
+    )
+    head = dict(
+        values=["figure", "value", "meaning"],
+        align="left",
+        font=dict(color=INK),
+        fill=dict(color="white"),
+        line=dict(color=FAINT),
+    )
     figure = go.Figure(go.Table(header=head, cells=cells, columnwidth=[2, 3, 5]))
     return figure.update_layout(height=140 + 26 * len(rows))

@@ -39,7 +39,9 @@ def draw_flight(run: Run) -> go.Figure:
             figure.add_trace(line(track.t_s, track.error, colour(track.filter), track.filter, False), row, 2)
         figure.add_trace(line(channel.t_s, channel.truth, INK, "truth", first, width=1.8), row, 1)
         best = channel.tracks[-1]
-        figure.add_trace(band(best.t_s, -3 * best.sigma, 3 * best.sigma, colour(best.filter), f"±3 sigma of {best.filter}", first), row, 2)
+        figure.add_trace(
+            band(best.t_s, -3 * best.sigma, 3 * best.sigma, colour(best.filter), f"±3 sigma of {best.filter}", first), row, 2
+        )
         figure.update_yaxes(title_text=_label(channel), row=row, col=1)
     return _shade(figure, flight)
 
@@ -64,8 +66,14 @@ def draw_faults(run: Run) -> go.Figure:
     figure = grid_of(len(flight), 2, ["noise scale (variance)", "fault probability"])
     for row, channel in enumerate(flight, 1):
         for track in channel.tracks:
-            figure.add_trace(line(track.t_s, np.maximum(track.noise_scale, 1e-3), colour(track.filter), track.filter, row == 1, shape="hv"), row, 1)
-            figure.add_trace(line(track.t_s, track.fault_probability, colour(track.filter), track.filter, False, shape="hv"), row, 2)
+            figure.add_trace(
+                line(track.t_s, np.maximum(track.noise_scale, 1e-3), colour(track.filter), track.filter, row == 1, shape="hv"),
+                row,
+                1,
+            )
+            figure.add_trace(
+                line(track.t_s, track.fault_probability, colour(track.filter), track.filter, False, shape="hv"), row, 2
+            )
         figure.update_yaxes(title_text=channel.title, type="log", row=row, col=1)
         figure.update_yaxes(range=[-0.04, 1.06], row=row, col=2)
     return _shade(figure, flight)
@@ -82,6 +90,10 @@ def draw_table(run: Run) -> go.Figure:
             values = (channel.rmse(channel.tracks[i], faulty) for channel in flight)
             columns.append(["–" if np.isnan(value) else f"{value:.3g}" for value in values])
     heads = ["state", "unit", *(f"{label}, healthy" for label in labels), *(f"{label}, fault" for label in labels)]
-    figure = go.Figure(go.Table(header=dict(values=heads, align="left", fill_color="#F0F0F0"), cells=dict(values=columns, align="left", height=30)))
+    figure = go.Figure(
+        go.Table(
+            header=dict(values=heads, align="left", fill_color="#F0F0F0"), cells=dict(values=columns, align="left", height=30)
+        )
+    )
     figure.update_layout(height=150 + 34 * len(flight))
     return figure

@@ -16,7 +16,17 @@ from plotly.subplots import make_subplots
 from scipy import stats
 
 from hnav.plots import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, euler_deg, near_turn
-from hnav.run_views import SENSORS, STATES, TRUTH_FIELD, Estimate, estimates, magnetometer, measured_field, truth_component, truth_q_nb
+from hnav.run_views import (
+    SENSORS,
+    STATES,
+    TRUTH_FIELD,
+    Estimate,
+    estimates,
+    magnetometer,
+    measured_field,
+    truth_component,
+    truth_q_nb,
+)
 from hnav.simulation import Run
 
 FILTER_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
@@ -144,7 +154,11 @@ def draw_error(run: Run) -> go.Figure:
         for column, estimate in enumerate(filters, start=1):
             rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
             error, sigma = np.degrees(estimate.error_rad[:, axis]), np.degrees(estimate.vector("att.sigma", 3)[:, axis])
-            figure.add_trace(band(run.t_s[rows], -3 * sigma[rows], 3 * sigma[rows], colour, f"{estimate.name} ±3σ", axis == 0), axis + 1, column)
+            figure.add_trace(
+                band(run.t_s[rows], -3 * sigma[rows], 3 * sigma[rows], colour, f"{estimate.name} ±3σ", axis == 0),
+                axis + 1,
+                column,
+            )
             figure.add_trace(line(run.t_s, error, colour, estimate.name, axis == 0), axis + 1, column)
             # The first row may stand anywhere: a start that knows no heading is wrong by up to half a turn.
             if np.isfinite(error).any():
@@ -181,7 +195,11 @@ def draw_field(run: Run) -> go.Figure:
     samples = samples[thinned(len(samples))]
     truth = truth_component(run)
     known = truth is not None and run.has(truth, *(f"{TRUTH_FIELD}[{i}]" for i in (1, 2, 3)))
-    strength = MICROTESLA * np.median(np.linalg.norm(run.vector(truth, TRUTH_FIELD, 3), axis=1)) if known else np.median(np.linalg.norm(samples, axis=1))
+    strength = (
+        MICROTESLA * np.median(np.linalg.norm(run.vector(truth, TRUTH_FIELD, 3), axis=1))
+        if known
+        else np.median(np.linalg.norm(samples, axis=1))
+    )
     name = f"{'true' if known else 'median'} strength, {strength:.1f} µT"
     figure = make_subplots(1, 3, horizontal_spacing=0.08)
     turn = np.linspace(0, 2 * np.pi, 181)
@@ -216,13 +234,17 @@ def draw_innovations(run: Run) -> go.Figure:
             colour, t_s = colour_of(run, estimate.name), run.t_s[at]
             value, sigma = (run[f"{estimate.name}.innov.{sensor}{suffix}[{i + 1}]"][at] for suffix in ("", "_sigma"))
             rows = thinned(len(at))
-            figure.add_trace(band(t_s[rows], -2 * sigma[rows], 2 * sigma[rows], FAINT, "±2√S", row == 1 and column == 1), row, column)
+            figure.add_trace(
+                band(t_s[rows], -2 * sigma[rows], 2 * sigma[rows], FAINT, "±2√S", row == 1 and column == 1), row, column
+            )
             figure.add_trace(dots(t_s, value, colour, estimate.name, row == 1), row, column)
         figure.update_yaxes(title_text=f"{meaning} {i + 1}", row=row, col=1)
     return figure
 
 
-def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str], tuple[np.ndarray, np.ndarray, int]]) -> go.Figure:
+def _draw_normalised(
+    run: Run, names: list[str], series: Callable[[Estimate, str], tuple[np.ndarray, np.ndarray, int]]
+) -> go.Figure:
     """Normalised squares on a logarithmic axis with the two-sided chi-square interval and the expectation."""
     filters = estimates(run)
     figure = grid_of(len(names), len(filters), [e.name for e in filters], shared_yaxes="rows")
@@ -234,17 +256,26 @@ def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str
             ends = run.t_s[[0, -1]]
             first = row == 1 and column == 1
             figure.add_trace(band(ends, np.full(2, low), np.full(2, high), FAINT, f"{PROBABILITY:.0%} of χ²", first), row, column)
-            figure.add_trace(line(ends, np.full(2, float(dimension)), INK, "expectation", first, dash="dash", width=1), row, column)
+            figure.add_trace(
+                line(ends, np.full(2, float(dimension)), INK, "expectation", first, dash="dash", width=1), row, column
+            )
             shown = np.isfinite(values) & (values > 0)
             if shown.any():
                 floor, top = min(floor, np.quantile(values[shown], 0.02)), max(top, 2 * np.quantile(values[shown], SHOWN_SHARE))
             figure.add_trace(dots(t_s[shown], values[shown], colour_of(run, estimate.name), estimate.name, row == 1), row, column)
         figure.update_yaxes(title_text=name, row=row, col=1)
-    figure.update_yaxes(type="log", range=[np.log10(max(floor, NORMALISED_FLOOR)), np.log10(top)], exponentformat="power", dtick=2)
+    figure.update_yaxes(
+        type="log", range=[np.log10(max(floor, NORMALISED_FLOOR)), np.log10(top)], exponentformat="power", dtick=2
+    )
     return figure
 
 
-@panel("nis", "Normalised innovations squared", "One dot a sample; of a filter whose noise is as parametrised 95 % lie in the grey band.", has_filters)
+@panel(
+    "nis",
+    "Normalised innovations squared",
+    "One dot a sample; of a filter whose noise is as parametrised 95 % lie in the grey band.",
+    has_filters,
+)
 def draw_nis(run: Run) -> go.Figure:
     sensors = {f"NIS {meaning}": sensor for sensor, meaning in SENSORS.items()}
 
@@ -263,7 +294,9 @@ def draw_nees(run: Run) -> go.Figure:
 
 
 def _gamma_filters(run: Run) -> list[Estimate]:
-    return [e for e in estimates(run) if run.has(e.name, "hinf.gamma_used", "hinf.margin") and run[f"{e.name}.hinf.gamma_used"].any()]
+    return [
+        e for e in estimates(run) if run.has(e.name, "hinf.gamma_used", "hinf.margin") and run[f"{e.name}.hinf.gamma_used"].any()
+    ]
 
 
 @panel("gamma", "γ and its margin", "γ of each correction and the feasibility 1 − λmax(L P Lᵀ)/γ²; filters with γ off are left out.",
@@ -286,7 +319,10 @@ def draw_states(run: Run) -> go.Figure:
     # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
     starts = np.arange(0, len(run.t_s), thinned(len(run.t_s)).step)
     kinds = [(e, state, text) for e in filters for state, text in STATES.items()][::-1]
-    rows = [(f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name)) for e, state, text in kinds]
+    rows = [
+        (f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name))
+        for e, state, text in kinds
+    ]
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
         top = np.where(values > 0.5, 0.72, 0.0) + level
@@ -295,7 +331,9 @@ def draw_states(run: Run) -> go.Figure:
         figure.add_trace(go.Scatter(x=run.t_s[starts], y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
                                     line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
     names = [name for name, _, _ in rows]
-    figure.update_yaxes(tickvals=np.arange(len(rows)) + 0.36, ticktext=names, range=[-0.3, len(rows)], showgrid=False, zeroline=False)
+    figure.update_yaxes(
+        tickvals=np.arange(len(rows)) + 0.36, ticktext=names, range=[-0.3, len(rows)], showgrid=False, zeroline=False
+    )
     figure.update_xaxes(title_text="time / s")
     figure.update_layout(height=90 + 26 * len(rows))
     return figure
@@ -309,7 +347,9 @@ def draw_timing(run: Run) -> go.Figure:
     us = [1e6 * run.about["wall_s"][name] / steps for name in names]
     colours = [colour_of(run, name) if name in filters else FAINT for name in names]
     text = [f"{value:.1f}" for value in us]
-    figure = go.Figure(go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False))
+    figure = go.Figure(
+        go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False)
+    )
     figure.update_xaxes(title_text="µs per step")
     figure.update_yaxes(autorange="reversed")
     figure.update_layout(height=110 + 34 * len(names))

@@ -101,7 +101,9 @@ def draw_bias(figure: plots.Figure, run: Run) -> None:
     for estimate, colour in _coloured(run):
         bias, sigma = (np.degrees(estimate.vector(f"bias.{name}", 3)) for name in ("gyro", "gyro_sigma"))
         for axis, axes in enumerate(rows):
-            axes.fill_between(run.t_s, bias[:, axis] - sigma[:, axis], bias[:, axis] + sigma[:, axis], color=colour, alpha=0.14, lw=0)
+            axes.fill_between(
+                run.t_s, bias[:, axis] - sigma[:, axis], bias[:, axis] + sigma[:, axis], color=colour, alpha=0.14, lw=0
+            )
             axes.plot(run.t_s, bias[:, axis], color=colour, label=f"{estimate.name} ±1σ")
     for axes, name in zip(rows, "xyz"):
         axes.set_ylabel(f"{name} / (deg/s)")

@@ -15,7 +15,12 @@ from hnav.simulation import Run
 
 TRUTH_ATTITUDE, TRUTH_FIELD = "truth.q", "truth.field"
 SENSORS = {"accel": "force", "mag": "field"}
-STATES = {"align.tilt_ready": "tilt ready", "align.heading_ready": "heading ready", "gate.accel_ok": "force in gate", "gate.mag_ok": "field in gate"}
+STATES = {
+    "align.tilt_ready": "tilt ready",
+    "align.heading_ready": "heading ready",
+    "gate.accel_ok": "force in gate",
+    "gate.mag_ok": "field in gate",
+}
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,9 @@ class Estimate:
             P[:, i, j] = P[:, j, i] = self.run[f"{self.name}.cov.P[{i + 1},{j + 1}]"]
         known = np.isfinite(self.error_rad).all(axis=1)
         values = np.full(len(P), np.nan)
-        values[known] = np.einsum("ni,ni->n", self.error_rad[known], np.linalg.solve(P[known], self.error_rad[known][:, :, None])[:, :, 0])
+        values[known] = np.einsum(
+            "ni,ni->n", self.error_rad[known], np.linalg.solve(P[known], self.error_rad[known][:, :, None])[:, :, 0]
+        )
         return values
 
     def sampled(self, sensor: str) -> np.ndarray:

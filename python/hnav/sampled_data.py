@@ -135,7 +135,9 @@ def smallest(cost: np.ndarray, blocks: list[tuple[np.ndarray, float]]) -> np.nda
             warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
             # The cost is wanted roughly, the constraints well; for blocks of this size faer takes half the time of the
             # default, and more threads gain nothing.
-            problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1, direct_solve_method="faer")
+            problem.solve(
+                solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1, direct_solve_method="faer"
+            )
     except cp.SolverError:
         return None
     return x.value if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else None

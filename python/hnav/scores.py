@@ -63,7 +63,9 @@ def nees(q_est: np.ndarray, spread: np.ndarray, q_ref: np.ndarray, movement: np.
     """
     by = {(len(q_est), 3): "sigmas", (len(q_est), 3, 3): "covariance"}.get(np.shape(spread))
     if by is None:
-        raise ValueError(f"spread has the shape {np.shape(spread)}, expected n x 3 sigmas or n x 3 x 3 covariances, n = {len(q_est)}")
+        raise ValueError(
+            f"spread has the shape {np.shape(spread)}, expected n x 3 sigmas or n x 3 x 3 covariances, n = {len(q_est)}"
+        )
     error = rotation_error_rad(q_est, q_ref)
     known = np.isfinite(error).all(axis=1) & np.isfinite(spread).reshape(len(spread), -1).all(axis=1)
     if movement is not None:

@@ -22,7 +22,15 @@ from hnav.library import Filter, HnavError, Options, option_table
 from hnav.recordings import Recording, RecordingError, find_trials, read_recording
 from hnav.scores import score
 
-NO_TUNING = ("start_q_nb", "q_body_sensor", "reference_strength_tesla", "reference_dip_rad", "solver_rtol", "solver_atol", "euler_step_s")
+NO_TUNING = (
+    "start_q_nb",
+    "q_body_sensor",
+    "reference_strength_tesla",
+    "reference_dip_rad",
+    "solver_rtol",
+    "solver_atol",
+    "euler_step_s",
+)
 
 
 def tuned_options(filter: str) -> dict[str, float]:
@@ -59,7 +67,13 @@ def sensitivity(
     try:
         recordings = [read_recording(path) for path in find_trials(folder).values()]
         parameters = tuned_options(filter)
-        table = Table("parameter", "default", f"x {factor:g}", f"/ {factor:g}", title=f"{filter}: mean total error in deg, {len(recordings)} trials")
+        table = Table(
+            "parameter",
+            "default",
+            f"x {factor:g}",
+            f"/ {factor:g}",
+            title=f"{filter}: mean total error in deg, {len(recordings)} trials",
+        )
         table.add_row("", "", f"{mean_error_deg(recordings, filter):.3f}", "as it is")
         worst = 0.0
         for name, value in parameters.items():

@@ -26,7 +26,13 @@ TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 RATIO = {"1": 1.0, "%": 1e-2, "ppm": 1e-6}
 ANGLE = {"rad": 1.0, "mrad": 1e-3, "deg": DEG}
 RATE = {"rad/s": 1.0, "deg/s": DEG, "mdeg/s": 1e-3 * DEG, "deg/h": DEG / 3600}
-RATE_NOISE = {"deg/sqrt(h)": 1.0, "deg/s/sqrt(Hz)": 60.0, "mdeg/s/sqrt(Hz)": 0.06, "deg/h/sqrt(Hz)": 1 / 60, "rad/s/sqrt(Hz)": 60 / DEG}
+RATE_NOISE = {
+    "deg/sqrt(h)": 1.0,
+    "deg/s/sqrt(Hz)": 60.0,
+    "mdeg/s/sqrt(Hz)": 0.06,
+    "deg/h/sqrt(Hz)": 1 / 60,
+    "rad/s/sqrt(Hz)": 60 / DEG,
+}
 RATE_WALK = {"deg/h/sqrt(h)": 1.0, "deg/s/sqrt(s)": 3600 * 60.0, "rad/s/sqrt(s)": 3600 * 60 / DEG}
 G_SENSITIVITY = {"deg/h/g": 1.0, "deg/s/g": 3600.0, "rad/s/(m/s2)": 3600 / DEG * G_M_S2}
 FORCE = {"m/s2": 1.0, "g": G_M_S2, "mg": 1e-3 * G_M_S2, "ug": 1e-6 * G_M_S2}

@@ -280,9 +280,14 @@ def _refuse_what_is_not_done(system: ElementTree.Element, shown: Path) -> None:
     for connection in system.iterfind(f"{SSD}Connections/{SSD}Connection"):
         for child in connection:
             if child.tag.endswith("Transformation"):
-                raise HnavError(2, f"{shown}: connection {_text(_connection(connection))} has a {child.tag.rpartition('}')[2]}, which hnav does not do")
+                raise HnavError(
+                    2,
+                    f"{shown}: connection {_text(_connection(connection))} has a {child.tag.rpartition('}')[2]}, which hnav does not do",
+                )
     for mapping in system.iter(f"{SSD}ParameterMapping"):
-        raise HnavError(2, f"{shown}: ParameterMapping {mapping.get('source', '')}: hnav takes parameters by their own names only")
+        raise HnavError(
+            2, f"{shown}: ParameterMapping {mapping.get('source', '')}: hnav takes parameters by their own names only"
+        )
 
 
 def _units(elements: list[ElementTree.Element]) -> dict[str, tuple[float, ...]]:
@@ -329,7 +334,9 @@ def _read_component(element: ElementTree.Element, folder: Path, shown: Path) -> 
 def _variable(v) -> Variable:
     declared = v.declaredType
     items = {i.name: int(i.value) for i in declared.items} if declared is not None and getattr(declared, "items", None) else {}
-    return Variable(v.name, KIND_OF_TYPE.get(v.type, v.type), v.causality or "local", v.unit or getattr(declared, "unit", None) or "", items)
+    return Variable(
+        v.name, KIND_OF_TYPE.get(v.type, v.type), v.causality or "local", v.unit or getattr(declared, "unit", None) or "", items
+    )
 
 
 def _connectors(element: ElementTree.Element) -> dict[str, Connector]:
@@ -369,7 +376,9 @@ def _entries(parameter_set: ElementTree.Element, prefix: str = "") -> Iterator[P
     for parameter in parameter_set.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         for typed in parameter:
             if typed.tag.startswith(SSV):
-                yield Parameter(prefix + parameter.get("name", ""), typed.tag[len(SSV) :], typed.get("value", ""), typed.get("unit", ""))
+                yield Parameter(
+                    prefix + parameter.get("name", ""), typed.tag[len(SSV) :], typed.get("value", ""), typed.get("unit", "")
+                )
 
 
 def _beside(folder: Path, kind: str) -> Iterator[tuple[str, list[Parameter]]]:
@@ -437,7 +446,9 @@ def _check_connectors(component: Component, units: Mapping[str, tuple]) -> None:
         if variable is None:
             raise HnavError(2, f"connector {full}: {component.description.modelName} has no variable {connector.name}")
         if connector.kind in ("input", "output", "parameter") and connector.kind != variable.causality:
-            raise HnavError(2, f"connector {full} is an {connector.kind} in the SSD and a variable of kind {variable.causality} in the FMU")
+            raise HnavError(
+                2, f"connector {full} is an {connector.kind} in the SSD and a variable of kind {variable.causality} in the FMU"
+            )
         if connector.type and not types_agree(connector.type, variable.kind):
             raise HnavError(2, f"connector {full} is {connector.type} in the SSD and {variable.kind} in the FMU")
         if not _units_agree(connector.unit, units, variable.unit, fmu_units):
@@ -465,7 +476,9 @@ def _check_connection(system: System, connection: Connection, units: Mapping[str
         unit_names.append(variable.unit if variable else connector.unit)
         definitions.append(_fmu_units(system.components[element].description) if element else units)
     if kinds != ["output", "input"]:
-        raise HnavError(2, f"connection {_text(connection)}: it runs from an {kinds[0]} to an {kinds[1]}; an output to an input is wanted")
+        raise HnavError(
+            2, f"connection {_text(connection)}: it runs from an {kinds[0]} to an {kinds[1]}; an output to an input is wanted"
+        )
     if types[0] and types[1] and types[0] != types[1]:
         raise HnavError(2, f"connection {_text(connection)}: {types[0]} does not fit {types[1]}")
     if not _units_agree(unit_names[0], definitions[0], unit_names[1], definitions[1]):
@@ -477,4 +490,7 @@ def _check_single_source(connections: list[Connection]) -> None:
     for connection in connections:
         other = ends.setdefault(connection.end, connection)
         if other is not connection:
-            raise HnavError(2, f"connection {_text(connection)}: {'.'.join(connection.end)} is already fed by {'.'.join(filter(None, other.start))}")
+            raise HnavError(
+                2,
+                f"connection {_text(connection)}: {'.'.join(connection.end)} is already fed by {'.'.join(filter(None, other.start))}",
+            )

@@ -67,19 +67,31 @@ def table(found: dict[str, dict[str, np.ndarray]]) -> Table:
     for name in ("regime", "filter", *ANGLES, "yaw HEKF / HREKF"):
         out.add_column(name, no_wrap=True)
     for name, values in PAPER.items():
-        out.add_row("the paper" if name == "HEKF" else "", name, *(f"{v:.3g}" for v in values), f"{PAPER['HEKF'][0] / PAPER['HREKF'][0]:.2f}" if name == "HREKF" else "")
+        out.add_row(
+            "the paper" if name == "HEKF" else "",
+            name,
+            *(f"{v:.3g}" for v in values),
+            f"{PAPER['HEKF'][0] / PAPER['HREKF'][0]:.2f}" if name == "HREKF" else "",
+        )
     for regime, filters in found.items():
         out.add_section()
         ratio = ratio_interval(filters["HEKF"][:, 0], filters["HREKF"][:, 0])
         for name, errors in filters.items():
             cells = ("{:.3g} [{:.3g}, {:.3g}]".format(*mean_interval(column)) for column in errors.T)
-            out.add_row(REGIMES[regime] if name == "HEKF" else "", name, *cells, "{:.2f} [{:.2f}, {:.2f}]".format(*ratio) if name == "HREKF" else "")
+            out.add_row(
+                REGIMES[regime] if name == "HEKF" else "",
+                name,
+                *cells,
+                "{:.2f} [{:.2f}, {:.2f}]".format(*ratio) if name == "HREKF" else "",
+            )
     return out
 
 
 def run_table(runs: int, console: Console) -> None:
     """Runs both regimes with a progress bar and prints the table. Raises HnavError."""
-    with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=Console(stderr=True), transient=True) as bar:
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=Console(stderr=True), transient=True
+    ) as bar:
         task = bar.add_task("Table 1", total=runs * len(REGIMES))
         found = experiment(runs, list(REGIMES), lambda: bar.advance(task))
     (console if console.is_terminal else Console(width=150, highlight=False)).print(table(found))

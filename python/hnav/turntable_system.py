@@ -52,7 +52,11 @@ def rate_of(rho: float) -> float:
 
 def table(yaw_deg: float, tilt_deg: float) -> dict:
     """Axes that stand off by an unknown angle, uniform within these; the filters are told the nominal attitude."""
-    return {"turntable.roll.unknown_rad": tilt_deg * DEG, "turntable.pitch.unknown_rad": tilt_deg * DEG, "turntable.yaw.unknown_rad": yaw_deg * DEG}
+    return {
+        "turntable.roll.unknown_rad": tilt_deg * DEG,
+        "turntable.pitch.unknown_rad": tilt_deg * DEG,
+        "turntable.yaw.unknown_rad": yaw_deg * DEG,
+    }
 
 
 def sensor(
@@ -172,13 +176,21 @@ def grade_values(name: str) -> dict:
 
 def _variables() -> dict[str, dict]:
     """Of each component: FMI variables by name."""
-    by_fmu = {name: {v.name: v for v in fmpy.read_model_description(str(fmu_path(name, 2))).modelVariables} for name in set(COMPONENTS.values())}
+    by_fmu = {
+        name: {v.name: v for v in fmpy.read_model_description(str(fmu_path(name, 2))).modelVariables}
+        for name in set(COMPONENTS.values())
+    }
     return {component: by_fmu[name] for component, name in COMPONENTS.items()}
 
 
 def parameter_units() -> dict[str, str]:
     """By component.parameter."""
-    return {f"{c}.{v.name}": v.unit or "" for c, variables in _variables().items() for v in variables.values() if v.causality == "parameter"}
+    return {
+        f"{c}.{v.name}": v.unit or ""
+        for c, variables in _variables().items()
+        for v in variables.values()
+        if v.causality == "parameter"
+    }
 
 
 def _connector(variable, kind: str) -> str:
@@ -238,7 +250,9 @@ def structure() -> str:
         lines.append(_component(name, variables, [key.partition(".")[2] for key in bound if key.startswith(name + ".")]))
     lines.append("    </ssd:Elements>\n    <ssd:Connections>\n")
     for start, end, name in connections:
-        lines.append(f'      <ssd:Connection startElement="{start}" startConnector={quoteattr(name)} endElement="{end}" endConnector={quoteattr(name)}/>\n')
+        lines.append(
+            f'      <ssd:Connection startElement="{start}" startConnector={quoteattr(name)} endElement="{end}" endConnector={quoteattr(name)}/>\n'
+        )
     lines.append("    </ssd:Connections>\n  </ssd:System>\n  <ssd:Units>\n" + unit_elements(units, "    ") + "  </ssd:Units>\n")
     lines.append('  <ssd:DefaultExperiment startTime="0" stopTime="60"/>\n</ssd:SystemStructureDescription>\n')
     return "".join(lines)
@@ -252,7 +266,13 @@ def write_system(folder: Path) -> None:
     for name, (description, values) in SCENARIOS.items():
         write_parameter_set(folder / "scenarios" / f"{name}.ssv", name, values, units, description)
     for name in GRADES:
-        write_parameter_set(folder / "grades" / f"{name}.ssv", name, grade_values(name), units, f"Sensors of the grade {name}, filters told of their noise")
+        write_parameter_set(
+            folder / "grades" / f"{name}.ssv",
+            name,
+            grade_values(name),
+            units,
+            f"Sensors of the grade {name}, filters told of their noise",
+        )
 
 
 if __name__ == "__main__":
