@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 
 import numpy as np
-from hnav.fmus import Fmu, fmu_path
-from hnav.turntable_system import COMPONENTS, SAMPLES, TRUTH
+from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.systems.turntable_system import COMPONENTS, SAMPLES, TRUTH
 
 REALS = [name for name in SAMPLES if not name.endswith(("sample", "valid"))]
 COUNTERS = [name for name in SAMPLES if name.endswith("sample")]

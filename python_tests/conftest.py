@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hnav.recordings import Recording, find_trials, read_recording
+from hnav.io.recordings import Recording, find_trials, read_recording
 from scipy.spatial.transform import Rotation
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import fmpy
-from hnav.fmus import fmu_path
+from hnav.fmi.fmus import fmu_path
 
 KINDS = {"Real": "Real", "Integer": "Integer", "Boolean": "Boolean", "Enumeration": "Integer"}
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>

@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from hnav.aircraft import models_folder, read_aircraft, simulate
-from hnav.ins_error_filter import LinearModel
-from hnav.ins_error_table import FAULT, ORACLE, OURS, PAPER, alarms, compare, main
-from hnav.library import HnavError
+from hnav.filters.ins_error import LinearModel
+from hnav.native.library import HnavError
+from hnav.systems.aircraft import models_folder, read_aircraft, simulate
+from studies.ins_error_table import FAULT, ORACLE, OURS, PAPER, alarms, compare, main
 
 LONGITUDINAL = models_folder() / "f4c_longitudinal.json"
 LATERAL = models_folder() / "f4c_lateral.json"

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hnav.aircraft import fly, models_folder, read_aircraft
-from hnav.aircraft_plant import STREAMS, AircraftPlant, normal_numbers
-from hnav.ins_error_filter import MATRICES, InsErrorFilter, InsErrorOptions
-from hnav.library import HnavError
+from hnav.filters.ins_error import MATRICES, InsErrorFilter, InsErrorOptions
+from hnav.native.library import HnavError
+from hnav.systems.aircraft import fly, models_folder, read_aircraft
+from hnav.systems.aircraft_plant import STREAMS, AircraftPlant, normal_numbers
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 STEPS = 300

@@ -7,17 +7,16 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from hnav import benchmark as bench
-from hnav import peers
-from hnav.benchmark import DEFAULT_FILTERS, Contender, Estimate, Row, contenders, run_trial, summary
-from hnav.benchmark_picture import draw_benchmark
-from hnav.library import FILTERS, HnavError
-from hnav.peers import PEERS, Peer, run_peer, samples_of
-from hnav.readiness import simulated_start
-from hnav.recordings import Recording
-from hnav.scores import score
-from hnav.stress import variants
+from hnav.io.recordings import Recording
+from hnav.native.library import FILTERS, HnavError
+from hnav.reports.scores import score
 from matplotlib.container import BarContainer
+from studies import bench, peers
+from studies.bench import DEFAULT_FILTERS, Contender, Estimate, Row, contenders, run_trial, summary
+from studies.bench_picture import draw_benchmark
+from studies.peers import PEERS, Peer, run_peer, samples_of
+from studies.readiness import simulated_start
+from studies.stress import variants
 from test_cli import hnav
 
 RATE_HZ = 100.0

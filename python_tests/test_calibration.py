@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from hnav.calibration import calibrate_magnetometer, read_calibration, write_calibration
-from hnav.library import HnavError
-from hnav.recordings import read_recording
+from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
+from hnav.io.recordings import read_recording
+from hnav.native.library import HnavError
 from scipy.spatial.transform import Rotation
 from test_cli import hnav
 

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hnav.cli.app import demo
+from hnav.filters.rotations import rotation_error_rad
+from hnav.io import device_recordings
+from hnav.io.recordings import read_recording
+from hnav.reports import plots
 from scipy.spatial.transform import Rotation
+from studies import overview
 from typer.testing import CliRunner
-from hnav import demo, device_recordings, overview, plots
-from hnav.recordings import read_recording
-from hnav.rotations import rotation_error_rad
 
 RNG_SEED = 20240508
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import typer
 from conftest import tilted_motion
-from hnav.cli import app
+from hnav.cli.app import app
 
 TOP = Path(__file__).resolve().parents[1]
 PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md"))]

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hnav.flights import channels, draw_flight, is_flight
-from hnav.library import HnavError
-from hnav.simulation import Run, simulate
-from hnav.table1 import FILTERS, experiment, squared_errors_deg2
+from hnav.native.library import HnavError
+from hnav.reports.flights import channels, draw_flight, is_flight
+from hnav.systems.simulation import Run, simulate
+from studies.table1 import FILTERS, experiment, squared_errors_deg2
 
 
 @pytest.fixture(scope="module")
@@ -60,8 +60,8 @@ def test_the_picture_has_a_column_for_each_state(run):
 
 def test_the_report_and_its_pictures_show_the_flight(run, tmp_path):
     pytest.importorskip("plotly", reason="plotly is not installed: no report")
-    from hnav.report import write_report
-    from hnav.report_pictures import write_pictures
+    from hnav.reports.page import write_report
+    from hnav.reports.pictures import write_pictures
 
     assert write_report(run, tmp_path / "report.html") == [
         "flight",

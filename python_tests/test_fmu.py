@@ -12,8 +12,8 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from hnav.fmus import Fmu, fmu_path
-from hnav.library import HnavError
+from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.native.library import HnavError
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
@@ -94,7 +94,7 @@ def test_both_versions_have_the_same_variables():
 
 
 def test_parameters_are_the_options_of_the_library():
-    from hnav.library import Options, option_table
+    from hnav.native.library import Options, option_table
 
     variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path(MODEL, 3))).modelVariables}
     defaults = Options(MODEL.lower())

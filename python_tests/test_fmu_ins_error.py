@@ -12,11 +12,11 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from hnav.aircraft import Aircraft, models_folder, read_aircraft
-from hnav.aircraft_plant import AircraftPlant
-from hnav.fmus import Fmu, fmu_path
-from hnav.ins_error_filter import FORMS, InsErrorFilter, InsErrorOptions, option_table
-from hnav.library import HnavError
+from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions, option_table
+from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.native.library import HnavError
+from hnav.systems.aircraft import Aircraft, models_folder, read_aircraft
+from hnav.systems.aircraft_plant import AircraftPlant
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)

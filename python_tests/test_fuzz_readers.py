@@ -12,9 +12,9 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-from hnav.aircraft import models_folder, read_aircraft
-from hnav.library import HnavError
-from hnav.recordings import Recording, RecordingError, read_recording
+from hnav.io.recordings import Recording, RecordingError, read_recording
+from hnav.native.library import HnavError
+from hnav.systems.aircraft import models_folder, read_aircraft
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 

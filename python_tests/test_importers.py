@@ -8,7 +8,7 @@ import math
 
 import fmpy
 import pytest
-from hnav.fmus import Fmu, fmu_path
+from hnav.fmi.fmus import Fmu, fmu_path
 from importing import ecos
 
 HEADING_DEG = 30.0

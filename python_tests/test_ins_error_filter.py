@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hnav.aircraft import models_folder, read_aircraft, simulate
-from hnav.ins_error_filter import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel, option_table
-from hnav.library import HnavError
-from hnav.reference_ins_error import run_reference
+from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel, option_table
+from hnav.native.library import HnavError
+from hnav.reference.ins_error import run_reference
+from hnav.systems.aircraft import models_folder, read_aircraft, simulate
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 SETTINGS = [

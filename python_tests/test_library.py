@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 from hnav import Filter, HnavError, Options
-from hnav.library import FILTERS, option_table, version
-from hnav.scores import errors_rad, score
+from hnav.native.library import FILTERS, option_table, version
+from hnav.reports.scores import errors_rad, score
 
 NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, accel_gate_nis=13.9, gyro_noise_rad_per_sqrt_s=1e-3)
 

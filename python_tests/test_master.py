@@ -5,11 +5,11 @@ import time
 
 import numpy as np
 import pytest
-from hnav.fmus import fmu_path
-from hnav.library import HnavError
-from hnav.master import communication_points, run_system
-from hnav.simulation import read_run, simulate, write_run
-from hnav.systems import read_system
+from hnav.fmi.fmus import fmu_path
+from hnav.native.library import HnavError
+from hnav.systems.master import communication_points, run_system
+from hnav.systems.simulation import read_run, simulate, write_run
+from hnav.systems.structure import read_system
 from made_systems import SENSORS, make_system, make_turntable, parameter_set
 from typer.testing import CliRunner
 
@@ -155,7 +155,7 @@ def test_what_a_coarse_step_loses_is_counted_and_printed(turntable, tmp_path):
 
 
 def test_a_component_that_fails_is_named_and_the_samples_until_then_are_kept(turntable, tmp_path, monkeypatch):
-    from hnav.fmus import Fmu
+    from hnav.fmi.fmus import Fmu
 
     step = Fmu.do_step
 
@@ -207,7 +207,7 @@ def test_files_that_are_missing_or_damaged_are_named(turntable, tmp_path):
 
 
 def hnav(*arguments: str):
-    from hnav.cli import app
+    from hnav.cli.app import app
 
     return CliRunner().invoke(app, list(arguments))
 
@@ -215,7 +215,7 @@ def hnav(*arguments: str):
 def test_bad_input_ends_with_one_line_and_code_2(turntable, tmp_path, monkeypatch, capsys):
     import sys
 
-    from hnav.cli import main
+    from hnav.cli.app import main
 
     (turntable / "scenario_wrong.ssv").write_text(parameter_set({"sensor.no_such": 1.0}))
     for arguments, said in (

@@ -4,9 +4,9 @@ import csv
 
 import numpy as np
 import pytest
-from hnav import readiness
-from hnav.readiness import DISTURBANCES, GROUPS, MOTIONS, Start, experiment, figures, judge, simulated_start
 from scipy.spatial.transform import Rotation
+from studies import readiness
+from studies.readiness import DISTURBANCES, GROUPS, MOTIONS, Start, experiment, figures, judge, simulated_start
 from typer.testing import CliRunner
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hnav.recordings import RecordingError, find_trial, find_trials, read_recording
+from hnav.io.recordings import RecordingError, find_trial, find_trials, read_recording
 
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
 ROW = "0.00,0.1,0.2,0.3,0,0,-9.81,20,0,45"

@@ -18,12 +18,11 @@ sys.path.insert(0, str(TOP / "release"))
 
 import binaries  # noqa: E402
 import fmu_archives  # noqa: E402
+import hnav  # noqa: E402
 import installed  # noqa: E402
 import packages  # noqa: E402
 import trajectories  # noqa: E402
 from platforms import PLATFORMS, Platform  # noqa: E402
-
-import hnav  # noqa: E402
 
 BUILD = Path(os.environ.get("HNAV_BUILD", TOP / "build"))
 DIST = Path(os.environ.get("HNAV_DIST", TOP / "dist"))
@@ -134,7 +133,7 @@ def test_one_version_everywhere():
     wanted = packages.version()
     assert re.fullmatch(r"\d+\.\d+\.\d+", wanted)
     assert hnav.__version__ == wanted
-    assert tomllib.loads((TOP / "python" / "pyproject.toml").read_text())["project"]["version"] == wanted
+    assert tomllib.loads((TOP / "pyproject.toml").read_text())["project"]["version"] == wanted
 
 
 @pytest.mark.parametrize("check", [binaries, packages, installed])

@@ -6,21 +6,21 @@ import subprocess
 
 import numpy as np
 import pytest
-from hnav.fmus import fmu_path
-from hnav.library import HnavError
-from hnav.report_pictures import write_pictures
-from hnav.rotations import rotation_error_rad
-from hnav.run_views import estimates, figures, measured_field, truth_component
-from hnav.simulation import Run, read_run, simulate, write_run
+from hnav.filters.rotations import rotation_error_rad
+from hnav.fmi.fmus import fmu_path
+from hnav.native.library import HnavError
+from hnav.systems.run_views import estimates, figures, measured_field, truth_component
+from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import make_system, make_turntable
+from hnav.reports.pictures import write_pictures
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
-from hnav.report import write_report
-from hnav.report_panels import PANELS, panels_of
+from hnav.reports.page import write_report
+from hnav.reports.panels import PANELS, panels_of
 
 NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt_hz=200", "sensor.mag.noise_nt_per_sqrt_hz=50")
 # Panels about attitude filters; other modules add theirs for other runs.
-ATTITUDE_PANELS = [p for p in PANELS if p.draw.__module__ == "hnav.report_panels"]
+ATTITUDE_PANELS = [p for p in PANELS if p.draw.__module__ == "hnav.reports.panels"]
 # What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
@@ -124,7 +124,7 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
 
 
 def test_another_module_can_add_a_panel(run, tmp_path, monkeypatch):
-    from hnav import report_panels
+    from hnav.reports import panels as report_panels
     from plotly import graph_objects as go
 
     monkeypatch.setattr(report_panels, "PANELS", list(PANELS))
@@ -144,7 +144,7 @@ def test_pictures_are_written(run, tmp_path):
 
 
 def test_the_command_says_where_the_page_lies(run, tmp_path):
-    from hnav.cli import app
+    from hnav.cli.app import app
     from typer.testing import CliRunner
 
     write_run(run, tmp_path)

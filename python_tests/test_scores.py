@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hnav.scores import errors_rad, nees, score
+from hnav.reports.scores import errors_rad, nees, score
 from scipy import stats
 from scipy.spatial.transform import Rotation
 

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from hnav.fmi.engines import run_recording
+from hnav.reports.scores import score
+from studies.sensitivity import app, mean_error_deg, tuned_options
 from typer.testing import CliRunner
-
-from hnav.engines import run_recording
-from hnav.scores import score
-from hnav.sensitivity import app, mean_error_deg, tuned_options
 
 
 @pytest.fixture(scope="module")
 def trials(broad_trials):
-    from hnav.recordings import read_recording
+    from hnav.io.recordings import read_recording
 
     return [read_recording(path) for path in list(broad_trials.values())[:2]]
 

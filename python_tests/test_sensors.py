@@ -5,9 +5,9 @@ import math
 
 import fmpy
 import pytest
-from hnav.fmus import fmu_path
-from hnav.library import HnavError
-from hnav.sensors import ENTRIES, GRADES, models_folder, read_grade
+from hnav.fmi.fmus import fmu_path
+from hnav.native.library import HnavError
+from hnav.systems.sensors import ENTRIES, GRADES, models_folder, read_grade
 
 
 def test_every_file_in_the_folder_is_a_grade_that_can_be_read():

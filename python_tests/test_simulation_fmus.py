@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import test_fmu
 from closed_loop import REALS
-from hnav.fmus import Fmu, fmu_path
-from hnav.turntable_system import SAMPLES, TRUTH
+from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.systems.turntable_system import SAMPLES, TRUTH
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
@@ -387,7 +387,7 @@ def test_an_input_that_is_no_attitude_yet_takes_no_sample(version):
 
 @versions
 def test_an_impossible_parameter_set_stops_initialisation_with_its_name(version):
-    from hnav.library import HnavError
+    from hnav.native.library import HnavError
 
     with (
         opened("ImuMagSensor", version, {"mag.jitter_s": 0.02}) as fmu,

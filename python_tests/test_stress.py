@@ -1,18 +1,29 @@
 """Recordings made harder: seeded, harder where they should be, and nowhere else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from dataclasses import replace
-from hnav.engines import run_recording
-from hnav.library import HnavError
-from hnav.readiness import simulated_start
-from hnav.recordings import Recording, RecordingError
-from hnav.scores import score
-from hnav.stress import (
-    BURST_S, DROPPED_SHARE, FIELD_DELAY_S, JITTER_S, SETS, SETTLING_S, STAMP_SPACING_S, draw_distortion, late_field, variant_count, variants,
-)  # fmt: skip
+from hnav.fmi.engines import run_recording
+from hnav.io.recordings import Recording, RecordingError
+from hnav.native.library import HnavError
+from hnav.reports.scores import score
 from scipy import stats
 from scipy.spatial.transform import Rotation
+from studies.readiness import simulated_start
+from studies.stress import (
+    BURST_S,
+    DROPPED_SHARE,
+    FIELD_DELAY_S,
+    JITTER_S,
+    SETS,
+    SETTLING_S,
+    STAMP_SPACING_S,
+    draw_distortion,
+    late_field,
+    variant_count,
+    variants,
+)  # fmt: skip
 
 REST_S = 25.0
 
@@ -147,7 +158,7 @@ def test_stamps_of_arrival_are_late_by_up_to_five_milliseconds_and_in_order(reco
 
 
 def test_jitter_beyond_the_interval_keeps_samples_in_order(recordings):
-    from hnav.stress import jittered
+    from studies.stress import jittered
 
     crowded = jittered(recordings[0], np.random.default_rng(1), jitter_s=0.05)
     assert np.diff(crowded.t_s).min() >= 0.99 * STAMP_SPACING_S

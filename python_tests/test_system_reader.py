@@ -5,8 +5,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from hnav.library import HnavError
-from hnav.systems import Parameter, read_system, system_path
+from hnav.native.library import HnavError
+from hnav.systems.structure import Parameter, read_system, system_path
 from made_systems import make_system, parameter_set
 
 BUILD = Path(os.environ.get("HNAV_BUILD", Path(__file__).resolve().parents[1] / "build"))

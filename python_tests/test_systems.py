@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import ParameterSet, read_ssd
-from hnav.aircraft import models_folder, read_aircraft
-from hnav.aircraft_plant import AircraftPlant
-from hnav.ins_error_filter import InsErrorFilter, InsErrorOptions
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.systems.aircraft import models_folder, read_aircraft
+from hnav.systems.aircraft_plant import AircraftPlant
 from importing import ecos
 
 BUILD = Path(os.environ.get("HNAV_BUILD", Path(__file__).resolve().parents[1] / "build"))

@@ -11,9 +11,9 @@ import pytest
 from closed_loop import closed_run
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
-from hnav.fmus import fmu_path
-from hnav.sensors import GRADES
-from hnav.turntable_system import COMPONENTS, FILTERS, SCENARIOS, grade_values, write_system
+from hnav.fmi.fmus import fmu_path
+from hnav.systems.sensors import GRADES
+from hnav.systems.turntable_system import COMPONENTS, FILTERS, SCENARIOS, grade_values, write_system
 from importing import ecos
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

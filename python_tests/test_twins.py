@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from conftest import tilted_motion
 from hnav import Filter, Options
-from hnav.engines import ENGINES, run_recording
-from hnav.fmus import Fmu, fmu_path, parameter_values
-from hnav.library import FILTERS
-from hnav.recordings import read_recording
-from hnav.reference import bias_error_deg_s, run_reference
-from hnav.scores import score
+from hnav.fmi.engines import ENGINES, run_recording
+from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
+from hnav.io.recordings import read_recording
+from hnav.native.library import FILTERS
+from hnav.reference.hrekf import bias_error_deg_s, run_reference
+from hnav.reports.scores import score
 
 PRECISE = dict(
     gyro_noise_rad_per_sqrt_s=1e-3, gyro_bias_walk_rad_s_per_sqrt_s=1e-4, accel_noise_per_sqrt_hz=5e-4,

@@ -19,9 +19,10 @@ CACHES = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
 
 
 def stage(library: Path, dist: Path, folder: Path) -> None:
-    """The package as it is installed: hnav/ with what hnav.library, hnav.fmus and hnav.aircraft look for beside them."""
-    shutil.copytree(TOP / "python", folder, ignore=CACHES)
-    package = folder / "hnav"
+    """The package as it is installed: hnav/ with what hnav.native.library, hnav.fmi.fmus and hnav.systems.aircraft look for beside them."""
+    shutil.copytree(TOP / "python" / "hnav", folder / "python" / "hnav", ignore=CACHES)
+    shutil.copy(TOP / "pyproject.toml", folder)
+    package = folder / "python" / "hnav"
     shutil.copy(library, package / "libhnav.so")
     for version in ("fmi2", "fmi3"):
         shutil.copytree(dist / version, package / "fmus" / version)

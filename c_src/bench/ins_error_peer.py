@@ -10,7 +10,7 @@ import sys
 import time
 
 import numpy as np
-from hnav.ins_error_filter import InsErrorFilter, InsErrorOptions, LinearModel
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, LinearModel
 from scipy.linalg import block_diag
 
 N, STEPS, ROUNDS = 8, 1000, 9

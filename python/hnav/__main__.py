@@ -1,3 +1,3 @@
-from hnav.cli import main
+from hnav.cli.app import main
 
 main()

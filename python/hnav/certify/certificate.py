@@ -1,0 +1,301 @@
+"""Stability certificate of a recorded run: Theorem 1 of the paper in a form that can hold, and can fail.
+
+As printed the theorem asks the flow to contract; quaternion kinematics never do, and its dwell condition points the
+wrong way (printed_theorem). Here flow and jump are taken together, from just after one correction to just after the
+next, and one V = e'Pe is sought that falls by e^{-2 sigma T} at every correction once e is in {V <= level}: the inequality,
+its remainders and its solution stand in sampled_data. Only what passed on all corrections is reported.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hnav.certify.boundary_starts import BoundaryStarts, fall_from_boundary
+from hnav.certify.gain_record import GainRecord
+from hnav.certify.sampled_data import ATTITUDE, BIAS, SampledDataInequality, flow_matrix
+from hnav.native.library import HnavError
+
+SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
+LONGEST_HOLD_S, BETWEEN = 10.0, 4  # no longer interval is tried; intervals that are checked between two with one P
+LARGEST_RADIUS, LEAST_RADIUS = 1.0, 1e-4  # of c: 120 and 0.01 deg
+Progress = Callable[[str, int, int], None]  # what, done, of
+
+
+@dataclass(frozen=True)
+class PrintedTheorem:
+    """What the theorem asks as printed. d > 0: its block (1,1) is (e^-d - 1) P, negative for every P > 0. d < 0: below."""
+
+    smallest_d: float  # |d| at least, for d < 0: ln(1 + 2 |K| sqrt(eta))
+    needed_flow_rate_1_s: float  # contraction that the flow must then have, more than |d|/T
+    flow_rate_1_s: float  # what it has
+    holds: bool
+
+
+@dataclass
+class Certificate:
+    """Figures of a record; NaN where the search did not come so far."""
+
+    name: str
+    corrections: int
+    interval_s: float  # median
+    largest_difference: float  # of library and reference, see gain_record
+    certified: bool = False
+    reason: str = ""
+    spectral_rate_1_s: float = np.nan  # of the slowest single M: no certificate can exceed it
+    rate_1_s: float = np.nan  # of |e| near zero: linear part, one P for all corrections
+    region_rate_1_s: float = np.nan  # of |e| inside the region, remainders included
+    region_deg: float = np.nan  # largest attitude error inside the region
+    region_bias_deg_s: float = np.nan  # largest bias error inside
+    sure_deg: float = np.nan  # every attitude error below this is inside, if the bias error is zero
+    noise_floor_deg: float = np.nan  # bound on the rms attitude error that noise sustains
+    noise_share: float = np.nan  # bound on E V over the level of the region; above 1 noise may leave it
+    longest_interval_s: float = np.nan  # T_max, linear part: all corrections equally far apart, one P for each interval
+    interval_limit_s: float = np.nan  # no T_max can exceed it: there the error grows at a single correction; NaN if nowhere
+    interval_limit_at_s: float = np.nan  # when that correction is
+    mixed_interval_s: float = np.nan  # linear part: intervals from the actual one to this in any order, one P
+    region_interval_s: float = np.nan  # as T_max with the remainders, in a region of half the radius; no decay asked
+    smallest_eigenvalue: float = np.nan  # of all X_k at the radius reported
+    tau: tuple[float, ...] = ()  # multipliers, see sampled_data
+    P: np.ndarray | None = None
+    level: float = np.nan
+    vertices: int = 0
+    solves: int = 0
+    seconds: float = np.nan
+    free_rate_1_s: np.ndarray = field(default_factory=lambda: np.empty(0))  # see free_rates
+    t_s: np.ndarray = field(default_factory=lambda: np.empty(0))
+    starts: BoundaryStarts | None = None
+    printed: PrintedTheorem | None = None
+    attenuation: float = np.nan  # error energy over disturbance energy; needs the truth
+    gamma_squared: float = np.nan  # largest in the record: what the attenuation must stay below; infinite without gamma
+
+    def figures(self) -> dict:
+        """Plain numbers for JSON and reports; what is not known is None."""
+        known = {k: v for k, v in vars(self).items() if k not in ("P", "t_s", "free_rate_1_s", "starts", "printed", "tau")}
+        known |= {"tau": list(self.tau), "P": None if self.P is None else self.P.tolist()}
+        known |= {"dwell_ratio": self.longest_interval_s / self.interval_s}
+        known |= {
+            f"free_rate_{name}_1_s": float(f(self.free_rate_1_s))
+            for name, f in (("min", np.min), ("median", np.median))
+            if len(self.free_rate_1_s)
+        }
+        for name in ("starts", "printed"):
+            part = getattr(self, name)
+            known[name] = None if part is None else {k: v for k, v in vars(part).items() if not isinstance(v, np.ndarray)}
+        return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in known.items()}
+
+
+# --------------------------------------------------------------------------------------------- what needs no solver
+
+
+def free_rates(record: GainRecord) -> np.ndarray:
+    """1/s, one for each correction but the first: -ln |L_k^-1 M_k L_{k-1}| / T with P_k = L_k L_k'.
+
+    The rate at which e'P_k^-1 e falls, P_k the filter's own covariance; it needs one P for each correction, so it
+    proves less than a common P, and costs next to nothing. Along q the covariance is zero: six coordinates.
+    """
+    L = np.linalg.cholesky(np.stack([c.P[1:, 1:] for c in record.corrections]))
+    M = np.stack([c.M[1:, 1:] for c in record.corrections])
+    factor = np.linalg.norm(np.linalg.solve(L[1:], M[1:] @ L[:-1]), 2, axis=(1, 2))
+    return -np.log(factor) / np.array([c.interval_s for c in record.corrections[1:]])
+
+
+def printed_theorem(record: GainRecord) -> PrintedTheorem:
+    """For d < 0 the printed inequality is e^|d| - 1 = g with g P >= P K K' P + eta I. Some P does exactly when
+    g >= 2 |K| sqrt(eta): along the first singular vector of K, g x >= |K|^2 + eta x^2. eta = 8 bounds the remainder of h
+    for any two unit quaternions, |h(e)|^2 = 2 |e|^4 <= 8 |e|^2. The flow's error matrix has no eigenvalue off the imaginary axis."""
+    gain = max(np.linalg.norm(c.K, 2) for c in record.corrections)
+    d = np.log1p(2 * gain * np.sqrt(8.0))
+    T = np.median([c.interval_s for c in record.corrections])
+    flow = -max(
+        np.linalg.eigvals(flow_matrix(c.turns[-1][0])).real.max()
+        for c in record.corrections[:: max(1, len(record.corrections) // 50)]
+    )
+    return PrintedTheorem(float(d), float(d / T), 0.0 if abs(flow) < 1e-12 else float(flow), bool(flow > d / T))
+
+
+# --------------------------------------------------------------------------------------------- searches
+
+
+def largest(holds: Callable[[float], object | None], low: float, high: float, probes: int, geometric: bool = True, best=None):
+    """(value, what holds answered there): the largest for which it answers, by bisection; best if it never does."""
+    for _ in range(probes):
+        middle = np.sqrt(low * high) if geometric else 0.5 * (low + high)
+        answer = holds(middle)
+        if answer is None:
+            high = middle
+        else:
+            low, best = middle, (middle, answer)
+    return best
+
+
+def largest_below(holds: Callable[[float], object | None], high: float, least: float, probes: int):
+    """As largest, between the halves of high: what holds is mostly found in few probes, and the dear ones are those that fail."""
+    while high > least:
+        answer = holds(high / 2)
+        if answer is not None:
+            return largest(holds, high / 2, high, probes, best=(high / 2, answer))
+        high /= 2
+    return None
+
+
+def largest_from(holds: Callable[[float], object | None], low: float, high: float, growth: float, probes: int) -> float:
+    """The largest up to which every value that was tried holds: from low upwards by the factor, then by bisection."""
+    while low < high:
+        further = min(growth * low, high)
+        if holds(further) is None:
+            return largest(holds, low, further, probes, best=(low, None))[0]
+        low = further
+    return low
+
+
+# --------------------------------------------------------------------------------------------- the certificate
+
+PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
+
+
+def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
+    """Decay, region, noise floor, dwell and verdict of a record; starts: simulated errors on the boundary of the region.
+
+    Raises HnavError when cvxpy or its solver Clarabel is not installed, and for records of fewer than two corrections.
+    """
+    try:
+        import clarabel  # noqa: F401
+        import cvxpy  # noqa: F401
+    except ImportError as error:
+        raise HnavError(16, f"the certificate needs the package {error.name}: pip install 'hnav[certify]'") from None
+    if len(record.corrections) < 2:
+        raise HnavError(12, f"{record.name}: {len(record.corrections)} corrections; a certificate needs two or more")
+    begin = time.perf_counter()
+    T = np.array([c.interval_s for c in record.corrections])
+    found = Certificate(record.name, len(T), float(np.median(T)), record.largest_difference)
+    found.t_s = np.array([c.t_s for c in record.corrections])
+    found.free_rate_1_s = free_rates(record)
+    found.gamma_squared = max(c.gamma for c in record.corrections) ** 2
+    found.printed = printed_theorem(record)
+    inequality = SampledDataInequality(record, bias_scale(record))
+    found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)
+    found.certified = not found.reason
+    found.vertices, found.solves = max(inequality.programs, default=0), len(inequality.programs)
+    found.seconds = time.perf_counter() - begin
+    return found
+
+
+def bias_scale(record: GainRecord) -> float:
+    """s: how much attitude error goes with a bias error, from the filter's own sigmas at the median."""
+    ratios = [np.trace(c.P[1:4, 1:4]) / np.trace(c.P[4:, 4:]) for c in record.corrections]
+    return float(np.sqrt(np.median(ratios)))
+
+
+def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
+    """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
+    record = inequality.record
+    radius = np.array([np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in record.corrections])
+    rates = -np.log(radius) / inequality.T
+    found.spectral_rate_1_s = float(rates.min())
+    if not found.spectral_rate_1_s > 0:
+        k = int(np.argmin(rates))
+        return f"the error grows at the correction at {found.t_s[k]:g} s: spectral radius of (I - KH) Phi is {radius[k]:.6f}"
+
+    done = dict.fromkeys(PROBES, 0)
+
+    def counted(stage: str, holds):
+        def probe(value: float):
+            answer = holds(value)
+            done[stage] += 1
+            progress(stage, min(done[stage], PROBES[stage]), PROBES[stage])
+            return answer
+
+        return probe
+
+    def complete(stage: str) -> None:
+        progress(stage, PROBES[stage], PROBES[stage])
+
+    rate = largest(counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
+                   found.spectral_rate_1_s * (1 + 1e-9), PROBES["decay rate"], geometric=False)  # fmt: skip
+    if rate is None:
+        return f"no common P for the linear part, although every single correction contracts (slowest {found.spectral_rate_1_s:.3g} 1/s)"
+    found.rate_1_s = rate[0]
+
+    sigma = found.region_rate_1_s = SHARE_OF_RATE * found.rate_1_s
+    inequality.forget_vertices()
+    region = largest_below(counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
+    if region is None:
+        return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
+    complete("region")
+    rho, (P, tau, found.smallest_eigenvalue) = region
+    found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
+    _measure_region(found, inequality, rho)
+
+    _measure_intervals(found, inequality, rho, lambda holds: counted("longest interval", holds))
+    complete("longest interval")
+    if starts:
+        found.starts = fall_from_boundary(
+            record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
+        )
+        if found.starts.worst_ratio > 1 + 1e-9:
+            return f"a simulated start on the boundary exceeds the bound by {found.starts.worst_ratio - 1:.1e}"
+    if not found.noise_share < 1:
+        return f"noise may leave the region: E V is bounded by {found.noise_share:.3g} times its level only"
+    return ""
+
+
+def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rho: float, counted) -> None:
+    """With the gains as they are, from the actual interval upwards; nothing holds beyond LONGEST_HOLD_S, for nothing is tried there."""
+    T = found.interval_s
+
+    def growing(t: float) -> np.ndarray:
+        return np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max(axis=1)
+
+    limit = largest_from(lambda t: t if growing(t).max() < 1 else None, T, LONGEST_HOLD_S, 2.0, 10)
+    if limit < LONGEST_HOLD_S:
+        found.interval_limit_s = float(limit)
+        found.interval_limit_at_s = float(found.t_s[np.argmax(growing(1.01 * limit))])
+
+    def mixed(t: float):
+        answer = inequality.and_interval(t).solve(0.0, 0.0)
+        between = np.linspace(T, t, BETWEEN + 2)[1:-1]
+        if answer is None or any(
+            inequality.with_interval(x).smallest_eigenvalues(answer[0], answer[1], 0.0, 0.0).min() < 0 for x in between
+        ):
+            return None
+        return answer
+
+    def constant(t: float, radius: float):
+        changed = inequality.with_interval(t)
+        answer = changed.solve(0.0, radius)
+        inequality.vertices = changed.vertices  # where the next interval begins
+        return answer
+
+    inequality.forget_vertices()
+    found.longest_interval_s = float(largest_from(counted(lambda t: constant(t, 0.0)), T, limit, 2.0, 5))
+    inequality.forget_vertices()
+    found.mixed_interval_s = float(largest_from(counted(mixed), T, found.longest_interval_s, 2.0, 5))
+    found.region_interval_s = float(largest_from(counted(lambda t: constant(t, 0.5 * rho)), T, found.longest_interval_s, 2.0, 2))
+
+
+def _measure_region(found: Certificate, inequality: SampledDataInequality, rho: float) -> None:
+    """Level, size and noise of {e'Pe <= level}, chosen so that c <= rho also while the error flows."""
+    P_inverse = np.linalg.inv(found.P)
+    attitude, bias = (np.sqrt(np.linalg.eigvalsh(P_inverse[part, part])[-1]) for part in (ATTITUDE, BIAS))
+
+    def farthest(size: float) -> float:
+        """c before the next correction: |d| = sin(angle / 2), and a bias error adds at most T/2 |e_b|."""
+        return 2 * np.sin(0.5 * np.arcsin(size * attitude)) + 0.5 * inequality.T.max() * size * bias
+
+    size = brentq(lambda x: farthest(x) - rho, 0, min(1, rho) / attitude)
+    found.level = float(size**2)
+    found.region_deg = float(np.degrees(2 * np.arcsin(size * attitude)))
+    found.region_bias_deg_s = float(np.degrees(size * bias))
+    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(found.P[ATTITUDE, ATTITUDE])[-1])))))
+    floor = 0.0
+    for c in inequality.record.corrections:
+        G, F = (c.J @ c.K)[1:], (c.J @ c.IKH)[1:]
+        injected = np.trace(found.P @ (G @ c.R @ G.T + F @ c.Q @ F.T))
+        floor = max(floor, injected / -np.expm1(-2 * found.region_rate_1_s * c.interval_s))
+    found.noise_share = float(floor / found.level)
+    found.noise_floor_deg = float(np.degrees(2 * np.sqrt(floor) * attitude))

@@ -1,0 +1,222 @@
+"""What a run of the paper's filter did, correction by correction: Phi_k, H_k and K_k in navigation axes.
+
+The NumPy reference is fed the same samples as the C library; both must give the same attitude, bias and covariance to
+TOLERANCE at every row, so that whatever is proved of the record is proved of the library's run.
+
+Error of x = (q, b) in coordinates that turn little while the body moves, an orthogonal change of basis:
+    e = (e_q (x) q*, R_nb e_b)
+With e_q = q(t) (x) s the flow of the error has constant coefficients while the rate u is held,
+    s' = 1/2 (s (x) (0, u) - (0, u) (x) s) - 1/2 (0, e_b),   e_b' = 0,
+so one matrix exponential gives Phi exactly, and Van Loan's form of it the noise (IEEE TAC 23(3), 1978).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import expm
+
+from hnav.io.recordings import Recording
+from hnav.native.library import Filter, HnavError, Options
+from hnav.reference.hrekf import C_bn, Omega, ReferenceFilter, product
+
+TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
+CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
+VECTOR_PART = np.eye(4)[:, 1:]  # (0, v) = VECTOR_PART v
+
+
+@dataclass(frozen=True)
+class Correction:
+    """From just after one correction to just after the next; errors in navigation axes."""
+
+    t_s: float
+    interval_s: float
+    Phi: np.ndarray  # 7 x 7, flow of the error
+    H: np.ndarray  # 6 x 7
+    K: np.ndarray  # 7 x 6, seen from the corrected attitude
+    R: np.ndarray  # 6 x 6, as used: with gates
+    Q: np.ndarray  # 7 x 7, noise of the interval
+    P: np.ndarray  # 7 x 7, covariance after it
+    turn: np.ndarray  # 7 x 7, from navigation axes of the predicted attitude to those of the corrected one
+
+    norm: float  # of q + K nu, before the return to the unit sphere
+    nu: np.ndarray  # 6: innovation
+    q_minus: np.ndarray  # 4: the predicted attitude
+    q: np.ndarray  # 4: the corrected one
+    b: np.ndarray  # 3, rad/s: the corrected bias
+    gamma: float  # of the robust law; infinite when off
+    turns: tuple[tuple[np.ndarray, float], ...]  # of the flow: rate in navigation axes (3, rad/s) and for how long (s)
+
+    @cached_property
+    def IKH(self) -> np.ndarray:
+        """7 x 7: I - K H."""
+        return self.turn - self.K @ self.H
+
+    @cached_property
+    def J(self) -> np.ndarray:
+        """7 x 7: the return of q to the unit sphere; in navigation axes q itself is (1, 0, 0, 0)."""
+        return np.diag([0.0, *np.full(3, 1 / self.norm), 1, 1, 1])
+
+    @cached_property
+    def M(self) -> np.ndarray:
+        """7 x 7: the linear error map from just after one correction to just after the next."""
+        return self.J @ self.IKH @ self.Phi
+
+
+@dataclass(frozen=True)
+class GainRecord:
+    name: str
+    corrections: list[Correction]
+    largest_difference: float  # reference against C, over all rows
+
+    def from_time(self, t_s: float) -> GainRecord:
+        """Without the corrections before t_s."""
+        return GainRecord(self.name, [c for c in self.corrections if c.t_s >= t_s], self.largest_difference)
+
+    def with_gain(self, factor: float) -> GainRecord:
+        """The same run with every K multiplied; the covariances stay, for they are no part of the certificate."""
+        return GainRecord(self.name, [replace(c, K=factor * c.K) for c in self.corrections], self.largest_difference)
+
+
+def left_multiplication(p: np.ndarray) -> np.ndarray:
+    """4 x 4: p (x) q = left_multiplication(p) q."""
+    return np.stack([product(p, e) for e in np.eye(4)], axis=1)
+
+
+def right_multiplication(p: np.ndarray) -> np.ndarray:
+    """4 x 4: q (x) p = right_multiplication(p) q."""
+    return np.stack([product(e, p) for e in np.eye(4)], axis=1)
+
+
+def navigation_axes(q: np.ndarray) -> np.ndarray:
+    """7 x 7 orthogonal: (e_q, e_b) to (e_q (x) q*, R_nb e_b)."""
+    T = np.zeros((7, 7))
+    T[:4, :4] = right_multiplication(q * [1, -1, -1, -1])
+    T[4:, 4:] = C_bn(q).T
+    return T
+
+
+def body_axes(q: np.ndarray) -> np.ndarray:
+    """7 x 7 orthogonal: (s, e_b) to (q (x) s, e_b)."""
+    T = np.eye(7)
+    T[:4, :4] = left_multiplication(q)
+    return T
+
+
+class WatchedReference(ReferenceFilter):
+    """The reference, its flow in closed form, that keeps what passed since the last correction."""
+
+    def __init__(self, options: Options):
+        super().__init__(options)
+        self.forget_flow()
+
+    def forget_flow(self) -> None:
+        self.flown_from, self.Phi, self.Q = self.q, np.eye(7), np.zeros((7, 7))
+        self.turns = []
+
+    def flow(self, interval_s: float) -> None:
+        o = self.options
+        u = np.zeros(3) if self.rate is None else self.rate - self.b
+        F, noise = np.zeros((7, 7)), np.zeros((7, 7))
+        F[:4, :4] = Omega(u) - 0.5 * left_multiplication(np.r_[0, u])
+        F[:4, 4:] = -0.5 * VECTOR_PART
+        noise[:4, :4] = (
+            0.25 * o.gyro_noise_rad_per_sqrt_s** 2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s** 2 * np.eye(4)
+        )
+        noise[4:, 4:] = self.Q_b
+        V = expm(np.block([[-F, noise], [np.zeros((7, 7)), F.T]]) * interval_s)
+        self.turns.append((C_bn(self.q).T @ u, interval_s))
+        q_next = expm(Omega(u) * interval_s) @ self.q
+        before, after = body_axes(self.q), body_axes(q_next)
+        Phi = after @ V[7:, 7:].T @ before.T
+        Q = after @ V[7:, 7:].T @ V[:7, 7:] @ after.T
+        Q = 0.5 * (Q + Q.T)
+        self.q, self.P = q_next, Phi @ self.P @ Phi.T + Q
+        self.Phi, self.Q = Phi @ self.Phi, Phi @ self.Q @ Phi.T + Q
+        self.q_minus = q_next
+
+    def collect(self, t_s, force, field) -> None:
+        """The start is the library's: see adopt."""
+
+    def adopt(self, in_c: Filter, t_s: float) -> None:
+        """Takes over attitude, bias and covariance with which the library has just started."""
+        x = in_c.get_x()
+        self.q, self.b, self.P = x[:4], x[4:7], unpack(x[7:])
+        self.last_correction, self.previous_bias, self.started = t_s, self.P[4:, 4:].copy(), True
+        self.forget_flow()
+
+    def correct(self, t_s, force, field) -> None:
+        # A field that comes before any reference becomes the reference; it corrects nothing.
+        super().correct(t_s, force, None if self.reference is None else field)
+
+    def know_field(self, in_c: Filter) -> None:
+        """The library's magnetic reference, as soon as it has one."""
+        known = in_c.field()
+        self.reference = (known.strength_tesla, known.dip_rad) if np.isfinite(known.strength_tesla) else None
+
+    def correction(self, t_s: float, interval_s: float) -> Correction:
+        """The record of the last correction, in navigation axes."""
+        sensors, K, H, R, nu, norm = self.gain
+        rows = np.concatenate([np.arange(3) + 3 * ("accel", "mag").index(sensor) for sensor in sensors])
+        K6, H6, R6, nu6 = np.zeros((7, CHANNELS)), np.zeros((CHANNELS, 7)), np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
+        K6[:, rows], H6[rows], R6[np.ix_(rows, rows)], nu6[rows] = K, H, R, nu
+        first, minus, plus = (navigation_axes(q) for q in (self.flown_from, self.q_minus, self.q))
+        # The flow ends and the correction begins at the predicted attitude; the error after it is seen from the corrected one.
+        return Correction(t_s, interval_s, minus @ self.Phi @ first.T, H6 @ minus.T, plus @ K6, R6,
+                          minus @ self.Q @ minus.T, plus @ self.P @ plus.T, plus @ minus.T, norm, nu6, self.q_minus,
+                          self.q, self.b, float(self.gamma), tuple(self.turns))  # fmt: skip
+
+
+def unpack(upper: np.ndarray) -> np.ndarray:
+    """7 x 7 from the 28 elements of its upper triangle, row by row."""
+    P = np.zeros((7, 7))
+    P[np.triu_indices(7)] = upper
+    return P + np.triu(P, 1).T
+
+
+def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
+    """Largest difference of quaternion, bias and, relative to its diagonal, covariance. x: 35 states of the library."""
+    P = unpack(x[7:])
+    scale = np.sqrt(np.maximum(np.diag(P), 1e-300))
+    return max(
+        np.abs(x[:4] - reference.q).max(),
+        np.abs(x[4:7] - reference.b).max(),
+        (np.abs(P - reference.P) / np.outer(scale, scale)).max(),
+    )
+
+
+def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
+    """Runs both over the recording. Raises HnavError when they differ, or when there was no correction."""
+    recording = recording.in_order_of_measurement()
+    in_c, reference = Filter(options), WatchedReference(options)
+    corrections, largest = [], 0.0
+    n = len(recording.t_s)
+    field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
+    for i, t_s in enumerate(recording.t_s.tolist()):
+        rate, force, magnetic = recording.rate_b_rad_s[i], recording.force_b_m_s2[i], field[i]
+        for push, value in ((in_c.push_gyro, rate), (in_c.push_accel, force), (in_c.push_mag, magnetic)):
+            if np.isfinite(value).all():
+                push(t_s, value)
+        in_c.advance(t_s)
+        last_s, reference.gain = reference.last_correction, None
+        reference.event(t_s, rate, force, magnetic)
+        if reference.started:
+            largest = max(largest, difference(in_c.get_x(), reference))
+            if not largest < TOLERANCE:
+                raise HnavError(15, f"{recording.name}: at {t_s:g} s library and reference differ by {largest:.1e}, more than {TOLERANCE:g}; "
+                                    "certify with solver=closed_form, the exact flow")  # fmt: skip
+            if reference.gain is not None:
+                corrections.append(reference.correction(t_s, t_s - last_s))
+                reference.forget_flow()
+        elif in_c.status().started:
+            reference.adopt(in_c, t_s)
+        if reference.reference is None:
+            reference.know_field(in_c)
+        if progress and (i % 50 == 49 or i == n - 1):
+            progress(i + 1, n)
+    if not corrections:
+        raise HnavError(12, f"{recording.name}: the filter made no correction")
+    return GainRecord(recording.name, corrections, largest)

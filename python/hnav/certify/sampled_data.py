@@ -1,0 +1,282 @@
+"""The inequality of the certificate: what one correction does to the error, its nonlinear rest bounded without a gap.
+
+The error is that of a second estimate with the same gains and samples. With p = q_other (x) q_recorded*, a unit
+quaternion of the angle theta, in navigation axes,
+
+    e = (d, e_b),   d = -vec p,   e_b = b_recorded - b_other,   c = |1 - p| = 2 sin(theta / 4) <= rho
+
+From just after one correction to just after the next, u = K_v w being what the correction takes off d (K_v: vector rows):
+
+    flow     d- = Phi_d e + s           |s| <= 1/2 T c |e_b|: the flow is bilinear
+    seen     w = H d- + r               w_i = Q y_i for both sensors i, y_i = H_i d-
+    jump     e+ = J ((turn d-, e_b-) - K w + (n + m, 0)),    J = blkdiag(I/|q + K nu|, I)
+
+Q is the turn by theta / 2 about d itself (a turned vector moves along a chord): it keeps lengths and angles, and as y_i is
+across d, y_i'Q y_j + y_j'Q y_i = 2 cos(theta / 2) y_i'y_j = (2 - c^2) y_i'y_j. In terms of r = w - y that is
+
+    r_i'r_j + y_i'r_j + r_i'y_j = 0                   for (i, j) = (1, 1), (2, 2), (1, 2), multipliers of either sign
+    sum D_ij (rho^2 y_i'y_j - r_i'r_j) >= 0           for every D >= 0, 2 x 2
+
+The return to the unit sphere lengthens d by what the correction shortens q: n = d' d'u / |q + K nu|^2, d' being d- in corrected
+axes. It pushes along d only and undoes at most the share |d|^2 of u, so n'n <= alpha n'u, which a bound on |n| would
+not know. All that is smaller is m, |m| <= beta |d-|; alpha and beta are derived at return_to_sphere. What m adds to V is
+bounded by |a + m|^2 <= (1 + beta) |a|^2 + (1 + 1/beta) |m|^2 and P_dd <= kappa I.
+
+With z = (e, r, s, n) the rest is quadratic forms F_i(z) >= 0 (or = 0), so the S-procedure gives: if P > 0, kappa and
+multipliers tau exist with, for every correction k,
+
+    X_k = blkdiag(e^{-2 sigma T} P, 0) - sum_i tau_i F_i - kappa (beta + beta^2) / |q + K nu|^2 C'C - (1 + beta) B'PB >= 0,
+    e+ = B z + (m, 0) / |q + K nu|,    d- = C z
+
+then V = e'Pe falls by e^{-2 sigma T} at every correction while c <= rho (Yakubovich 1971; Boyd et al., Linear Matrix
+Inequalities in System and Control Theory, 1994, section 2.6.3). rho = 0 is the linear part, M = J (I - K H) Phi:
+X_k = e^{-2 sigma T} P - M'PM.
+
+The solver is never trusted: X_k is computed anew for every correction and its smallest eigenvalue looked at; corrections
+that fail join the constraints (cutting planes).
+"""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import expm
+
+from hnav.certify.gain_record import GainRecord
+
+N = 6  # of e
+ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
+FORCE, FIELD = slice(0, 3), slice(3, 6)  # rows of H
+R, S, ALONG = slice(6, 12), slice(12, 15), slice(15, 18)  # of z, after e: r, s, n
+Z = 18
+MULTIPLIERS = 9  # tau: of D (11, 22, 12), of the equalities (11, 22, 12), of s and n; last kappa
+FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
+CHECKED_AT_ONCE = 1000  # corrections, so that long records fit into memory
+LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
+
+
+def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
+    """6 x 6, of the error in navigation axes: d' = -1/2 e_b, e_b' = rate_n x e_b."""
+    A = np.zeros((N, N))
+    A[ATTITUDE, BIAS] = -0.5 * np.eye(3)
+    x, y, z = rate_n
+    A[BIAS, BIAS] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    return A
+
+
+def return_to_sphere(record: GainRecord, rho: float) -> tuple[np.ndarray, np.ndarray]:
+    """alpha and beta, one for each correction: n'n <= alpha n'u, |m| <= beta |d-| while c <= rho. beta is infinite where
+    the bound breaks down.
+
+    In corrected axes the second estimate before its return is a = turn p + K nu + K w, and the recorded one has the length
+    norm = |turn 1 + K nu|. With d' = -vec(turn p) = turn_vv d- + turn_v0 (1 - p_0), u = K_v w and v = d' - u = -vec a,
+
+        |a|^2 = norm^2 (1 + x),    norm^2 x = -2 d'u + xi,    |xi| <= 2 |K nu| |K w| + |K w|^2 + 2 c |K nu| + 2 |K_0 w|
+        d+ = v / |a| = v (1 - x/2 + eta) / norm,    |eta| <= 3/8 x^2 / (1 - |x|)^{5/2}    (Taylor)
+           = (turn_vv d- - u + n + m) / norm,       n = d' d'u / norm^2
+        m = turn_v0 (1 - p_0) - u d'u / norm^2 + v (eta - xi / (2 norm^2))
+
+    |w| = |H d-|, for Q keeps lengths; |d-| <= delta = sin(theta/2) at c = rho; 1 - p_0 = |d-| tan(theta/4).
+    """
+    quarter = np.arcsin(0.5 * rho)
+    delta, tangent = np.sin(2 * quarter), np.tan(quarter)
+    c = record.corrections
+    K, H = np.stack([x.K[:4] for x in c]), np.linalg.norm(np.stack([x.H[:, 1:4] for x in c]), 2, axis=(1, 2))
+    gain, vector_gain = np.linalg.norm(K, 2, axis=(1, 2)), np.linalg.norm(K[:, 1:], 2, axis=(1, 2))
+    k_nu = np.linalg.norm(K @ np.stack([x.nu for x in c])[:, :, None], axis=(1, 2))
+    carried = tangent * np.linalg.norm(np.stack([x.turn[1:4, 0] for x in c]), axis=1)
+    squared = np.array([x.norm for x in c]) ** 2
+    # turn_vv is a block of an orthogonal matrix: it lengthens nothing.
+    d, u, k_w = (1 + carried) * delta, vector_gain * H, gain * H * delta
+    xi = 2 * k_nu * k_w + k_w**2 + 2 * rho * k_nu + 2 * np.linalg.norm(K[:, 0], axis=1) * H * delta
+    x = (2 * d * u * delta + xi) / squared
+    with np.errstate(divide="ignore", invalid="ignore"):
+        eta = np.where(x < 1, 0.375 * x**2 / (1 - x) ** 2.5, np.inf)
+    beta = carried + u * d * u * delta / squared + (1 + carried + u) * (eta + xi / (2 * squared))
+    return d**2 / squared, beta
+
+
+def symmetric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """m x Z x Z: the quadratic forms a'b of linear forms a, b (m x rows x Z)."""
+    product = np.swapaxes(a, 1, 2) @ b
+    return 0.5 * (product + np.swapaxes(product, 1, 2))
+
+
+def multipliers_hold(tau: np.ndarray) -> bool:
+    """Whether those of inequalities, and kappa, have the sign that the S-procedure asks for."""
+    D = tau[[0, 2, 2, 1]].reshape(2, 2)
+    return bool(np.linalg.eigvalsh(D)[0] >= 0 and (tau[6:] >= 0).all())
+
+
+def with_signs(tau: np.ndarray) -> np.ndarray:
+    """The nearest multipliers that hold: those of the solver may miss their signs by its tolerance."""
+    values, vectors = np.linalg.eigh(tau[[0, 2, 2, 1]].reshape(2, 2))
+    D = (vectors * (np.maximum(values, 0) + 1e-15)) @ vectors.T
+    return np.r_[D[0, 0], D[1, 1], D[0, 1], tau[3:6], np.maximum(tau[6:], 0)]
+
+
+def smallest(cost: np.ndarray, blocks: list[tuple[np.ndarray, float]]) -> np.ndarray | None:
+    """x of the least cost'x for which F x >= margin I for each (F, margin), F symmetric, n x n x unknowns; None when
+    the solver finds none. What comes out is good to its tolerance only.
+    """
+    import cvxpy as cp
+
+    x = cp.Variable(len(cost))
+    constraints = []
+    for F, margin in blocks:
+        n = len(F)
+        constraints.append(cp.reshape(F.reshape(n * n, -1) @ x, (n, n), order="C") >> margin * np.eye(n))
+    problem = cp.Problem(cp.Minimize(cost @ x), constraints)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
+            # The cost is wanted roughly, the constraints well; for blocks of this size faer takes half the time of the
+            # default, and more threads gain nothing.
+            problem.solve(
+                solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1, direct_solve_method="faer"
+            )
+    except cp.SolverError:
+        return None
+    return x.value if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else None
+
+
+class SampledDataInequality:
+    """X_k for all corrections of a record, in scaled errors (d, scale e_b); affine in P (6 x 6) and in tau and kappa (9)."""
+
+    def __init__(self, record: GainRecord, scale: float):
+        c = record.corrections
+        self.record, self.D, self.scale = record, np.diag([1.0] * 3 + [scale] * 3), scale
+        self.to_e = np.diag(1 / np.diag(self.D))
+        self.T = np.array([x.interval_s for x in c])
+        self.Phi = np.stack([x.Phi[1:, 1:] for x in c]) @ self.to_e
+        self.JK = np.stack([self.D @ (x.J @ x.K)[1:] for x in c])
+        self.JIKH = np.stack([self.D @ (x.J @ x.IKH)[1:, 1:] for x in c])
+        self.H = np.stack([x.H[:, 1:4] for x in c])
+        self.K_v = np.stack([x.K[1:4] for x in c])
+        self.norm = np.array([x.norm for x in c])
+        self.bounds = lru_cache(maxsize=1)(lambda rho: return_to_sphere(record, rho))
+        self.programs: list[int] = []  # corrections in each that was solved, here and in copies with other intervals
+        self.forget_vertices()
+
+    def forget_vertices(self) -> None:
+        """Back to a few, evenly spread: those that another question added only cost time."""
+        self.vertices = list(range(0, len(self.T), max(1, len(self.T) // FIRST_VERTICES)))
+
+    @property
+    def M(self) -> np.ndarray:
+        """m x 6 x 6: the linear error map of every correction."""
+        return self.JIKH @ self.Phi
+
+    def with_interval(self, interval_s: float) -> SampledDataInequality:
+        """Each correction interval_s after the one before, its gain unchanged and the rate held that it had just before."""
+        changed = copy.copy(self)
+        changed.T = np.full(len(self.T), interval_s)
+        changed.Phi = expm(np.stack([flow_matrix(c.turns[-1][0]) for c in self.record.corrections]) * interval_s) @ self.to_e
+        changed.vertices = list(self.vertices)
+        return changed
+
+    def and_interval(self, interval_s: float) -> SampledDataInequality:
+        """The corrections as they are and, behind them, all of them interval_s apart: what holds here allows any mixture."""
+        other, both = self.with_interval(interval_s), copy.copy(self)
+        for name in ("T", "Phi", "JK", "JIKH", "H", "K_v", "norm"):
+            setattr(both, name, np.concatenate([getattr(self, name), getattr(other, name)]))
+        both.bounds = lambda rho: tuple(np.tile(bound, 2) for bound in self.bounds(rho))
+        both.vertices = self.vertices + [k + len(self.T) for k in self.vertices]
+        return both
+
+    def terms(self, k: np.ndarray, rho: float) -> tuple[np.ndarray, list[np.ndarray]]:
+        """B (m x 6 x Z), times sqrt(1 + beta), and the forms F_i (m x Z x Z) of the corrections k; the last is that of kappa.
+
+        Remainders in units of their bounds, z = bound z', keep the numbers of the inequality alike.
+        """
+        m = len(k)
+        alpha, beta = (bound[k] for bound in self.bounds(rho))
+        most_u = np.linalg.norm(self.K_v[k], axis=(1, 2)) * np.linalg.norm(self.H[k], axis=(1, 2)) + 1e-12  # of |u| / |d-|
+        unit_s, unit_n = (unit[:, None, None] for unit in (0.5 * rho * self.T[k], alpha * most_u))
+        e, r, s, n = (np.broadcast_to(np.eye(Z)[part], (m, len(np.eye(Z)[part]), Z)) for part in (slice(0, N), R, S, ALONG))
+
+        d_minus = self.Phi[k][:, ATTITUDE] @ e + unit_s * s
+        y = self.H[k] @ d_minus
+        u = self.K_v[k] @ (y + rho * r)
+        after = self.JIKH[k] @ np.concatenate([d_minus, self.Phi[k][:, BIAS] @ e], axis=1) - self.JK[k] @ (rho * r)
+        lengthened = unit_n * n / self.norm[k][:, None, None]
+        B = after + np.concatenate([lengthened, np.zeros((m, 3, Z))], axis=1)
+        B = np.sqrt(1 + beta)[:, None, None] * B
+
+        pairs = [(y[:, i], y[:, j], r[:, i], r[:, j]) for i, j in ((FORCE, FORCE), (FIELD, FIELD), (FORCE, FIELD))]
+        shorter = [symmetric(y_i, y_j) - symmetric(r_i, r_j) for y_i, y_j, r_i, r_j in pairs]
+        turned = [rho * symmetric(r_i, r_j) + symmetric(y_i, r_j) + symmetric(r_i, y_j) for y_i, y_j, r_i, r_j in pairs]
+        e_b = e[:, BIAS] / self.scale
+        return B, [
+            *shorter[:2], 2 * shorter[2], *turned[:2], 2 * turned[2],
+            symmetric(e_b, e_b) - symmetric(s, s),
+            (alpha[:, None, None] / unit_n) * symmetric(n, u) - symmetric(n, n),
+            ((beta + beta**2) / self.norm[k] ** 2)[:, None, None] * symmetric(d_minus, d_minus),
+        ]  # fmt: skip
+
+    def X(self, k: np.ndarray, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float) -> np.ndarray:
+        """m x 6 x 6 when rho is 0, else m x Z x Z."""
+        if rho == 0:
+            return self._part_of_P(k, P, sigma, self.M[k])
+        B, forms = self.terms(k, rho)
+        return self._part_of_P(k, P, sigma, B) - sum(t * F for t, F in zip(tau, forms))
+
+    def _part_of_P(self, k: np.ndarray, P: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
+        X = -np.swapaxes(B, 1, 2) @ P @ B
+        X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * P
+        return X
+
+    def smallest_eigenvalues(self, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float) -> np.ndarray:
+        """Of X_k, for every correction."""
+        every = np.arange(len(self.T))
+        parts = [every[i : i + CHECKED_AT_ONCE] for i in range(0, len(every), CHECKED_AT_ONCE)]
+        return np.concatenate([np.linalg.eigvalsh(self.X(k, P, tau, sigma, rho))[:, 0] for k in parts])
+
+    def solve(self, sigma: float, rho: float) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """(P, tau, smallest eigenvalue) that holds for every correction, or None. Adds cutting planes until it does."""
+        if rho > 0 and not np.isfinite(self.bounds(rho)[1]).all():
+            return None
+        margin = max(LEAST_MARGIN, 1e-3 * (1 - np.exp(-2 * sigma * self.T.min())))
+        for _ in range(PASSES):
+            found = self._solve_at_vertices(sigma, rho, margin)
+            if found is None:
+                return None
+            P, tau = found
+            least = self.smallest_eigenvalues(P, tau, sigma, rho)
+            failing = np.flatnonzero(least < 0)
+            bounded = rho == 0 or np.linalg.eigvalsh(P[ATTITUDE, ATTITUDE])[-1] <= tau[-1]
+            if len(failing) == 0 and np.linalg.eigvalsh(P)[0] > 0 and multipliers_hold(tau) and bounded:
+                # The next question is alike: the corrections that were nearest to failing are where to begin with it.
+                self.vertices = sorted(self.vertices, key=lambda k: least[k])[:FIRST_VERTICES]
+                return P, tau, float(least.min())
+            worst = failing[np.argsort(least[failing])][:NEW_VERTICES]
+            if set(worst) <= set(self.vertices):
+                return None  # the solver's answer is not good enough at its own constraints
+            self.vertices = sorted({*self.vertices, *worst.tolist()})
+        return None
+
+    def _solve_at_vertices(self, sigma: float, rho: float, margin: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """The smallest trace of P >= I over the vertices; None when the solver finds none."""
+        k = np.array(self.vertices)
+        self.programs.append(len(k))
+        B, forms = (self.M[k], []) if rho == 0 else self.terms(k, rho)
+        basis = np.array([np.eye(1, N * N, i * N + j).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
+        basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
+        # Unknowns: the elements of P and, with remainders, tau; on the last axis what each of them adds.
+        of_P = np.moveaxis(basis, 0, -1)
+        X = np.stack([self._part_of_P(k, b, sigma, B) for b in basis] + [-F for F in forms], axis=-1)
+        blocks = [(x, margin) for x in X]
+        if rho > 0:
+            of_P = np.concatenate([of_P, np.zeros((N, N, MULTIPLIERS))], axis=-1)
+            D, positive, kappa = np.zeros((2, 2, X.shape[-1])), np.zeros((2, 2, X.shape[-1])), -of_P[ATTITUDE, ATTITUDE]
+            D[[0, 1, 0, 1], [0, 1, 1, 0], -MULTIPLIERS + np.array([0, 1, 2, 2])] = 1
+            positive[[0, 1], [0, 1], [-3, -2]] = 1
+            kappa[range(3), range(3), -1] = 1
+            blocks += [(D, 0.0), (positive, 0.0), (kappa, LEAST_MARGIN)]
+        x = smallest(np.einsum("iij->j", of_P), [(of_P, 1.0), *blocks])
+        if x is None:
+            return None
+        return of_P @ x, np.zeros(MULTIPLIERS) if rho == 0 else with_signs(x[-MULTIPLIERS:])

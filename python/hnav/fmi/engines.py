@@ -1,0 +1,138 @@
+"""One call that runs a filter over a recording, by the C library or by an FMU.
+
+Every engine gives the estimate just after each sample; they agree bit for bit, Model Exchange to the importer's
+tolerance.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hnav.io.recordings import Recording
+from hnav.native.library import FILTERS, Filter, HnavError, Options, Run, empty_run
+
+ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
+Progress = Callable[[int, int], None]  # rows done, rows in all
+
+
+@dataclass
+class Result(Run):
+    """What a filter made of a recording: the arrays of a Run, by which engine, and at what cost."""
+
+    engine: str = ""
+    us_per_sample: float = np.nan
+    counts: dict[str, int] = field(default_factory=dict)  # used, gated, late, ... by name
+
+
+def run_recording(
+    recording: Recording,
+    filter: str,
+    engine: str = "c",
+    settings: Mapping[str, str] | None = None,
+    preset: str = "default",
+    step_s: float | None = None,
+    progress: Progress | None = None,
+    smooth: bool = False,
+) -> Result:
+    """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
+    smooth: with hindsight, by the AHRS in C.
+
+    Raises HnavError for impossible settings and engines.
+    """
+    if filter not in FILTERS:
+        raise HnavError(2, f"--filter {filter}: choose one of {', '.join(FILTERS)}")
+    if engine not in ENGINES:
+        raise HnavError(2, f"engine {engine}: choose one of {', '.join(ENGINES)}")
+    if step_s is not None and not step_s > 0:
+        raise HnavError(2, f"step {step_s:g} must be above 0 seconds")
+    if len(recording.t_s) == 0:
+        raise HnavError(13, f"{recording.name}: no samples")
+    settings = dict(settings or {})
+    if smooth and engine != "c":
+        raise HnavError(16, f"smoothing needs engine c, not {engine}: an FMU sees no future")
+    if recording.field_t_s is not None and engine != "c":
+        raise HnavError(16, f"late samples need engine c, not {engine}")
+    if engine != "c":
+        from hnav.fmi.fmus import run_fmu
+
+        return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
+    options = Options(filter, preset, **settings)
+    if recording.field_t_s is None:
+        return _run_library(recording, options, progress, smooth)
+    if smooth:
+        # With hindsight it is known which row a late field belongs to.
+        return _run_library(recording.in_order_of_measurement(), options, progress, smooth)
+    return _run_by_arrival(recording, options, progress)
+
+
+def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Result:
+    attitude_filter = Filter(options)
+    n = len(recording.t_s)
+    chunk = n if smooth or progress is None else 20000
+    batch = attitude_filter.smooth if smooth else attitude_filter.run
+    parts: list[Run] = []
+    begin = time.perf_counter()
+    for i in range(0, n, chunk):
+        rows = slice(i, i + chunk)
+        field_rows = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
+        parts.append(batch(recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows))
+        if progress:
+            progress(min(i + chunk, n), n)
+    seconds = time.perf_counter() - begin
+    arrays = {name: np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])}
+    return Result(**arrays, engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+
+
+def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Result:
+    """Each sample pushed when it arrives, with the time of its measurement; the filter waits for late ones."""
+    delay_s = np.nanmax(recording.t_s - recording.field_t_s, initial=0.0)
+    interval_s = np.median(np.diff(recording.t_s))
+    if options.horizon_s < delay_s:
+        # A row more than the longest delay, for rounding.
+        options.horizon_s = delay_s + interval_s
+        options.queue_capacity = max(options.queue_capacity, 2 * int(np.ceil(options.horizon_s / interval_s)) + 8)
+    attitude_filter = Filter(options)
+    n = len(recording.t_s)
+    run = empty_run(recording.t_s)
+    rate_seen, force_seen, field_seen = (
+        np.isfinite(values).all(axis=1) for values in (recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
+    )
+    started = False
+    begin = time.perf_counter()
+    for i, t_s in enumerate(recording.t_s.tolist()):
+        if rate_seen[i]:
+            attitude_filter.push_gyro(t_s, recording.rate_b_rad_s[i])
+        if force_seen[i]:
+            attitude_filter.push_accel(t_s, recording.force_b_m_s2[i])
+        if field_seen[i]:
+            attitude_filter.push_mag(recording.field_t_s[i], recording.field_b_tesla[i])
+        attitude_filter.advance(t_s)
+        started = started or bool(attitude_filter.status().started)
+        if started:
+            _note(attitude_filter, run, i)
+        if progress and (i % 1000 == 999 or i == n - 1):
+            progress(i + 1, n)
+    seconds = time.perf_counter() - begin
+    return Result(**vars(run), engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+
+
+def _note(attitude_filter: Filter, run: Run, i: int) -> None:
+    """The look-ahead of now into row i; NIS stay empty, for they belong to samples that may be corrected later."""
+    attitude = attitude_filter.attitude()
+    run.q_nb[i], run.euler_rad[i], run.sigma_rad[i] = attitude.q_nb, attitude.euler_rad, attitude.sigma_rad
+    run.ready[i] = attitude.tilt_ready, attitude.heading_ready
+    run.gyro_bias_rad_s[i], run.gyro_bias_sigma_rad_s[i] = attitude_filter.gyro_bias()
+
+
+def _counts(attitude_filter: Filter) -> dict[str, int]:
+    status = attitude_filter.status()
+    counts = {f"{sensor}_used": used for sensor, used in zip(("gyro", "accel", "mag", "heading"), status.used)}
+    counts |= {f"{sensor}_gated": gated for sensor, gated in zip(("gyro", "accel", "mag", "heading"), status.gated)}
+    for name in ("late", "non_finite", "zero", "corrections", "gamma_raised", "covariance_repaired"):
+        counts[name] = getattr(status, name)
+    counts["rhs_evals"] = status.solver_rhs_evals
+    return counts

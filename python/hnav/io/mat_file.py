@@ -1,0 +1,48 @@
+"""MATLAB files, read by SciPy in a process of its own.
+
+SciPy says of its reader that it is not hardened: some damaged files end the process that reads them
+(scipy/scipy#25349). Here that process is not the caller's.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from hnav.places import PACKAGE
+
+
+def read_mat(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Those of the named variables that the file holds, without dimensions of length one. Raises ValueError with the reason."""
+    found_here = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    reader = subprocess.run(
+        [sys.executable, "-m", "hnav.io.mat_file", str(path), *names],
+        capture_output=True, env=os.environ | {"PYTHONPATH": found_here},
+    )  # fmt: skip
+    if reader.returncode:
+        said = reader.stderr.decode(errors="replace").strip().splitlines()
+        raise ValueError(said[-1] if reader.returncode == 1 and said else "the file is damaged: SciPy's reader crashed over it")
+    with np.load(io.BytesIO(reader.stdout)) as contents:
+        return dict(contents)
+
+
+def main(path: str, names: list[str]) -> None:
+    """Writes what read_mat returns to standard output, as .npz."""
+    import scipy.io
+
+    try:
+        contents = scipy.io.loadmat(path, variable_names=names, squeeze_me=True)
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        sys.exit(" ".join(str(error).split()) or type(error).__name__)
+    buffer = io.BytesIO()
+    np.savez(buffer, **{name: contents[name] for name in names if name in contents})
+    sys.stdout.buffer.write(buffer.getvalue())
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2:])

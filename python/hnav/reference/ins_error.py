@@ -1,0 +1,275 @@
+"""The filter for coloured INS errors again in NumPy, slow and readable: the oracle of the tests.
+
+Dense matrices, one expression for each equation, no structure exploited; equation numbers are those of Hajiyev and Hacizade
+(WSEAS Trans. Systems and Control 18, 2023). Written from the equations, not from the C++.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.stats import chi2
+
+from hnav.filters.ins_error import InsErrorOptions, LinearModel
+
+PRINTED = ("mdkf", "amdkf")
+
+
+class NoiseScale:
+    """Factor on the variance of the white noise of each channel; `fault` is the probability that it is above 1."""
+
+    def __init__(self, options: InsErrorOptions, nz: int):
+        self.o = options
+        self.mode = "none" if options.form in PRINTED else options.noise_scaling
+        self.scale, self.fault = np.ones(nz), np.zeros(nz)
+        self.windows = [deque(maxlen=options.window) for _ in range(nz)]
+        n = options.hmm_levels
+        self.levels = options.hmm_level_ratio ** np.arange(n)
+        self.belief = np.zeros((nz, n))
+        self.belief[:, 0] = 1
+        T = np.zeros((n, n))
+        T[0, 0], T[0, 1:] = 1 - options.hmm_fault_probability, options.hmm_fault_probability / (n - 1)
+        for g in range(1, n):
+            T[g, 0] = options.hmm_recovery_probability
+            neighbours = [h for h in (g - 1, g + 1) if 1 <= h < n]
+            for h in neighbours:
+                T[g, h] = options.hmm_drift_probability / len(neighbours)
+            T[g, g] = 1 - T[g].sum()
+        self.transition = T
+
+    def update(self, nu, base, fresh, past, past_healthy):
+        """nu: NaN where missing; base: S without the noise; fresh: Qv_ii; past: noise of earlier samples, as scaled."""
+        c = np.flatnonzero(~np.isnan(nu))
+        if self.mode == "none":
+            return
+        if self.mode == "hmm":
+            adapted = fresh > 0
+            self.belief[adapted] = self.belief[adapted] @ self.transition
+            self._conclude(adapted)
+            R = fresh * self.scale + past
+            S_inverse = np.linalg.inv(base[np.ix_(c, c)] + np.diag(R[c]))
+            spread = 1 / np.diag(S_inverse)
+            conditional = S_inverse @ nu[c] * spread
+            for a, i in enumerate(c):
+                if not adapted[i]:
+                    continue
+                variance = max(0, spread[a] - R[i]) + past[i] + self.levels * fresh[i]
+                log_likelihood = -0.5 * (np.log(variance) + conditional[a] ** 2 / variance)
+                weight = self.belief[i] * np.exp(log_likelihood - log_likelihood.max())
+                self.belief[i] = weight / weight.sum()
+            self._conclude(adapted)
+            return
+        R = fresh + past_healthy
+        S_inverse = np.linalg.inv(base[np.ix_(c, c)] + np.diag(R[c]))
+        normalised = (S_inverse @ nu[c]) ** 2 / np.diag(S_inverse)
+        gated = self.mode == "gated_match"
+        for a, i in enumerate(c):
+            if not fresh[i] > 0:
+                continue
+            window = self.windows[i]
+            window.append((nu[i] ** 2, base[i, i], normalised[a]))
+            if len(window) < self.o.window:
+                continue
+            squared, predicted, tested = np.mean(window, axis=0)
+            is_open = not gated or tested * self.o.window > chi2.isf(self.o.gate_alpha, self.o.window)
+            self.scale[i] = max(1, (squared - (predicted if gated else base[i, i])) / R[i]) if is_open else 1
+            self.fault[i] = gated and is_open
+
+    def _conclude(self, channels):
+        self.scale[channels] = 1 / (self.belief[channels] @ (1 / self.levels))
+        self.fault[channels] = self.belief[channels, 1:].sum(axis=1)
+
+
+class ReferenceInsError:
+    """The same calls and outputs as InsErrorFilter."""
+
+    def __init__(self, model: LinearModel, options: InsErrorOptions | None = None):
+        self.o = options = options or InsErrorOptions()
+        self.m = m = model.discrete()
+        self.coloured = m.An is not None
+        nx, nz = m.nx, m.nz
+        zero = np.zeros((nz, nz))
+        self.An = m.An if self.coloured else zero
+        self.Q = m.G @ m.Qw @ m.G.T
+        self.Ql = m.Bn @ m.QU @ m.Bn.T if self.coloured else zero
+        self.Lambda0 = m.Lambda0 if self.coloured else zero
+        self.Hd = m.H @ m.A - self.An @ m.H
+        self.C = self.Q @ m.H.T
+        self.driven = m.H @ self.Q @ m.H.T + self.Ql
+        self.R = self.driven + m.Qv + self.An @ m.Qv @ self.An.T
+        self.noise = NoiseScale(options, nz)
+        self.augmented = options.form == "augmented" and self.coloured
+        if self.augmented:
+            self.F, self.Qa = block_diag(m.A, self.An), block_diag(self.Q, self.Ql)
+            self.Ba, self.Ha = np.vstack([m.B, np.zeros((nz, m.nu))]), np.hstack([m.H, np.eye(nz)])
+            self.x, self.P = np.r_[m.x0, np.zeros(nz)], block_diag(m.P0, self.Lambda0)
+            self.extra = zero
+        else:
+            self.F, self.Qa, self.Ba, self.Ha = m.A, self.Q, m.B, m.H
+            self.x, self.P = m.x0.copy(), m.P0.copy()
+            self.extra = self.Lambda0
+        self.steps = 0
+        self.z = np.full(nz, np.nan)
+        self.shown = (self.x, self.P)
+        self.innovation, self.S, self.nis = np.full(nz, np.nan), np.full((nz, nz), np.nan), np.nan
+        self.window = deque(maxlen=options.window)
+        self.s = np.ones(nz)  # of AMDKF
+        self.v_before = np.zeros(nz)
+
+    def step(self, u, z):
+        u, z = np.atleast_1d(np.asarray(u, float)), np.asarray(z, float)
+        z_before, self.z = self.z, z
+        form = self.o.form
+        if form in PRINTED:
+            if self.steps > 0:
+                self._printed(u, z, z_before)
+            self.shown = (self.x, self.P)
+        elif form == "differenced":
+            self._differenced_first(z) if self.steps == 0 else self._differenced(u, z, z_before)
+        else:
+            self._kalman(u, z)
+        self.z_shown = z_before if self.steps > 0 and (form in PRINTED or self.o.lag) else z
+        self.steps += 1
+
+    def _solve(self, S, right):
+        """S^-1 right on the channels that are there; zero rows elsewhere."""
+        c = np.flatnonzero(~np.isnan(self.innovation))
+        out = np.zeros_like(right)
+        if len(c):
+            out[c] = np.linalg.solve(S[np.ix_(c, c)], right[c])
+        return out
+
+    def _conclude(self, S):
+        nu = np.nan_to_num(self.innovation)
+        self.S = S
+        self.nis = nu @ self._solve(S, nu) if np.isfinite(self.innovation).any() else np.nan
+        return nu
+
+    # ------------------------------------------------------------------------------------- augmented, plain
+
+    def _kalman(self, u, z):
+        x_before, P_before = self.x, self.P
+        if self.steps > 0:
+            self.x = self.F @ self.x + self.Ba @ u
+            self.P = self.F @ self.P @ self.F.T + self.Qa
+        H, Qv = self.Ha, self.m.Qv
+        self.innovation = z - H @ self.x
+        base = H @ self.P @ H.T + self.extra
+        zero = np.zeros(self.m.nz)
+        self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
+        root = np.sqrt(self.noise.scale)
+        R = root[:, None] * Qv * root + self.extra
+        S = H @ self.P @ H.T + R
+        nu = self._conclude(S)
+        if self.steps > 0 and self.o.lag:
+            D = self._solve(S, H @ self.F @ P_before).T
+            self.shown = (x_before + D @ nu, P_before - D @ S @ D.T)
+        K = self._solve(S, H @ self.P).T
+        self.x = self.x + K @ nu
+        E = np.eye(len(self.x)) - K @ H
+        self.P = E @ self.P @ E.T + K @ R @ K.T
+        if not (self.steps > 0 and self.o.lag):
+            self.shown = (self.x, self.P)
+
+    # ------------------------------------------------------------------------------------- differencing
+
+    def _difference(self, u, z, z_before):
+        late = np.array([row[row != 0] @ z_before[row != 0] for row in self.An])  # NaN only where it is needed
+        return z - late - self.m.H @ self.m.B @ u - self.Hd @ self.x
+
+    def _printed(self, u, z, z_before):
+        """(12)-(24); mu(k) = z(k+1) - An z(k) corrects x(k)."""
+        m = self.m
+        if self.steps > 1:
+            self.x = m.A @ self.x + m.B @ self.u_before
+            self.P = m.A @ self.P @ m.A.T + self.Q
+        self.u_before = u
+        self.innovation = self._difference(u, z, z_before)
+        base = self.Hd @ self.P @ self.Hd.T + self.Hd @ self.C + self.C.T @ self.Hd.T
+        if self.o.form == "amdkf" and np.isfinite(self.innovation).any():
+            self.window.append(self.innovation)
+            if len(self.window) == self.o.window:
+                d = np.array(self.window)
+                products = d[:, :, None] * d[:, None, :]
+                seen = np.isfinite(products).any(axis=0)
+                sample = np.where(
+                    seen, np.nansum(products, axis=0) / np.maximum(1, np.isfinite(products).sum(axis=0)), base + self.R
+                )
+                self.s = np.maximum(1, np.diag((sample - base) @ np.linalg.pinv(self.R)))
+        Omega = base + self.s[:, None] * self.R
+        nu = self._conclude(Omega)
+        c = np.flatnonzero(np.isfinite(self.innovation))
+        K = np.zeros((m.nx, m.nz))
+        if len(c):
+            K[:, c] = (self.P @ self.Hd.T + self.C)[:, c] @ np.linalg.inv(Omega[np.ix_(c, c)])
+        self.x = self.x + K @ nu
+        P = self.P - K @ (base + self.R) @ K.T  # (16), which (24) does not reach
+        self.P = 0.5 * (P + P.T)
+
+    def _white(self):
+        root = np.sqrt(self.noise.scale)
+        return root[:, None] * self.m.Qv * root
+
+    def _differenced_first(self, z):
+        H, Qv = self.m.H, self.m.Qv
+        zero = np.zeros(self.m.nz)
+        self.innovation = z - H @ self.x
+        base = H @ self.P @ H.T + self.Lambda0
+        self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
+        R = self._white() + self.Lambda0
+        S = H @ self.P @ H.T + R
+        nu = self._conclude(S)
+        K = self._solve(S, H @ self.P).T
+        self.x = self.x + K @ nu
+        E = np.eye(self.m.nx) - K @ H
+        self.P = E @ self.P @ E.T + K @ R @ K.T
+        self.v_before = self.noise.scale * np.diag(Qv)
+        self.shown = (self.x, self.P)
+
+    def _differenced(self, u, z, z_before):
+        m, An, Hd = self.m, self.An, self.Hd
+        self.innovation = self._difference(u, z, z_before)
+        healthy = An @ m.Qv @ An.T
+        diagonal = np.array_equal(m.Qv, np.diag(np.diag(m.Qv)))
+        old = An @ np.diag(self.v_before) @ An.T if diagonal else healthy
+        base = Hd @ self.P @ Hd.T + self.driven + old - np.diag(np.diag(old))
+        self.noise.update(self.innovation, base, np.diag(m.Qv), np.diag(old), np.diag(healthy))
+        R = old + self._white()
+        S = Hd @ self.P @ Hd.T + self.driven + R
+        nu = self._conclude(S)
+        self.v_before = self.noise.scale * np.diag(m.Qv)
+        if self.o.lag:
+            D = self._solve(S, Hd @ self.P).T
+            self.shown = (self.x + D @ nu, self.P - D @ S @ D.T)
+        K = self._solve(S, (m.A @ self.P @ Hd.T + self.C).T).T
+        self.x = m.A @ self.x + m.B @ u + K @ nu
+        E, G = m.A - K @ Hd, np.eye(m.nx) - K @ m.H
+        self.P = E @ self.P @ E.T + G @ self.Q @ G.T + K @ (self.Ql + R) @ K.T
+        if not self.o.lag:
+            self.shown = (self.x, self.P)
+
+    # ------------------------------------------------------------------------------------- outputs
+
+    def outputs(self) -> SimpleNamespace:
+        nx, H = self.m.nx, self.m.H
+        x, P = self.shown
+        lam = x[nx:] if self.augmented else self.z_shown - H @ x[:nx]
+        variance = np.diag(P)[nx:] if self.augmented else np.diag(H @ P @ H.T)
+        return SimpleNamespace(
+            x=x[:nx], sigma=np.sqrt(np.maximum(0, np.diag(P)[:nx])), covariance=P[:nx, :nx], lam=lam,
+            lam_sigma=np.sqrt(np.maximum(0, variance)), compensated=self.z_shown - lam, innovation=self.innovation, nis=self.nis,
+            noise_scale=self.s if self.o.form in PRINTED else self.noise.scale, fault_probability=self.noise.fault,
+        )  # fmt: skip
+
+
+def run_reference(model: LinearModel, options: InsErrorOptions, u, z) -> SimpleNamespace:
+    """Arrays as InsErrorFilter.run takes and gives them."""
+    f = ReferenceInsError(model, options)
+    rows = []
+    for k in range(len(z)):
+        f.step(u[k], z[k])
+        rows.append({name: np.copy(value) for name, value in vars(f.outputs()).items()})
+    return SimpleNamespace(**{name: np.array([row[name] for row in rows]) for name in rows[0]})

@@ -1,0 +1,59 @@
+"""Panel of the report about the stability certificate that `hnav certify DIR --out DIR/certificate.json` left beside a run."""
+
+from __future__ import annotations
+
+import plotly.graph_objects as go
+
+from hnav.reports.panels import panel
+from hnav.reports.plots import FAINT, INK
+from hnav.systems.simulation import Run
+
+# Key in certificate.json, unit, what it says. Those that were not reached are null there and are left out.
+FIGURES = (
+    ("rate_1_s", "1/s", "decay of small errors, one P for all corrections"),
+    ("spectral_rate_1_s", "1/s", "of the slowest single correction: no certificate can exceed it"),
+    ("region_deg", "deg", "largest attitude error inside the region"),
+    ("sure_deg", "deg", "every attitude error below is inside, without bias error"),
+    ("region_bias_deg_s", "deg/s", "largest bias error inside the region"),
+    ("region_rate_1_s", "1/s", "decay inside the region, remainders included"),
+    ("noise_floor_deg", "deg", "bound on the rms attitude error that noise sustains"),
+    ("longest_interval_s", "s", "longest interval with these gains: linear part, all corrections equally far apart"),
+    ("dwell_ratio", "", "the same in actual intervals"),
+    ("interval_limit_s", "s", "beyond it the error grows at a single correction"),
+    ("mixed_interval_s", "s", "linear part, intervals from the actual one to this in any order"),
+    ("region_interval_s", "s", "with the nonlinear remainders, in a region of half the radius, no decay asked"),
+    ("attenuation", "", "error energy over disturbance energy"),
+    ("gamma_squared", "", "what the attenuation must stay below"),
+    ("free_rate_min_1_s", "1/s", "solver-free rate at the slowest correction"),
+    ("free_rate_median_1_s", "1/s", "its median"),
+    ("corrections", "", "corrections, every one verified by its eigenvalues when certified"),
+)
+
+
+def verdict(figures: dict) -> str:
+    return "certified" if figures["certified"] else f"not certified: {figures['reason']}"
+
+
+@panel("certificate", "Stability certificate", "Of the gains that the HREKF of this run has on its samples: hnav certify DIR --out DIR/certificate.json.",
+       lambda run: "certificate" in run.about)  # fmt: skip
+def draw_certificate(run: Run) -> go.Figure:
+    found = run.about["certificate"]
+    rows = [("verdict", verdict(found), "")]
+    rows += [(key, f"{found[key]:.4g} {unit}".strip(), meaning) for key, unit, meaning in FIGURES if found.get(key) is not None]
+    cells = dict(
+        values=[list(column) for column in zip(*rows)],
+        align="left",
+        height=26,
+        font=dict(color=INK),
+        fill=dict(color="white"),
+        line=dict(color=FAINT),
+    )
+    head = dict(
+        values=["figure", "value", "meaning"],
+        align="left",
+        font=dict(color=INK),
+        fill=dict(color="white"),
+        line=dict(color=FAINT),
+    )
+    figure = go.Figure(go.Table(header=head, cells=cells, columnwidth=[2, 3, 5]))
+    return figure.update_layout(height=140 + 26 * len(rows))

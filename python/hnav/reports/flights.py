@@ -1,0 +1,180 @@
+"""Simulated flights of an aircraft whose INS has coloured errors: what each filter makes of each state.
+
+    for channel in channels(read_run(DIR)): ...
+
+A flight is a run of `hnav simulate` with components that tell truth.NAME and fault.NAME of each state (AircraftIns*), and
+components that estimate the same states (InsErrorFilter*).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hnav.reports.plots import BLUE, FAINT, INK, ORANGE, PURPLE, VERMILION, Figure, figure, styled
+from hnav.systems.simulation import Run
+
+COLOURS = {"mdkf": FAINT, "amdkf": VERMILION, "augmented": BLUE, "differenced": PURPLE, "plain": ORANGE}
+DISPLAY = {"rad": ("deg", np.degrees(1)), "rad/s": ("deg/s", np.degrees(1))}
+# Of the axes of the body, as models/aircraft names them.
+WORDS = {
+    "u": "forward velocity", "w": "downward velocity", "q": "pitch rate", "theta": "pitch",
+    "v": "side velocity", "p": "roll rate", "r": "yaw rate", "phi": "roll", "psi": "yaw", "beta": "sideslip",
+}  # fmt: skip
+# The mean of the error of a stretch is not told by fewer samples.
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class Track:
+    """What a filter says of a state, at the times of the samples that it is about; arrays of n, in the channel's unit."""
+
+    filter: str
+    t_s: np.ndarray
+    estimate: np.ndarray
+    error: np.ndarray
+    sigma: np.ndarray
+    innovation: np.ndarray
+    noise_scale: np.ndarray
+    fault_probability: np.ndarray
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A state of an aircraft: truth, measurement and fault at the samples t_s, and the tracks of all its filters."""
+
+    aircraft: str
+    name: str
+    unit: str
+    t_s: np.ndarray
+    truth: np.ndarray
+    measurement: np.ndarray
+    fault: np.ndarray  # bool
+    tracks: tuple[Track, ...]
+
+    @property
+    def title(self) -> str:
+        return f"{WORDS.get(self.name, self.name)} {self.name}"
+
+    def fault_windows(self) -> list[tuple[float, float]]:
+        """First and last time of each stretch of samples with more noise."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], self.fault.astype(int), [0]])))
+        return [(self.t_s[i], self.t_s[j - 1]) for i, j in zip(edges[::2], edges[1::2])]
+
+    def rmse(self, track: Track, faulty: bool) -> float:
+        """Root mean square error of the samples with, or without, more noise in this channel; NaN for too few."""
+        fault = self.fault[_held(self.t_s, track.t_s)]
+        used = track.error[fault == faulty]
+        return float(np.sqrt(np.mean(used**2))) if len(used) >= FEWEST else np.nan
+
+
+def _states(run: Run, component: str, quantity: str) -> list[str]:
+    prefix = f"{component}.{quantity}."
+    return [name[len(prefix) :] for name in run.columns if name.startswith(prefix)]
+
+
+def is_flight(run: Run) -> bool:
+    return bool(channels(run))
+
+
+def channels(run: Run) -> list[Channel]:
+    """All states of all aircraft of a run; empty when there is no aircraft or no filter for it."""
+    filters = {c: set(_states(run, c, "estimate")) for c in run.components}
+    found = []
+    for aircraft in run.components:
+        states = _states(run, aircraft, "truth")
+        if not states or not run.has(aircraft, *(f"fault.{name}" for name in states)):
+            continue
+        own = [c for c, names in filters.items() if names == set(states)]
+        found += [_channel(run, aircraft, name, own) for name in states if own]
+    return found
+
+
+def _channel(run: Run, aircraft: str, name: str, filters: list[str]) -> Channel:
+    unit, factor = DISPLAY.get(run.units[f"{aircraft}.truth.{name}"], (run.units[f"{aircraft}.truth.{name}"], 1.0))
+    truth = factor * run[f"{aircraft}.truth.{name}"]
+    tracks = tuple(_track(run, c, aircraft, name, factor, truth) for c in filters)
+    fault = run[f"{aircraft}.fault.{name}"] > 0.5
+    return Channel(aircraft, name, unit, run.t_s, truth, factor * run[f"{aircraft}.z.{name}"], fault, tracks)
+
+
+def _track(run: Run, component: str, aircraft: str, name: str, factor: float, truth: np.ndarray) -> Track:
+    # Some forms answer one sample late, and a communication point may bring no sample: post.t tells what a row is about.
+    t_s = run[f"{component}.post.t"]
+    rows = np.flatnonzero(np.diff(t_s, prepend=-np.inf) > 0)
+
+    def column(quantity: str, factor: float = 1.0) -> np.ndarray:
+        return factor * run[f"{component}.{quantity}.{name}"][rows]
+
+    estimate = column("estimate", factor)
+    # aircraft_longitudinal and amdkf_longitudinal: the part in common says nothing.
+    suffix = aircraft[aircraft.rfind("_") :] if "_" in aircraft else ""
+    label = component.removesuffix(suffix) if suffix else component
+    error = estimate - truth[_held(run.t_s, t_s[rows])]
+    return Track(
+        label,
+        t_s[rows],
+        estimate,
+        error,
+        column("sigma", factor),
+        column("innov", factor),
+        column("noise_scale"),
+        column("fault_probability"),
+    )
+
+
+def _held(t_s: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """Rows of t_s that hold at the times at_s, against rounding."""
+    return np.clip(np.searchsorted(t_s, at_s + 1e-9) - 1, 0, None)
+
+
+# --------------------------------------------------------------------------------------------- the picture
+
+
+def colour(filter: str) -> str:
+    return COLOURS.get(filter, INK)
+
+
+def draw_flight(flight: list[Channel]) -> Figure:
+    """A column a state: truth and estimates, errors with three sigma of the last filter, its fault probability; the time
+    of the fault is shaded."""
+    with styled():
+        fig = figure(390 * len(flight), 780, dpi=130)
+        rows = fig.subplots(3, len(flight), sharex=True, squeeze=False, height_ratios=[1.2, 1.3, 0.6])
+        for (above, middle, below), channel in zip(rows.T, flight):
+            for axes in (above, middle, below):
+                for begin, end in channel.fault_windows():
+                    axes.axvspan(begin, end, color="#F3E9DC", lw=0, zorder=0)
+            above.plot(channel.t_s, channel.truth, color=INK, lw=1.8, label="truth", zorder=4)
+            for track in channel.tracks:
+                above.plot(track.t_s, track.estimate, color=colour(track.filter), lw=1.0, label=track.filter)
+                middle.plot(track.t_s, track.error, color=colour(track.filter), lw=1.0, label=track.filter)
+            best = channel.tracks[-1]
+            middle.fill_between(
+                best.t_s,
+                -3 * best.sigma,
+                3 * best.sigma,
+                color=colour(best.filter),
+                alpha=0.13,
+                lw=0,
+                label=f"±3 sigma of {best.filter}",
+            )
+            middle.set_ylim(
+                *(
+                    np.array([-1, 1])
+                    * 1.05
+                    * max(3 * np.median(best.sigma), *(np.percentile(np.abs(t.error), 99.5) for t in channel.tracks))
+                )
+            )
+            below.step(best.t_s, best.fault_probability, color=colour(best.filter), where="post")
+            below.set_ylim(-0.04, 1.08)
+            below.set_xlabel("time / s")
+            above.set_title(channel.title)
+            above.set_ylabel(f"{channel.name} / {channel.unit}")
+            middle.set_ylabel(f"error / {channel.unit}")
+        rows[2][0].set_ylabel("fault probability")
+        handles = {h.get_label(): h for axes in (rows[0][0], rows[1][0]) for h in axes.get_legend_handles_labels()[0]}
+        fig.legend(handles.values(), handles, loc="upper right", ncols=len(handles))
+        fig.subplots_adjust(left=0.05, right=0.99, top=0.9, bottom=0.07, wspace=0.24, hspace=0.16)
+    return fig

@@ -1,0 +1,146 @@
+"""One self-contained HTML page about a simulation: what was run, a table of figures, and the panels that apply.
+
+plotly.js stands inside the page, so that it opens without a network, today and in ten years.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from hnav.native.library import HnavError
+from hnav.systems.run_views import Estimate, estimates, figures
+from hnav.systems.simulation import Run
+
+try:
+    import plotly.graph_objects as go
+    from plotly.offline import get_plotlyjs
+
+    import hnav.reports.certificate_panel  # noqa: F401  adds its panel
+    import hnav.reports.flight_panels  # noqa: F401  adds its panels
+    from hnav.reports.panels import Panel, colour_of, panels_of
+except ImportError:
+    raise HnavError(2, "the report needs Plotly: pip install 'hnav[report]'") from None
+
+STYLE = "page.css"
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
+LAYOUT = dict(
+    template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=58, b=44), paper_bgcolor="rgba(0,0,0,0)",
+    plot_bgcolor="rgba(0,0,0,0)", hoverlabel=dict(font=dict(family=FONT)), modebar=dict(bgcolor="rgba(255,255,255,0.9)", color="#B8B8B8", activecolor="#0072B2"),
+    # One row above the axes, where it hides no data.
+    legend=dict(orientation="h", yref="container", yanchor="top", y=1.0, xanchor="left", x=0.0, font=dict(size=12), itemsizing="constant"),
+)  # fmt: skip
+AXIS = dict(
+    gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True,
+)  # fmt: skip
+CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
+
+
+def write_report(run: Run, file: Path) -> list[str]:
+    """Writes the page and returns the names of its panels. Raises HnavError if the file cannot be written."""
+    panels = panels_of(run)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(page(run, panels), encoding="utf-8")
+    except OSError as error:
+        raise HnavError(2, f"{file}: cannot be written: {error.strerror}") from None
+    return [p.name for p in panels]
+
+
+def page(run: Run, panels: list[Panel]) -> str:
+    """The whole document."""
+    title = f"hnav · {run.about['system']}" + (f" · {run.about['scenario']}" if run.about["scenario"] else "")
+    style = resources.files("hnav.reports").joinpath(STYLE).read_text(encoding="utf-8")
+    links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
+    return "\n".join([
+        "<!doctype html>", '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
+        # An empty icon: a browser would ask a server for one.
+        f'<title>{escape(title)}</title><link rel="icon" href="data:,"><style>{style}</style><script>{get_plotlyjs()}</script></head><body>',
+        header(run), f"<nav>{links}</nav><main>", summary(run), *(section(p, run) for p in panels), "</main></body></html>",
+    ])  # fmt: skip
+
+
+def header(run: Run) -> str:
+    about = run.about
+    facts = {
+        "scenario": about["scenario"], "grade": about["grade"], "seed": about["seed"], "length": f"{run.t_s[-1] - run.t_s[0]:g} s",
+        "step": f"{1e3 * about['step_s']:g} ms", "hnav": about["versions"]["hnav"],
+    }  # fmt: skip
+    listed = "".join(
+        f"<div><dt>{name}</dt><dd>{escape(str(value))}</dd></div>" for name, value in facts.items() if value is not None
+    )
+    warnings = [about["failure"]] if about["failure"] else []
+    warnings += [f"{name} lost {n} samples between the communication points" for name, n in about["lost"].items() if n]
+    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in warnings)
+    description = f"<p>{escape(about['description'])}</p>" if about["description"] else ""
+    return f"<header><h1>{escape(about['system'])}</h1>{description}<dl>{listed}</dl>{warned}{parameters(run)}</header>"
+
+
+def parameters(run: Run) -> str:
+    """All that was set, folded away."""
+    chosen = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in run.about["parameters"].items()}
+    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in chosen.items())
+    return f"<details><summary>{len(chosen)} parameters set</summary><table>{rows}</table></details>" if rows else ""
+
+
+def summary(run: Run) -> str:
+    """A row for each filter; "" without filters."""
+    filters = estimates(run)
+    if not filters:
+        return ""
+    heads = (
+        "filter",
+        "RMSE",
+        "heading RMSE",
+        "error at the end",
+        "mean NEES (3)",
+        "NIS force",
+        "NIS field",
+        "tilt ready",
+        "heading ready",
+    )
+    head = "".join(f"<th>{name}</th>" for name in heads)
+    table = f'<table class="figures"><tr>{head}</tr>{"".join(_row(e) for e in filters)}</table>'
+    return f'<section id="summary"><h2>Summary</h2><div class="scroll">{table}</div></section>'
+
+
+def _row(estimate: Estimate) -> str:
+    found = figures(estimate)
+    cells = [
+        _number(found.rmse_deg, "deg"),
+        _number(found.heading_rmse_deg, "deg"),
+        _number(found.final_deg, "deg"),
+        _number(found.nees),
+    ]
+    cells += [f"{_number(mean)} ({expected})" for mean, expected in found.nis.values()]
+    cells += [_number(t, "s") if np.isfinite(t) else "never" for t in (found.tilt_ready_s, found.heading_ready_s)]
+    swatch = f'<i style="background:{colour_of(estimate.run, estimate.name)}"></i>'
+    return f"<tr><td>{swatch}{escape(estimate.name)}</td>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+
+
+def _number(value: float, unit: str = "") -> str:
+    return f"{value:.3g} {unit}".strip() if np.isfinite(value) else "–"
+
+
+def section(panel: Panel, run: Run) -> str:
+    drawn = panel.draw(run)
+    style(drawn)
+    for axis in drawn.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
+        # Markers would make the axis begin before the run.
+        axis.range = [run.t_s[0], run.t_s[-1]]
+    body = drawn.to_html(
+        full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%"
+    )
+    return f'<section id="{panel.name}"><h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{body}</section>'
+
+
+def style(figure: go.Figure) -> None:
+    """The look that all panels share."""
+    figure.update_layout(LAYOUT)
+    figure.update_xaxes(AXIS)
+    figure.update_yaxes(AXIS)
+    # Titles of columns as the panels' own headings: small and at rest.
+    figure.update_annotations(font=dict(size=12, color="#333333"))

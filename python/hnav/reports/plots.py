@@ -1,0 +1,279 @@
+"""Pictures of attitude estimates: against a reference, against their own sigma, innovations against chi-square bounds.
+
+Every function draws into axes that it is given and touches nothing else; figures are made without pyplot, so no
+state is shared and no display is needed. Angles are drawn in degrees, times in seconds. Colours are those of Okabe
+and Ito (Color Universal Design, 2008), which people with any kind of colour vision can tell apart; what a colour
+says is said by label or line style as well.
+
+    python -m hnav.reports.plots overview --broad FOLDER --out FILE.png      the picture of the README
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+from scipy import stats
+
+from hnav.filters.rotations import euler_rad
+from hnav.io.recordings import RecordingError
+from hnav.native.library import HnavError
+
+BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
+SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
+AXIS_COLOURS = (VERMILION, GREEN, BLUE)
+
+STYLE = {
+    "font.size": 9.5,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": "#9A9A9A",
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.3,
+    "figure.facecolor": "white",
+    # The renderer refuses a path of millions of points in one piece.
+    "agg.path.chunksize": 20000,
+}
+
+# The axis of NIS ends here, and its running means take this many windows at most over the whole recording.
+NIS_FLOOR, NIS_WINDOWS = 1e-7, 100
+
+# Beyond this pitch roll and yaw jump about without meaning; the quaternion is drawn instead.
+EULER_PITCH_LIMIT_DEG = 80.0
+
+
+# --------------------------------------------------------------------------------------------- what is drawn
+
+
+def euler_deg(q_nb: np.ndarray) -> np.ndarray:
+    """Roll, pitch, yaw in deg (n x 3) of unit quaternions (n x 4, scalar first, body to navigation).
+
+    Rotation order z y x, each angle unwrapped in time so that a turn is one line; NaN rows stay NaN.
+    """
+    angles = euler_rad(q_nb)
+    known = np.isfinite(angles).all(axis=1)
+    angles[known] = np.unwrap(angles[known], axis=0)
+    return np.degrees(angles)
+
+
+def continuous_quaternion(q: np.ndarray) -> np.ndarray:
+    """The same rotations (n x 4) with signs chosen so that neighbours lie on the same half of the sphere."""
+    q = q.copy()
+    known = np.flatnonzero(np.isfinite(q).all(axis=1))
+    if len(known):
+        turns = np.sign(np.einsum("ij,ij->i", q[known][1:], q[known][:-1]))
+        turns[turns == 0] = 1
+        q[known[1:]] *= np.cumprod(turns)[:, None]
+    return q
+
+
+def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean over windows of window_s side by side: their mid times and means (NaN rows left out).
+
+    Windows side by side share no sample, so their means scatter as independent samples would.
+    """
+    known = np.isfinite(values)
+    if not known.any():
+        return np.empty(0), np.empty(0)
+    t_s, values = t_s[known], values[known]
+    window = np.floor((t_s - t_s[0]) / window_s).astype(int)
+    count = np.bincount(window)
+    used = count > 0
+    mean = np.bincount(window, weights=values)[used] / count[used]
+    return t_s[0] + (np.flatnonzero(used) + 0.5) * window_s, mean
+
+
+# --------------------------------------------------------------------------------------------- panels
+
+
+def styled():
+    """A context in which figures are made in the look of hnav: `with styled(): ...`; nothing outside changes."""
+    return rc_context(STYLE)
+
+
+def figure(width_px: int, height_px: int, dpi: int = 100) -> Figure:
+    """An empty figure of this many pixels."""
+    return Figure(figsize=(width_px / dpi, height_px / dpi), dpi=dpi)
+
+
+def draw_attitude(
+    axes: Axes, t_s: np.ndarray, q_nb: np.ndarray, q_ref: np.ndarray | None = None, reference: str = "reference"
+) -> str:
+    """Attitude of the filter (coloured) over that of a reference (black, dashed); returns what was drawn.
+
+    Roll, pitch and yaw in deg, or the four components of the quaternion when pitch comes near 90 deg, where roll and
+    yaw mean nothing. q_nb, q_ref: n x 4, scalar first, body to navigation.
+    """
+    angles = euler_deg(q_nb)
+    as_euler = not np.nanmax(np.abs(angles[:, 1]), initial=0.0) > EULER_PITCH_LIMIT_DEG
+    if as_euler:
+        lines, names, colours = angles, ("roll", "pitch", "yaw"), AXIS_COLOURS
+        # A reference may be unwrapped into another turn: bring it to the filter's.
+        others = None if q_ref is None else near_turn(euler_deg(q_ref), angles)
+    else:
+        lines, names, colours = continuous_quaternion(q_nb), ("q0", "q1", "q2", "q3"), (PURPLE, *AXIS_COLOURS)
+        others = None
+        if q_ref is not None:
+            sign = np.where(np.einsum("ij,ij->i", np.nan_to_num(q_ref), np.nan_to_num(lines)) < 0, -1.0, 1.0)
+            others = q_ref * sign[:, None]
+    for column, (name, colour) in enumerate(zip(names, colours)):
+        axes.plot(t_s, lines[:, column], color=colour, label=name, lw=1.6)
+        if others is not None:
+            # Rows without a reference would break the line into invisible points.
+            known = np.isfinite(others[:, column])
+            axes.plot(
+                t_s[known],
+                others[known, column],
+                color="black",
+                lw=0.8,
+                ls=(0, (4, 2)),
+                label=reference if column == len(names) - 1 else None,
+            )
+    axes.set_ylabel("angle / deg" if as_euler else "quaternion / 1")
+    legend_above(axes)
+    return "roll, pitch, yaw" if as_euler else "quaternion"
+
+
+def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
+    """angles_deg moved by whole turns to within half a turn of near_deg, element by element."""
+    return angles_deg + 360.0 * np.round((near_deg - angles_deg) / 360.0)
+
+
+def draw_error_band(
+    axes: Axes,
+    t_s: np.ndarray,
+    error_deg: np.ndarray,
+    sigma_deg: np.ndarray,
+    name: str,
+    colour: str = BLUE,
+    times: float = 3.0,
+    one_sided: bool = False,
+) -> float:
+    """An error (deg) inside the band of +- times sigma that the filter states; returns the share inside, 0 to 1.
+
+    one_sided: the error is a length, the band begins at zero.
+    """
+    axes.fill_between(
+        t_s,
+        0.0 if one_sided else -times * sigma_deg,
+        times * sigma_deg,
+        color=colour,
+        alpha=0.16,
+        lw=0,
+        label=f"{'' if one_sided else '±'}{times:g}σ stated by the filter",
+    )
+    known = np.isfinite(error_deg)
+    axes.plot(t_s[known], error_deg[known], color=colour, lw=1.1, label=name)
+    if not one_sided:
+        axes.axhline(0.0, color=FAINT, lw=0.7)
+    axes.set_ylabel("difference / deg")
+    legend_above(axes)
+    return float(np.mean(np.abs(error_deg[known]) <= times * sigma_deg[known])) if known.any() else float("nan")
+
+
+def draw_sigma(axes: Axes, t_s: np.ndarray, sigma_deg: np.ndarray, names: Sequence[str]) -> None:
+    """Standard deviations in deg (n x k) on a logarithmic scale."""
+    for column, (name, colour) in enumerate(zip(names, AXIS_COLOURS)):
+        axes.plot(t_s, sigma_deg[:, column], color=colour, label=name)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.set_ylabel("σ / deg")
+    legend_above(axes)
+
+
+def draw_bias(axes: Axes, t_s: np.ndarray, bias_deg_s: np.ndarray, sigma_deg_s: np.ndarray) -> None:
+    """Gyro bias in deg/s (n x 3) with its band of one sigma."""
+    for axis, (name, colour) in enumerate(zip("xyz", AXIS_COLOURS)):
+        middle, spread = bias_deg_s[:, axis], sigma_deg_s[:, axis]
+        axes.fill_between(t_s, middle - spread, middle + spread, color=colour, alpha=0.14, lw=0)
+        axes.plot(t_s, middle, color=colour, label=f"{name} ±1σ")
+    axes.set_ylabel("gyro bias / (deg/s)")
+    legend_above(axes)
+
+
+def draw_nis(axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension: int = 3, probability: float = 0.95) -> None:
+    """Normalised innovations squared by sensor: every sample as a dot, running means as a line.
+
+    The grey band holds a share `probability` of the single samples of a filter whose noise is as parametrised
+    (two-sided chi-square, Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2); the dashed line is their mean,
+    `dimension`.
+    """
+    low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], dimension)
+    axes.axhspan(low, high, color="#DDDDDD", alpha=0.55, lw=0, label=f"{probability:.0%} of χ²({dimension})")
+    axes.axhline(dimension, color=INK, lw=0.9, ls="--", label=f"expected mean {dimension}")
+    window_s = max(1.0, (t_s[-1] - t_s[0]) / NIS_WINDOWS)
+    floor = low
+    for (name, values), colour in zip(nis.items(), (BLUE, ORANGE)):
+        shown = np.isfinite(values) & (values > 0)
+        axes.plot(t_s[shown], values[shown], ".", color=colour, ms=2.2, alpha=0.3, zorder=2)
+        middle_s, mean = running_mean(t_s, values, window_s)
+        # A white edge keeps the line readable on its own dots.
+        axes.plot(middle_s, mean, color="white", lw=3.2, zorder=3)
+        axes.plot(middle_s, mean, color=colour, lw=1.6, zorder=4, label=f"{name}, mean of {window_s:.3g} s")
+        if (mean > 0).any():
+            floor = min(floor, mean[mean > 0].min())
+    axes.set_yscale("log")
+    axes.set_ylim(max(10.0 ** np.floor(np.log10(floor)), NIS_FLOOR), 1e2)
+    axes.set_ylabel("NIS / 1")
+    legend_above(axes)
+
+
+def legend_above(axes: Axes) -> None:
+    """The legend in one row at the right above the axes, where it hides no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncols=6, handlelength=1.6, columnspacing=1.1, borderaxespad=0.0)
+
+
+def save(picture: Figure, path: Path) -> None:
+    """Writes the figure as PNG (or what the ending says), making the folder when it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture.savefig(path)
+
+
+# --------------------------------------------------------------------------------------------- the command
+
+app = typer.Typer(
+    add_completion=False, pretty_exceptions_enable=False, help="Pictures of hnav's documentation, made anew from data."
+)
+
+
+@app.callback()
+def commands() -> None:
+    """Keeps `overview` a subcommand although it is the only one."""
+
+
+@app.command()
+def overview(
+    broad: Annotated[Path, typer.Option(help="folder with the trials of the BROAD data set", exists=True, file_okay=False)],
+    out: Annotated[Path, typer.Option(help="PNG file to write")],
+) -> None:
+    """The picture of the README: one BROAD trial against optical truth, and a few samples seen from near."""
+    from studies.overview import draw_overview, save_small  # it draws with this module
+
+    try:
+        save_small(draw_overview(broad), out)
+    except (HnavError, RecordingError, OSError) as error:
+        typer.echo(f"overview: {error}", err=True)
+        raise typer.Exit(2) from None
+    typer.echo(f"{out} ({out.stat().st_size / 1000:.0f} kB)")
+
+
+if __name__ == "__main__":
+    app()

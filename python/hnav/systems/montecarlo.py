@@ -1,0 +1,201 @@
+"""Many simulations of a system with one seed each, on this machine or a Dask cluster, and what their spread tells.
+
+Run i of every scenario has the seed first_seed + i, so scenarios meet the same draws and any number of workers gives
+the same numbers. A run that fails is a row with its reason. Intervals of means are Student's t over the runs, which are
+independent; the ratio of two filters over the same runs is bootstrapped over the runs, pair by pair.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from hnav.native.library import HnavError
+from hnav.systems.run_views import Estimate, estimates
+from hnav.systems.simulation import Run, simulate
+
+CONFIDENCE = 0.95
+# What the figures need of a run, and no more: the files of 200 runs stay in memory.
+RECORDED = (
+    "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
+)  # fmt: skip
+NEES_AT_S = (10.0, 30.0, 60.0)
+BOOTSTRAP_DRAWS, BOOTSTRAP_SEED = 2000, 1
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run, small enough to travel to a worker."""
+
+    system: str
+    scenario: str | None
+    seed: int
+    grade: str | None = None
+    settings: tuple[str, ...] = ()
+    step_s: float | None = None
+    stop_s: float | None = None
+
+
+def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: int = 1, **options) -> list[Job]:
+    """Scenario by scenario, seed by seed. Raises HnavError for fewer than two runs, which have no spread."""
+    if runs < 2:
+        raise HnavError(2, f"runs = {runs}: at least 2 are needed for an interval")
+    return [Job(system, scenario, first_seed + i, **options) for scenario in scenarios for i in range(runs)]
+
+
+def rows_of(job: Job) -> list[dict]:
+    """One row for each filter of one run; a run that fails gives one row with `failure` and no figures."""
+    key = {"scenario": job.scenario or "as bound", "seed": job.seed}
+    try:
+        run = simulate(job.system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s, RECORDED)
+        if run.about["failure"]:
+            return [key | {"filter": "", "failure": run.about["failure"]}]
+        filters = estimates(run)
+        if not filters:
+            raise HnavError(2, f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare")
+        return [key | {"filter": e.name, "failure": ""} | _figures(e, run) for e in filters]
+    except HnavError as error:
+        return [key | {"filter": "", "failure": str(error)}]
+
+
+def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
+    """Mean squared errors rather than their roots: means over runs of squares are what the paper's Table 1 compares."""
+    error, nees = estimate.error_rad, estimate.nees
+    if error is None:
+        raise HnavError(2, "the system puts out no truth (truth.q): there is nothing to compare with")
+    degrees = np.degrees(error)
+    found = {f"mse_{axis}_deg2": _mean(degrees[:, i] ** 2) for i, axis in enumerate(("north", "east", "down"))}
+    found |= {"mse_deg2": _mean(np.sum(degrees**2, axis=1)), "final_deg": float(np.linalg.norm(degrees[-1]))}
+    found["nees"] = np.nan if nees is None else _mean(nees)
+    for t_s in NEES_AT_S:
+        # The last row not after the time: a shorter run has none.
+        row = np.searchsorted(run.t_s, t_s * (1 + 1e-12), side="right") - 1
+        found[f"nees_{t_s:g}s"] = np.nan if nees is None or run.t_s[-1] < t_s * (1 - 1e-12) else float(nees[row])
+    for sensor, name in (("accel", "force"), ("mag", "field")):
+        found[f"nis_{name}"] = _mean(run[f"{estimate.name}.nis.{sensor}"][estimate.sampled(sensor)])
+    return found | {
+        "tilt_ready_s": estimate.ready_s("align.tilt_ready"),
+        "heading_ready_s": estimate.ready_s("align.heading_ready"),
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
+def run_jobs(
+    work: Sequence[Job], workers: int = 1, scheduler: str | None = None, progress: Callable[[int, int], None] | None = None
+) -> pd.DataFrame:
+    """A row for each filter and run, in the order of the jobs whatever finishes first.
+
+    workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. Raises HnavError
+    if Dask is missing or the scheduler does not answer.
+    """
+    found: dict[int, list[dict]] = {}
+    for i, rows in _results(work, workers, scheduler):
+        found[i] = rows
+        if progress:
+            progress(len(found), len(work))
+    return pd.DataFrame([row for i in sorted(found) for row in found[i]])
+
+
+def _results(work: Sequence[Job], workers: int, scheduler: str | None):
+    if workers < 1:
+        raise HnavError(2, f"workers = {workers}: at least 1 is needed")
+    if workers == 1 and scheduler is None:
+        yield from ((i, rows_of(job)) for i, job in enumerate(work))
+        return
+    try:
+        from distributed import Client, LocalCluster, as_completed
+    except ImportError:
+        raise HnavError(2, "many workers need Dask: pip install 'hnav[montecarlo]'") from None
+    cluster = None
+    try:
+        if scheduler is None:
+            # The status page: for this machine only, at a port that is free.
+            # What fails in a run is a row; what the workers say when they are sent home concerns nobody.
+            cluster = LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
+            )
+        client = Client(cluster if cluster is not None else scheduler, timeout="10s")
+    except (OSError, TimeoutError, ValueError) as error:
+        if cluster is not None:
+            cluster.close()
+        raise HnavError(2, f"scheduler {scheduler or 'of this machine'}: {error}") from None
+    try:
+        # Keys by number: equal jobs are runs of their own.
+        futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): i for i, job in enumerate(work)}
+        for future in as_completed(futures):
+            i, job = futures[future], work[futures[future]]
+            try:
+                yield i, future.result()
+            except Exception as error:  # a worker that died takes its run along, not the others
+                yield (
+                    i,
+                    [
+                        {
+                            "scenario": job.scenario or "as bound",
+                            "seed": job.seed,
+                            "filter": "",
+                            "failure": f"{type(error).__name__}: {error}",
+                        }
+                    ],
+                )
+    finally:
+        client.close()
+        if cluster is not None:
+            cluster.close()
+
+
+# --------------------------------------------------------------------------------------------- what the runs tell
+
+
+def mean_interval(values: np.ndarray, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
+    """Mean and its two-sided Student interval over the finite values; NaN ends for fewer than two."""
+    known = np.asarray(values, float)
+    known = known[np.isfinite(known)]
+    if len(known) < 2:
+        return (float(known.mean()) if len(known) else np.nan), np.nan, np.nan
+    half = stats.t.ppf((1 + confidence) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
+    return float(known.mean()), float(known.mean() - half), float(known.mean() + half)
+
+
+def ratio_interval(numerator: np.ndarray, denominator: np.ndarray, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
+    """Ratio of two means over the same runs and its percentile bootstrap interval (Efron and Tibshirani 1993, ch. 13).
+
+    Runs are drawn as pairs, for both filters have seen the same noise; the draws are seeded.
+    """
+    pairs = np.column_stack([numerator, denominator]).astype(float)
+    pairs = pairs[np.isfinite(pairs).all(axis=1)]
+    if len(pairs) < 2:
+        return np.nan, np.nan, np.nan
+    drawn = np.random.default_rng(BOOTSTRAP_SEED).integers(0, len(pairs), (BOOTSTRAP_DRAWS, len(pairs)))
+    means = pairs[drawn].mean(axis=1)
+    low, high = np.quantile(means[:, 0] / means[:, 1], [(1 - confidence) / 2, (1 + confidence) / 2])
+    return float(pairs[:, 0].mean() / pairs[:, 1].mean()), float(low), float(high)
+
+
+def nees_bounds(runs: int, probability: float = 0.999, dimension: int = 3) -> tuple[float, float]:
+    """Two-sided bounds of the mean NEES of a consistent filter over independent runs: chi-square(runs dimension) / runs
+    (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2).
+    """
+    low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], runs * dimension) / runs
+    return float(low), float(high)
+
+
+def write_table(table: pd.DataFrame, file: Path) -> None:
+    """Parquet, a row for each filter and run. Raises HnavError if it cannot be written."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        table.to_parquet(file, index=False)
+    except ImportError:
+        raise HnavError(2, "Parquet needs pyarrow: pip install 'hnav[montecarlo]'") from None
+    except OSError as error:
+        raise HnavError(2, f"{file}: cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,150 @@
+"""Grades of sensors (models/sensors): figures as datasheets give them, read, checked for units, turned into parameters.
+
+    grade = read_grade("industrial")
+    grade.parameters()                   # of the FMU ImuMagSensor, by name
+    grade.filter_parameters()            # noise that a filter should be told
+
+A file holds, for gyro, accel and mag, entries {"value": number, "unit": text}. Every unit below is taken; others are
+refused with one line that names file, entry and unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from hnav.io.model_files import model_files, read_json
+from hnav.native.library import HnavError
+
+GRADES = ("consumer", "industrial", "tactical")
+G_M_S2 = 9.80665
+DEG = math.pi / 180
+
+# Factors from each unit to the one of the parameter.
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+RATIO = {"1": 1.0, "%": 1e-2, "ppm": 1e-6}
+ANGLE = {"rad": 1.0, "mrad": 1e-3, "deg": DEG}
+RATE = {"rad/s": 1.0, "deg/s": DEG, "mdeg/s": 1e-3 * DEG, "deg/h": DEG / 3600}
+RATE_NOISE = {
+    "deg/sqrt(h)": 1.0,
+    "deg/s/sqrt(Hz)": 60.0,
+    "mdeg/s/sqrt(Hz)": 0.06,
+    "deg/h/sqrt(Hz)": 1 / 60,
+    "rad/s/sqrt(Hz)": 60 / DEG,
+}
+RATE_WALK = {"deg/h/sqrt(h)": 1.0, "deg/s/sqrt(s)": 3600 * 60.0, "rad/s/sqrt(s)": 3600 * 60 / DEG}
+G_SENSITIVITY = {"deg/h/g": 1.0, "deg/s/g": 3600.0, "rad/s/(m/s2)": 3600 / DEG * G_M_S2}
+FORCE = {"m/s2": 1.0, "g": G_M_S2, "mg": 1e-3 * G_M_S2, "ug": 1e-6 * G_M_S2}
+FORCE_NOISE = {"ug/sqrt(Hz)": 1.0, "mg/sqrt(Hz)": 1e3, "m/s2/sqrt(Hz)": 1e6 / G_M_S2, "m/s/sqrt(h)": 1e6 / G_M_S2 / 60}
+FORCE_WALK = {"ug/sqrt(h)": 1.0, "mg/sqrt(h)": 1e3, "m/s2/sqrt(s)": 1e6 / G_M_S2 * 60}
+FIELD = {"T": 1.0, "uT": 1e-6, "nT": 1e-9, "mG": 1e-7, "G": 1e-4}
+FIELD_NOISE = {"nT/sqrt(Hz)": 1.0, "uT/sqrt(Hz)": 1e3, "T/sqrt(Hz)": 1e9}
+FIELD_WALK = {"nT/sqrt(h)": 1.0, "uT/sqrt(h)": 1e3, "T/sqrt(s)": 1e9 * 60}
+
+_ALL = {
+    "period": ("period_s", TIME),
+    "latency": ("latency_s", TIME),
+    "jitter": ("jitter_s", TIME),
+    "dropout": ("dropout", RATIO),
+    "scale_factor": ("scale_factor_sigma", RATIO),
+    "misalignment": ("misalignment_sigma_rad", ANGLE),
+}
+# Of each sensor: entry of the file -> parameter of the FMU and the units it may have.
+ENTRIES: dict[str, dict[str, tuple[str, dict[str, float]]]] = {
+    "gyro": _ALL | {
+        "noise": ("noise_deg_per_sqrt_h", RATE_NOISE),
+        "bias_instability": ("bias_instability_rad_s", RATE),
+        "random_walk": ("random_walk_deg_per_h_per_sqrt_h", RATE_WALK),
+        "turn_on_bias": ("bias_sigma_rad_s", RATE),
+        "g_sensitivity": ("g_sensitivity_deg_per_h_per_g", G_SENSITIVITY),
+        "range": ("range_rad_s", RATE),
+        "resolution": ("resolution_rad_s", RATE),
+    },
+    "accel": _ALL | {
+        "noise": ("noise_ug_per_sqrt_hz", FORCE_NOISE),
+        "bias_instability": ("bias_instability_m_s2", FORCE),
+        "random_walk": ("random_walk_ug_per_sqrt_h", FORCE_WALK),
+        "turn_on_bias": ("bias_sigma_m_s2", FORCE),
+        "range": ("range_m_s2", FORCE),
+        "resolution": ("resolution_m_s2", FORCE),
+    },
+    "mag": _ALL | {
+        "noise": ("noise_nt_per_sqrt_hz", FIELD_NOISE),
+        "bias_instability": ("bias_instability_tesla", FIELD),
+        "random_walk": ("random_walk_nt_per_sqrt_h", FIELD_WALK),
+        "turn_on_bias": ("bias_sigma_tesla", FIELD),
+        "hard_iron": ("hard_iron_sigma_tesla", FIELD),
+        "soft_iron": ("soft_iron_sigma", RATIO),
+        "range": ("range_tesla", FIELD),
+        "resolution": ("resolution_tesla", FIELD),
+    },
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Grade:
+    """values: by the names of the parameters of ImuMagSensor, in their units."""
+
+    name: str
+    values: dict[str, float]
+
+    def parameters(self) -> dict[str, float]:
+        return dict(self.values)
+
+    def filter_parameters(self, strength_tesla: float = 5e-5) -> dict[str, float]:
+        """Noise of Hrekf for this grade.
+
+        The wander of the gyro bias that is no random walk is told as one: bias instability B that is flat up to 1000 s
+        moves as far in that time as a walk of B / sqrt(1000 s).
+        """
+        v = self.values
+        floor = v.get("gyro.bias_instability_rad_s", 0.0) / math.sqrt(1000)
+        walk = v.get("gyro.random_walk_deg_per_h_per_sqrt_h", 0.0) * DEG / 3600 / 60
+        return {
+            "gyro_noise_rad_per_sqrt_s": v.get("gyro.noise_deg_per_sqrt_h", 0.0) * DEG / 60,
+            "gyro_bias_walk_rad_s_per_sqrt_s": math.hypot(walk, floor),
+            "accel_noise_per_sqrt_hz": v.get("accel.noise_ug_per_sqrt_hz", 0.0) * 1e-6,
+            "mag_noise_per_sqrt_hz": v.get("mag.noise_nt_per_sqrt_hz", 0.0) * 1e-9 / strength_tesla,
+        }
+
+
+def models_folder() -> Path:
+    return model_files("sensors")
+
+
+def read_grade(name_or_path: str | Path) -> Grade:
+    """A grade of GRADES, or a file. Raises HnavError that names file, entry and unit."""
+    path = models_folder() / f"{name_or_path}.json" if str(name_or_path) in GRADES else Path(name_or_path)
+
+    def refuse(reason: str):
+        raise HnavError(2, f"{path.name}: {reason}")
+
+    data = read_json(path)
+    if not isinstance(data, dict):
+        refuse("no object of sensors")
+    for text in ("name", "source", "assumed"):
+        if not isinstance(data.get(text), str) or not data[text]:
+            refuse(f"{text} is missing")
+    unknown = sorted(set(data) - {"name", "source", "assumed"} - set(ENTRIES))
+    if unknown:
+        refuse(f"there is no sensor {unknown[0]}; there are {', '.join(ENTRIES)}")
+
+    values = {}
+    for sensor, entries in ENTRIES.items():
+        given = data.get(sensor, {})
+        if not isinstance(given, dict):
+            refuse(f"{sensor} is no object of entries")
+        for key, entry in given.items():
+            if key not in entries:
+                refuse(f"{sensor}.{key} is unknown; there are {', '.join(entries)}")
+            if not isinstance(entry, dict) or set(entry) != {"value", "unit"}:
+                refuse(f"{sensor}.{key} must have value and unit")
+            parameter, units = entries[key]
+            value, unit = entry["value"], entry["unit"]
+            if unit not in units:
+                refuse(f"{sensor}.{key}: unit {unit} is not one of {', '.join(units)}")
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
+                refuse(f"{sensor}.{key} = {value} {unit} must be a number of at least 0")
+            values[f"{sensor}.{parameter}"] = value * units[unit]
+    return Grade(data["name"], values)

@@ -1,0 +1,138 @@
+"""A simulation of a system of FMUs, and the two files that it leaves for all who look at it afterwards.
+
+DIR/signals.h5   dataset `t_s` (n) and one dataset (n, float64) for each recorded "component.variable", attribute `unit`
+DIR/run.json     what was run: system, scenario, grade, parameters, seed, step, wall times, lost samples, versions
+
+The same system, parameters and seed give the same bytes of signals.h5.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from hnav import __version__
+from hnav.fmi.engines import Progress
+from hnav.native.library import HnavError, parse_setting
+from hnav.systems.master import RECORDED, Record, run_system
+from hnav.systems.structure import Parameter, read_system, system_path
+
+SIGNALS, ABOUT, CERTIFICATE = "signals.h5", "run.json", "certificate.json"
+DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished simulation: columns by "component.variable" and what run.json says about it."""
+
+    t_s: np.ndarray
+    columns: dict[str, np.ndarray]
+    units: dict[str, str]
+    about: dict
+
+    @property
+    def components(self) -> list[str]:
+        return list(self.about["components"])
+
+    def has(self, component: str, *names: str) -> bool:
+        return all(f"{component}.{name}" in self.columns for name in names)
+
+    def vector(self, component: str, name: str, size: int) -> np.ndarray:
+        """component.name[1] ... [size] side by side, n x size. Raises KeyError."""
+        return np.column_stack([self.columns[f"{component}.{name}[{i}]"] for i in range(1, size + 1)])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.columns[name]
+
+
+def simulate(
+    system: str | Path,
+    scenario: str | None = None,
+    grade: str | None = None,
+    settings: Sequence[str] = (),
+    seed: int | None = None,
+    step_s: float | None = None,
+    stop_s: float | None = None,
+    record: Sequence[str] = RECORDED,
+    progress: Progress | None = None,
+) -> Run:
+    """Reads the system (name, .ssp or folder), sets its parameters and runs it.
+
+    settings: "component.parameter=value", after grade and scenario. step_s, stop_s None: what the system asks for.
+    A component that fails ends the run: about["failure"] says so and the samples until then are kept. Raises
+    HnavError for what cannot begin.
+    """
+    with read_system(system_path(str(system))) as read:
+        read.choose(grade, scenario)
+        read.apply([Parameter(name, "", value) for name, value in map(_setting, settings)], "--set")
+        if seed is not None:
+            read.seed(seed)
+        step_s = step_s if step_s is not None else read.step_s or DEFAULT_STEP_S
+        stop_s = stop_s if stop_s is not None else read.stop_s or DEFAULT_STOP_S
+        left = run_system(read, stop_s, step_s, record, progress=progress)
+        components = {
+            c.name: {"model": c.description.modelName, "fmi": c.description.fmiVersion, "version": c.description.version or ""}
+            for c in read.components.values()
+        }
+        about = {
+            "system": read.name, "description": read.description, "scenario": scenario, "grade": grade, "seed": seed,
+            "start_s": read.start_s, "stop_s": stop_s, "step_s": step_s, "parameters": read.parameters(), "components": components,
+        }  # fmt: skip
+    return Run(left.t_s, left.columns, left.units, about | _outcome(left))
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, value = parse_setting(text)
+    if "." not in name:
+        raise HnavError(2, f"--set {text}: component.parameter=value is wanted")
+    return name, value
+
+
+def _outcome(left: Record) -> dict:
+    packages = ("fmpy", "h5py", "numpy")
+    versions = {"hnav": __version__} | {name: importlib.metadata.version(name) for name in packages}
+    return {"wall_s": left.wall_s, "lost": left.lost, "failure": left.failure, "versions": versions}
+
+
+def write_run(run: Run, folder: Path) -> None:
+    """Makes the folder when it is missing. Raises HnavError that names the file that cannot be written."""
+    file = folder / SIGNALS
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Without times of creation the bytes depend on the numbers alone.
+        with h5py.File(file, "w", track_order=True) as target:
+            target.create_dataset("t_s", data=run.t_s, track_times=False).attrs["unit"] = "s"
+            for name, values in run.columns.items():
+                target.create_dataset(name, data=values, track_times=False).attrs["unit"] = run.units.get(name, "")
+        file = folder / ABOUT
+        file.write_text(json.dumps(run.about, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        raise HnavError(2, f"{file}: cannot be written: {error.strerror or error}") from None
+
+
+def read_run(folder: Path) -> Run:
+    """What write_run wrote, and the figures of hnav certify as about["certificate"] if certificate.json stands beside it.
+
+    Raises HnavError that names the file that is missing or damaged.
+    """
+    file = folder / ABOUT
+    try:
+        about = json.loads(file.read_text())
+        file = folder / CERTIFICATE
+        if file.is_file():
+            about["certificate"] = json.loads(file.read_text())
+        file = folder / SIGNALS
+        with h5py.File(file) as source:
+            units = {name: str(source[name].attrs.get("unit", "")) for name in source if name != "t_s"}
+            columns = {name: source[name][()] for name in units}
+            return Run(source["t_s"][()], columns, units, about)
+    except FileNotFoundError:
+        raise HnavError(2, f"{file}: file not found; hnav simulate writes it") from None
+    except (OSError, KeyError, ValueError) as error:
+        raise HnavError(2, f"{file}: cannot be read: {error}") from None

@@ -1,0 +1,91 @@
+"""How much a filter's score hangs on each of its parameters: every one times and divided by a factor, one at a time.
+
+    python -m studies.sensitivity DIR [--filter ahrs] [--factor 1.3]
+
+DIR holds BROAD trials. Parameters are the real options that are not zero in the default preset; those that state a fact of
+the place or the mounting, or belong to the integrators, are left out. Prints the mean total error in deg (hnav.reports.scores) and
+the worst case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from hnav.io.recordings import Recording, RecordingError, find_trials, read_recording
+from hnav.native.library import Filter, HnavError, Options, option_table
+from hnav.reports.scores import score
+from rich.console import Console
+from rich.table import Table
+
+NO_TUNING = (
+    "start_q_nb",
+    "q_body_sensor",
+    "reference_strength_tesla",
+    "reference_dip_rad",
+    "solver_rtol",
+    "solver_atol",
+    "euler_step_s",
+)
+
+
+def tuned_options(filter: str) -> dict[str, float]:
+    """The parameters and their default values."""
+    defaults = Options(filter)
+    return {
+        name: getattr(defaults, name)
+        for name, info in option_table(filter).items()
+        if not (info.choices or info.is_integer or info.count > 1 or name in NO_TUNING) and getattr(defaults, name) != 0
+    }
+
+
+def mean_error_deg(recordings: Sequence[Recording], filter: str, **values: float) -> float:
+    """Mean over the recordings of the total error of the scored phase, deg; rates are held backward, closed form. Raises
+    HnavError."""
+    options = Options(filter, navigation_frame="enu", solver="closed_form", gyro_hold="backward", **values)
+    totals = []
+    for r in recordings:
+        q_nb = Filter(options).run(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla, only=("q_nb",)).q_nb
+        totals.append(score(q_nb, r.reference_q_nb, r.movement).total)
+    return float(np.mean(totals))
+
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def sensitivity(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
+    filter: Annotated[str, typer.Option(help="ahrs or hrekf")] = "ahrs",
+    factor: Annotated[float, typer.Option(min=1.0, help="Each parameter times and divided by this")] = 1.3,
+) -> None:
+    """Prints the mean total error with each parameter times and divided by a factor."""
+    try:
+        recordings = [read_recording(path) for path in find_trials(folder).values()]
+        parameters = tuned_options(filter)
+        table = Table(
+            "parameter",
+            "default",
+            f"x {factor:g}",
+            f"/ {factor:g}",
+            title=f"{filter}: mean total error in deg, {len(recordings)} trials",
+        )
+        table.add_row("", "", f"{mean_error_deg(recordings, filter):.3f}", "as it is")
+        worst = 0.0
+        for name, value in parameters.items():
+            up, down = (mean_error_deg(recordings, filter, **{name: v}) for v in (value * factor, value / factor))
+            worst = max(worst, up, down)
+            table.add_row(name, f"{value:g}", f"{up:.3f}", f"{down:.3f}")
+    except (HnavError, RecordingError) as error:
+        typer.echo(f"sensitivity: {error}", err=True)
+        raise typer.Exit(2) from None
+    console = Console()
+    (console if console.is_terminal else Console(width=110)).print(table)
+    typer.echo(f"worst: {worst:.3f} deg")
+
+
+if __name__ == "__main__":
+    app()

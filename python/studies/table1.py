@@ -1,0 +1,113 @@
+"""The paper's Table 1 beside ours: the turntable experiment by HEKF and HREKF, in closed co-simulation, many seeds.
+
+    python -m studies.table1 --runs 200
+
+Two regimes of the system `turntable` (models/systems/turntable). `fitted`: the paper prints no start covariance and no
+rho; P0 = 1e-6 I and rho = 0.015 were searched for until its ratios came back. `fitted_honest`: the same sensors and the
+same unknown start, with a start covariance that says how unknown it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated
+
+import numpy as np
+import typer
+from hnav.filters.rotations import euler_rad
+from hnav.native.library import HnavError
+from hnav.systems.montecarlo import mean_interval, ratio_interval
+from hnav.systems.run_views import estimates, truth_q_nb
+from hnav.systems.simulation import Run, simulate
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+
+SYSTEM = "turntable"
+FILTERS = {"HEKF": "hekf", "HREKF": "hrekf"}
+ANGLES = ("yaw", "pitch", "roll")
+# Tabriz Journal of Electrical Engineering 54(4), 2024, Table 1: mean squared errors in deg^2.
+PAPER = {"HEKF": (74.4, 1.418, 1.006), "HREKF": (20.6, 0.516, 0.400)}
+REGIMES = {"fitted": "fitted: P0 and rho searched for", "fitted_honest": "honest P0"}
+RECORDED = ("*.truth.q[?]", "*.att.q[?]", "*.att.sigma[1]", "*.align.started", "*.count.mag_used")
+
+
+def squared_errors_deg2(run: Run) -> dict[str, np.ndarray]:
+    """Mean squared error of yaw, pitch and roll of each filter over the run, from its first correction on: the attitude
+    that it was told to start from is not its own."""
+    truth = euler_rad(truth_q_nb(run))
+    found = {}
+    for estimate in estimates(run):
+        corrected = estimate.started & (run[f"{estimate.name}.count.mag_used"] > 1)  # the start takes the first sample
+        error = np.degrees(np.angle(np.exp(1j * (euler_rad(estimate.q_nb[corrected]) - truth[corrected]))))
+        found[estimate.name] = np.mean(error[:, ::-1] ** 2, axis=0)
+    return found
+
+
+def experiment(runs: int, regimes: list[str], progress: Callable[[], None] = lambda: None) -> dict[str, dict[str, np.ndarray]]:
+    """Regime -> filter -> squared errors (runs x 3). Seeds 1, 2, ... Raises HnavError when a run fails."""
+    found: dict[str, dict[str, list]] = {regime: {name: [] for name in FILTERS} for regime in regimes}
+    for regime in regimes:
+        for seed in range(1, runs + 1):
+            run = simulate(SYSTEM, regime, seed=seed, record=RECORDED)
+            if run.about["failure"]:
+                raise HnavError(15, f"{regime}, seed {seed}: {run.about['failure']}")
+            errors = squared_errors_deg2(run)
+            for name, component in FILTERS.items():
+                found[regime][name].append(errors[component])
+            progress()
+    return {regime: {name: np.array(rows) for name, rows in of_regime.items()} for regime, of_regime in found.items()}
+
+
+def table(found: dict[str, dict[str, np.ndarray]]) -> Table:
+    """The paper's rows, and below them each regime with 95 % intervals."""
+    runs = len(next(iter(next(iter(found.values())).values())))
+    out = Table(title=f"Table 1, mean squared error / deg², {runs} runs [95 % interval]", title_justify="left")
+    for name in ("regime", "filter", *ANGLES, "yaw HEKF / HREKF"):
+        out.add_column(name, no_wrap=True)
+    for name, values in PAPER.items():
+        out.add_row(
+            "the paper" if name == "HEKF" else "",
+            name,
+            *(f"{v:.3g}" for v in values),
+            f"{PAPER['HEKF'][0] / PAPER['HREKF'][0]:.2f}" if name == "HREKF" else "",
+        )
+    for regime, filters in found.items():
+        out.add_section()
+        ratio = ratio_interval(filters["HEKF"][:, 0], filters["HREKF"][:, 0])
+        for name, errors in filters.items():
+            cells = ("{:.3g} [{:.3g}, {:.3g}]".format(*mean_interval(column)) for column in errors.T)
+            out.add_row(
+                REGIMES[regime] if name == "HEKF" else "",
+                name,
+                *cells,
+                "{:.2f} [{:.2f}, {:.2f}]".format(*ratio) if name == "HREKF" else "",
+            )
+    return out
+
+
+def run_table(runs: int, console: Console) -> None:
+    """Runs both regimes with a progress bar and prints the table. Raises HnavError."""
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=Console(stderr=True), transient=True
+    ) as bar:
+        task = bar.add_task("Table 1", total=runs * len(REGIMES))
+        found = experiment(runs, list(REGIMES), lambda: bar.advance(task))
+    (console if console.is_terminal else Console(width=150, highlight=False)).print(table(found))
+
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime")] = 200) -> None:
+    """Prints the paper's Table 1 beside ours."""
+    try:
+        run_table(runs, Console(highlight=False))
+    except HnavError as error:
+        typer.echo(f"table1: {error}", err=True)
+        raise typer.Exit(2) from None
+
+
+if __name__ == "__main__":
+    app()
