@@ -10,7 +10,7 @@
 //     void begin(State&) const                                 the state before any sample
 //     bool flows(const State&) const                           false while there is nothing to integrate
 //     bool plausible(const State&) const                       false when finite numbers lie beyond all sense
-//     void adopt(State&) const                                 x has come from an integrator outside: what it strained is restored
+//     void normalise(State&) const                             x has come from an integrator outside: what it strained is restored
 //     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state
 //     void flow_exactly(State&, double interval_s) const       the same over an interval, in closed form
 //     void before_flow(State&, const Event&) const             inputs of an event that act on the interval before it
@@ -144,7 +144,7 @@ public:
         auto& base = queue_.at(0);
         State state = base.after;
         std::memcpy(state.x, x_minus, sizeof state.x);
-        model_.adopt(state);
+        model_.normalise(state);
         int used = 0;
         while (used < waiting() && queue_.at(1 + used).event.t_s <= t_s) {
             const Event& event = queue_.at(1 + used).event;

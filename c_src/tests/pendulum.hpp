@@ -27,7 +27,7 @@ struct Pendulum {
     }
     bool flows(const State&) const { return true; }
     bool plausible(const State&) const { return true; }
-    void adopt(State&) const {}
+    void normalise(State&) const {}
 
     void flow(const State& s, const double* x, double* dx) const {
         dx[0] = x[1];

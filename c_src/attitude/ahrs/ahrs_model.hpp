@@ -154,7 +154,7 @@ public:
 
     bool flows(const State& s) const { return s.started != 0; }
     bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.bias); }
-    void adopt(State& s) const { restore_length(s.x); }
+    void normalise(State& s) const { restore_length(s.x); }
 
     void flow(const State& s, const double* x, double* dx) const {
         if (!s.started) {
