@@ -1,0 +1,79 @@
+"""Magnetometer calibration by the C API: good recordings, poor ones, and those that are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from studies.compare.attitude import Arrays, Scenario
+from studies.compare.inputs import trial
+from studies.compare.native import MESSAGE_BYTES, Options
+from studies.compare.side import Side
+
+DISTORTION = np.array([[1.1, 0.04, -0.02], [0.03, 0.95, 0.05], [0.01, -0.03, 1.02]])
+OFFSET = np.array([12.0, -30.0, 8.0])
+
+
+def turned(n: int = 400, seed: int = 1, noise: float = 0.2, plane: bool = False, cone_deg: float = 180.0) -> tuple:
+    """field (n x 3, microtesla) and force (n x 3) of a sensor that is turned about all axes, or in one plane or cone."""
+    rng = np.random.default_rng(seed)
+    attitude = Rotation.random(n, random_state=seed)
+    if plane:
+        attitude = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi, (n, 1)))
+    elif cone_deg < 180:
+        attitude = Rotation.from_rotvec(np.radians(cone_deg) * rng.uniform(-1, 1, (n, 3)))
+    force = attitude.apply([0, 0, -9.81], inverse=True) + 0.05 * rng.normal(size=(n, 3))
+    field = attitude.apply([20.0, 1.0, 44.0], inverse=True) @ DISTORTION.T + OFFSET + noise * rng.normal(size=(n, 3))
+    return np.ascontiguousarray(field), force
+
+
+def calibrate(side: Side, field: np.ndarray, force: np.ndarray | None, **settings) -> Arrays:
+    library = side.library
+    options = Options(library, "magnetometer", **settings)
+    answer = library.argument("hnav_calibrate_magnetometer", 4)
+    message = library.ffi.new("char[]", MESSAGE_BYTES)
+    pointers = [library.pointer(values) for values in (field, force)]
+    call = library.function("hnav_calibrate_magnetometer")
+    status = call(len(field), *pointers, options.struct, answer, message, MESSAGE_BYTES)
+    numbers = library.numbers(answer)
+    return {"status": np.array([status])} | {name: np.array(numbers[name]) for name in numbers.dtype.names}
+
+
+def _outliers() -> tuple[np.ndarray, np.ndarray]:
+    field, force = turned()
+    field[::17] += 4.0
+    field[5::40] = np.nan
+    return field, force
+
+
+# How the recording is made, and the options.
+CASES = {
+    "good": (turned, {}),
+    "without_force": (lambda: (turned()[0], None), {}),
+    "outliers": (_outliers, {}),
+    "plain_least_squares": (_outliers, {"robust": 0}),
+    "noisy": (lambda: turned(noise=1.0), {}),
+    "plane": (lambda: turned(plane=True), {"allow_hard_iron_only": 1}),
+    "plane_refused": (lambda: turned(plane=True), {}),
+    "cone": (lambda: turned(cone_deg=35), {"allow_hard_iron_only": 1}),
+    "cone_tolerant": (lambda: turned(cone_deg=35), {"condition_limit": 1e9, "coverage_limit": 0.0, "ambiguity_limit": 1.0}),
+    "few": (lambda: turned(n=20), {"samples_least": 30}),
+    "limits": (lambda: turned(noise=2.0), {"axis_ratio_limit": 1.05, "direction_sigma_limit_rad": 1e-3}),
+    "tolerance": (turned, {"force_tolerance": 0.01, "outlier_sigma": 2.0}),
+}
+
+
+def scenarios(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+    for name, (make, settings) in CASES.items():
+        yield f"c/calibration/{name}", lambda side, m=make, s=settings: calibrate(side, *m(), **s)
+    for number in trials:
+        yield f"c/calibration/trial/{number:02d}", lambda side, n=number: _of_trial(side, n)
+
+
+def _of_trial(side: Side, number: int) -> Arrays:
+    samples = trial(side.inputs, number)
+    return calibrate(
+        side, np.ascontiguousarray(samples.field[::8]), np.ascontiguousarray(samples.force[::8]), allow_hard_iron_only=1
+    )

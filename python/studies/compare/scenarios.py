@@ -1,0 +1,26 @@
+"""All scenarios by name, in the order in which they run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from studies.compare import attitude, calibration, hybrid_view, ins_error, simulation, tables
+from studies.compare.attitude import Scenario
+
+
+def all_scenarios(inputs: Path) -> Iterator[tuple[str, Scenario]]:
+    """inputs: the folder of the prepared recordings; without recordings the scenarios of made motion remain."""
+    trials = sorted(int(re.sub(r"\D", "", path.stem)) for path in inputs.glob("trial_*.npz"))
+    yield from tables.scenarios()
+    yield from attitude.scenarios(trials)
+    yield from hybrid_view.scenarios()
+    yield from ins_error.scenarios()
+    yield from calibration.scenarios(trials)
+    yield from simulation.scenarios()
+
+
+def tolerance_of(name: str) -> float:
+    """0: bit for bit. NumPy's twins may choose another order of the same sums."""
+    return 1e-12 if name.startswith("twin/") else 0.0
