@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hnav.cli.app import demo
+from hnav.cli import demo
 from hnav.filters.rotations import rotation_error_rad
 from hnav.io import device_recordings
 from hnav.io.recordings import read_recording

@@ -7,7 +7,7 @@ from hnav.cli.app import app
 from hnav.fmi.fmus import fmu_path
 from hnav.native.library import HnavError
 from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
-from hnav.systems.structure import montecarlo
+from hnav.systems import montecarlo
 from made_systems import make_system, make_turntable
 from typer.testing import CliRunner
 

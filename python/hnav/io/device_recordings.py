@@ -73,7 +73,7 @@ def find_wheel() -> Path:
 
 def cache_folder() -> Path:
     """.cache at the top of a checkout, the user's cache folder when hnav is installed elsewhere."""
-    if (CHECKOUT / "python" / "pyproject.toml").is_file():
+    if (CHECKOUT / "pyproject.toml").is_file():
         return CHECKOUT / ".cache"
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hnav"
 
