@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from hnav.filters.ins_error import MATRICES, InsErrorFilter, InsErrorOptions
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.aircraft import fly, models_folder, read_aircraft
 from hnav.systems.aircraft_plant import STREAMS, AircraftPlant, normal_numbers
 

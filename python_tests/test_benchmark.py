@@ -8,7 +8,8 @@ import h5py
 import numpy as np
 import pytest
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, HnavError
+from hnav.errors import HnavError
+from hnav.native.library import FILTERS
 from hnav.reports.scores import score
 from matplotlib.container import BarContainer
 from studies import bench, peers

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
 from hnav.io.recordings import read_recording
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from scipy.spatial.transform import Rotation
 from test_cli import hnav
 

@@ -13,7 +13,8 @@ from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, r
 from hnav.certify.run import attenuation_of, certify_run, filter_of_run, read_results
 from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
 from hnav.io.recordings import RecordingError
-from hnav.native.library import Filter, HnavError
+from hnav.errors import HnavError
+from hnav.native.library import Filter
 from hnav.reference.hrekf import ReferenceFilter, product
 from hnav.systems.turntable import DIP_RAD, INTERVAL_S, Turntable
 from scipy.linalg import expm

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.reports.flights import channels, draw_flight, is_flight
 from hnav.systems.simulation import Run, simulate
 from studies.table1 import FILTERS, experiment, squared_errors_deg2

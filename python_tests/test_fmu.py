@@ -13,7 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions, option_table
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.aircraft import Aircraft, models_folder, read_aircraft
 from hnav.systems.aircraft_plant import AircraftPlant
 from importing import assert_fits_the_standard

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import scipy.io
 from hnav.io.recordings import Recording, RecordingError, read_recording
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.aircraft import models_folder, read_aircraft
 from hypothesis import example, given, settings
 from hypothesis import strategies as st

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from hnav.fmi.fmus import fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavValueError
 from hnav.systems.master import communication_points, run_system
 from hnav.systems.simulation import read_run, simulate, write_run
 from hnav.systems.structure import read_system
@@ -161,7 +161,7 @@ def test_a_component_that_fails_is_named_and_the_samples_until_then_are_kept(tur
 
     def failing(self, t_s, step_s):
         if self.description.modelName == "Ahrs" and t_s >= 0.995:
-            raise HnavError(2, "the FMU's own text")
+            raise HnavValueError("option", "the FMU's own text")
         step(self, t_s, step_s)
 
     monkeypatch.setattr(Fmu, "do_step", failing)

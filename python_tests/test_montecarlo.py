@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from hnav.cli.app import app
 from hnav.fmi.fmus import fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavValueError
 from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
 from hnav.systems import montecarlo
 from made_systems import make_system, make_turntable
@@ -38,7 +38,7 @@ def test_a_failing_run_is_a_row_and_the_others_go_on(system, monkeypatch):
 
     def failing(name, scenario, grade, settings, seed, *rest):
         if seed == 2:
-            raise HnavError(2, "sensor: broken")
+            raise HnavValueError("option", "sensor: broken")
         return simulate(name, scenario, grade, settings, seed, *rest)
 
     monkeypatch.setattr(montecarlo, "simulate", failing)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.fmus import fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.run_views import estimates, figures, measured_field, truth_component
 from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import make_system, make_turntable

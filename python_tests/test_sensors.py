@@ -6,7 +6,7 @@ import math
 import fmpy
 import pytest
 from hnav.fmi.fmus import fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.sensors import ENTRIES, GRADES, models_folder, read_grade
 
 

@@ -387,7 +387,7 @@ def test_an_input_that_is_no_attitude_yet_takes_no_sample(version):
 
 @versions
 def test_an_impossible_parameter_set_stops_initialisation_with_its_name(version):
-    from hnav.native.library import HnavError
+    from hnav.errors import HnavError
 
     with (
         opened("ImuMagSensor", version, {"mag.jitter_s": 0.02}) as fmu,

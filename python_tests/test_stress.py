@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording, RecordingError
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.reports.scores import score
 from scipy import stats
 from scipy.spatial.transform import Rotation

@@ -5,7 +5,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 from hnav.systems.structure import Parameter, read_system, system_path
 from made_systems import make_system, parameter_set
 

@@ -17,7 +17,8 @@ montecarlo  many runs of a system
 aircraft    linear aircraft from files, flown with INS errors and faults
 """
 
-from hnav.native.library import Filter, HnavError, Options
+from hnav.errors import HnavError
+from hnav.native.library import Filter, Options
 
 __all__ = ["Filter", "HnavError", "Options", "__version__"]
 __version__ = "0.1.0"

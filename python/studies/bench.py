@@ -21,7 +21,8 @@ from pathlib import Path
 import numpy as np
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import TRIAL_NAME, Recording
-from hnav.native.library import FILTERS, Filter, HnavError, Options, parse_setting
+from hnav.errors import HnavValueError
+from hnav.native.library import FILTERS, Filter, Options, parse_setting
 from hnav.reports.scores import nees, score
 
 from studies.peers import PEERS, find_peer, run_peer
@@ -113,7 +114,7 @@ def own_contender(name: str) -> Contender:
     smooth = head.endswith(SMOOTH)
     filter = head.removesuffix(SMOOTH)
     if filter not in FILTERS:
-        raise HnavError(2, f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
+        raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
     settings = {"navigation_frame": "enu"} | dict(parse_setting(pair) for pair in pairs)
     Options(filter, **settings)  # an impossible setting is told before the first run
 

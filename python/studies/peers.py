@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from hnav.filters.rotations import quaternion_product
 from hnav.io.recordings import Recording
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 from scipy.spatial.transform import Rotation
 
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -163,14 +163,14 @@ PEERS = {
 def find_peer(name: str) -> Peer:
     """Raises HnavError for a name that is unknown."""
     if name not in PEERS:
-        raise HnavError(2, f"peer {name}: choose from {', '.join(PEERS)}")
+        raise HnavValueError("option", f"peer {name}: choose from {', '.join(PEERS)}")
     return PEERS[name]
 
 
 def samples_of(recording: Recording, rate_hz: float | None = None) -> Samples:
     """rate_hz: what the user would know from the sensor's settings; None: from the median interval."""
     if recording.field_b_tesla is None:
-        raise HnavError(13, f"{recording.name}: no field; every peer needs one")
+        raise HnavValueError("size", f"{recording.name}: no field; every peer needs one")
     if rate_hz is None:
         rate_hz = float(1 / np.median(np.diff(recording.t_s)))
     row = _rows_at_fixed_rate(recording.t_s, rate_hz)
@@ -189,7 +189,7 @@ def run_peer(name: str, recording: Recording, rate_hz: float | None = None) -> t
     """(q_nb n x 4, body to east-north-up; microseconds per sample of the peer's own call). Raises HnavError."""
     peer = find_peer(name)
     if not peer.installed():
-        raise HnavError(2, f"peer {name}: the package {peer.package} is not installed (pip install {peer.package})")
+        raise HnavValueError("option", f"peer {name}: the package {peer.package} is not installed (pip install {peer.package})")
     samples = samples_of(recording, rate_hz)
     begin = time.perf_counter()
     q_nb = peer.run(samples)
@@ -210,6 +210,6 @@ def _held(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each missing row replaced by the last one seen (before the first by the first), and which rows were seen."""
     seen = np.isfinite(values).all(axis=1)
     if not seen.any():
-        raise HnavError(13, "a sensor has no sample at all")
+        raise HnavValueError("size", "a sensor has no sample at all")
     last = np.maximum.accumulate(np.where(seen, np.arange(len(values)), -1))
     return np.ascontiguousarray(values[np.where(last < 0, np.argmax(seen), last)], float), seen

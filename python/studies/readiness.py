@@ -27,7 +27,8 @@ import numpy as np
 import typer
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, HnavError, Options, parse_setting
+from hnav.errors import HnavError
+from hnav.native.library import FILTERS, Options, parse_setting
 from hnav.reports.scores import errors_rad
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

@@ -16,7 +16,8 @@ from typing import Annotated
 import numpy as np
 import typer
 from hnav.io.recordings import Recording, RecordingError, find_trials, read_recording
-from hnav.native.library import Filter, HnavError, Options, option_table
+from hnav.errors import HnavError
+from hnav.native.library import Filter, Options, option_table
 from hnav.reports.scores import score
 from rich.console import Console
 from rich.table import Table

@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from hnav.filters.rotations import euler_rad
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavRuntimeError
 from hnav.systems.montecarlo import mean_interval, ratio_interval
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import Run, simulate
@@ -51,7 +51,7 @@ def experiment(runs: int, regimes: list[str], progress: Callable[[], None] = lam
         for seed in range(1, runs + 1):
             run = simulate(SYSTEM, regime, seed=seed, record=RECORDED)
             if run.about["failure"]:
-                raise HnavError(15, f"{regime}, seed {seed}: {run.about['failure']}")
+                raise HnavRuntimeError("solver", f"{regime}, seed {seed}: {run.about['failure']}")
             errors = squared_errors_deg2(run)
             for name, component in FILTERS.items():
                 found[regime][name].append(errors[component])

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from hnav.certify.boundary_starts import BoundaryStarts, fall_from_boundary
 from hnav.certify.gain_record import GainRecord
 from hnav.certify.sampled_data import ATTITUDE, BIAS, SampledDataInequality, flow_matrix
-from hnav.native.library import HnavError
+from hnav.errors import HnavRuntimeError
 
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S, BETWEEN = 10.0, 4  # no longer interval is tried; intervals that are checked between two with one P
@@ -167,9 +167,13 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
         import clarabel  # noqa: F401
         import cvxpy  # noqa: F401
     except ImportError as error:
-        raise HnavError(16, f"the certificate needs the package {error.name}: pip install 'hnav[certify]'") from None
+        raise HnavRuntimeError(
+            "unsupported", f"the certificate needs the package {error.name}: pip install 'hnav[certify]'"
+        ) from None
     if len(record.corrections) < 2:
-        raise HnavError(12, f"{record.name}: {len(record.corrections)} corrections; a certificate needs two or more")
+        raise HnavRuntimeError(
+            "no data", f"{record.name}: {len(record.corrections)} corrections; a certificate needs two or more"
+        )
     begin = time.perf_counter()
     T = np.array([c.interval_s for c in record.corrections])
     found = Certificate(record.name, len(T), float(np.median(T)), record.largest_difference)

@@ -20,7 +20,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from hnav.io.recordings import Recording
-from hnav.native.library import Filter, HnavError, Options
+from hnav.errors import HnavRuntimeError
+from hnav.native.library import Filter, Options
 from hnav.reference.hrekf import C_bn, Omega, ReferenceFilter, product
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
@@ -206,7 +207,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
         if reference.started:
             largest = max(largest, difference(in_c.get_x(), reference))
             if not largest < TOLERANCE:
-                raise HnavError(15, f"{recording.name}: at {t_s:g} s library and reference differ by {largest:.1e}, more than {TOLERANCE:g}; "
+                raise HnavRuntimeError("solver", f"{recording.name}: at {t_s:g} s library and reference differ by {largest:.1e}, more than {TOLERANCE:g}; "
                                     "certify with solver=closed_form, the exact flow")  # fmt: skip
             if reference.gain is not None:
                 corrections.append(reference.correction(t_s, t_s - last_s))
@@ -218,5 +219,5 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
         if progress and (i % 50 == 49 or i == n - 1):
             progress(i + 1, n)
     if not corrections:
-        raise HnavError(12, f"{recording.name}: the filter made no correction")
+        raise HnavRuntimeError("no data", f"{recording.name}: the filter made no correction")
     return GainRecord(recording.name, corrections, largest)

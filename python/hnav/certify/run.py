@@ -13,7 +13,8 @@ from hnav.certify.attenuation import attenuation
 from hnav.certify.certificate import Certificate, Progress, certify
 from hnav.certify.gain_record import GainRecord, record_gains
 from hnav.io.recordings import Recording, RecordingError, read_recording
-from hnav.native.library import PRESETS, HnavError, Options, option_table
+from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.native.library import PRESETS, Options, option_table
 from hnav.systems.turntable import Experiment, Turntable
 
 EXPERIMENT_S = 40.0
@@ -95,11 +96,11 @@ def certify_run(
     Of a folder the filter is that of the simulation's component hrekf; a preset given replaces its settings.
     """
     if filter != "hrekf":
-        raise HnavError(16, f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
+        raise HnavRuntimeError("unsupported", f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
     known: Experiment | None = None
     if experiment is not None:
         if experiment != "turntable":
-            raise HnavError(2, f"--experiment {experiment}: choose turntable")
+            raise HnavValueError("option", f"--experiment {experiment}: choose turntable")
         known = Turntable().run(EXPERIMENT_S if duration_s is None else duration_s, seed)
         data, settings = known.recording, known.settings | settings
     else:
@@ -112,7 +113,7 @@ def certify_run(
     whole = record_gains(data, options, lambda done, of: progress("samples", done, of))
     record = whole.from_time(data.t_s[0] + begin_s)
     if len(record.corrections) < 2:
-        raise HnavError(12, f"{data.name}: no corrections after {begin_s:g} s: give an earlier --from")
+        raise HnavRuntimeError("no data", f"{data.name}: no corrections after {begin_s:g} s: give an earlier --from")
     found = certify(record.with_gain(gain_factor) if gain_factor != 1 else record, progress, seed=seed)
     if known is not None and gain_factor == 1:
         found.attenuation = attenuation_of(whole, known, options)

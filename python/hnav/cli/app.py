@@ -31,7 +31,8 @@ from hnav import __version__
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
 from hnav.fmi.engines import ENGINES, Result, run_recording
 from hnav.io.recordings import TESLA_PER, RecordingError, find_trials, read_recording
-from hnav.native.library import HnavError, option_table, parse_setting, version
+from hnav.errors import HnavError
+from hnav.native.library import option_table, parse_setting, version
 from hnav.reports.scores import Score, nees, score
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help="Hybrid navigation filters.")

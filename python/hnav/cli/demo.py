@@ -23,7 +23,8 @@ from hnav.filters.rotations import quaternion_product
 from hnav.fmi.engines import Result, run_recording
 from hnav.io.device_recordings import PACKAGE, VERSION, WheelUnavailable, find_wheel, read_x_imu, read_xsens
 from hnav.io.recordings import Recording, RecordingError, read_recording
-from hnav.native.library import HnavError, parse_setting
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
+from hnav.native.library import parse_setting
 from hnav.reports import plots
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, the device has its past.
@@ -81,11 +82,13 @@ def run_engine(recording: Recording, reference: str, filter: str, engine: str, s
     Raises HnavError for impossible settings, and when the recording does not let the filter start.
     """
     if "navigation_frame" in settings:
-        raise HnavError(2, "navigation_frame: the demo works in east-north-up; `hnav filter` has the others")
+        raise HnavValueError("option", "navigation_frame: the demo works in east-north-up; `hnav filter` has the others")
     with Console(stderr=True).status(f"{recording.name} by {engine}"):
         result = run_recording(recording, filter, engine, settings={**settings, "navigation_frame": "enu"})
     if not np.isfinite(result.q_nb[-1]).all():
-        raise HnavError(11, f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)")
+        raise HnavRuntimeError(
+            "not started", f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)"
+        )
     return Run(recording, result, reference, filter)
 
 

@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from hnav.io.recordings import TESLA_PER, Recording
-from hnav.native.library import HnavError, library
+from hnav.errors import HnavRuntimeError, HnavValueError, error_of
+from hnav.native.library import STATUS, library
 
 FITS = ("full", "without rotation", "hard iron only")
 
@@ -75,7 +76,7 @@ class MagnetometerCalibration:
     def apply_to(self, recording: Recording) -> Recording:
         """The recording, whose field is in tesla, with its field corrected. Raises HnavError when it has none."""
         if recording.field_b_tesla is None:
-            raise HnavError(12, f"{recording.name}: has no magnetometer to calibrate")
+            raise HnavRuntimeError("no data", f"{recording.name}: has no magnetometer to calibrate")
         tesla = TESLA_PER[self.unit]
         return replace(recording, field_b_tesla=tesla * self.apply(recording.field_b_tesla / tesla))
 
@@ -87,25 +88,25 @@ def calibrate_magnetometer(field, force_b_m_s2=None, unit: str = "T", **options)
     what the field is in. Raises HnavError: "ill-conditioned" when the data do not determine the answer, with what to do.
     """
     if unit not in TESLA_PER:
-        raise HnavError(2, f"unit = {unit}: choose one of {', '.join(TESLA_PER)}")
+        raise HnavValueError("option", f"unit = {unit}: choose one of {', '.join(TESLA_PER)}")
     lib = library()
     lib.hnav_magnetometer_defaults.restype = _Options
     lib.hnav_calibrate_magnetometer.argtypes = [C.c_size_t, *[C.c_void_p] * 5, C.c_size_t]
     chosen = lib.hnav_magnetometer_defaults()
     for name, value in options.items():
         if name not in dict(_Options._fields_[1:-1]):
-            raise HnavError(2, f"there is no calibration option {name}")
+            raise HnavValueError("option", f"there is no calibration option {name}")
         kind = dict(_Options._fields_)[name]
         setattr(chosen, name, float(value) if kind is C.c_double else int(value))
     arrays = [_rows(field, "field")]
     arrays.append(None if force_b_m_s2 is None else _rows(force_b_m_s2, "force_b_m_s2"))
     if arrays[1] is not None and arrays[1].shape != arrays[0].shape:
-        raise HnavError(13, f"force_b_m_s2 has the shape {arrays[1].shape}, field {arrays[0].shape}")
+        raise HnavValueError("size", f"force_b_m_s2 has the shape {arrays[1].shape}, field {arrays[0].shape}")
     found, message = _Calibration(), C.create_string_buffer(320)
     pointers = (None if a is None else a.ctypes.data for a in arrays)
     status = lib.hnav_calibrate_magnetometer(len(arrays[0]), *pointers, C.byref(chosen), C.byref(found), message, len(message))
     if status:
-        raise HnavError(status, message.value.decode())
+        raise error_of(STATUS[status], message.value.decode())
     values = {name: getattr(found, name) for name, _ in _Calibration._fields_}
     values |= {"offset": np.array(found.offset), "matrix": np.array(found.matrix).reshape(3, 3), "fit": FITS[found.fit]}
     return MagnetometerCalibration(**values, note=message.value.decode(), unit=unit)
@@ -114,7 +115,7 @@ def calibrate_magnetometer(field, force_b_m_s2=None, unit: str = "T", **options)
 def _rows(values, name: str) -> np.ndarray:
     array = np.ascontiguousarray(values, float)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise HnavError(13, f"{name} has the shape {array.shape}, expected (n, 3)")
+        raise HnavValueError("size", f"{name} has the shape {array.shape}, expected (n, 3)")
     return array
 
 
@@ -130,7 +131,7 @@ def write_calibration(path: str | Path, calibration: MagnetometerCalibration) ->
     try:
         Path(path).write_text(json.dumps(values, indent=1) + "\n")
     except OSError as error:
-        raise HnavError(7, f"{path}: cannot be written: {error.strerror}") from None
+        raise HnavValueError("out of range", f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_calibration(path: str | Path) -> MagnetometerCalibration:
@@ -138,14 +139,14 @@ def read_calibration(path: str | Path) -> MagnetometerCalibration:
     try:
         values = json.loads(Path(path).read_text())
     except OSError as error:
-        raise HnavError(7, f"{path}: cannot be read: {error.strerror}") from None
+        raise HnavValueError("out of range", f"{path}: cannot be read: {error.strerror}") from None
     except ValueError:
-        raise HnavError(7, f"{path}: not a JSON file") from None
+        raise HnavValueError("out of range", f"{path}: not a JSON file") from None
     if not isinstance(values, dict) or values.pop("hnav", None) != "magnetometer calibration":
-        raise HnavError(7, f"{path}: not a magnetometer calibration by hnav calibrate")
+        raise HnavValueError("out of range", f"{path}: not a magnetometer calibration by hnav calibrate")
     for field in fields(MagnetometerCalibration):
         if field.name not in values:
-            raise HnavError(7, f"{path}: {field.name} is missing")
+            raise HnavValueError("out of range", f"{path}: {field.name} is missing")
         if values[field.name] is None:
             values[field.name] = math.nan
     for name, shape in {"offset": (3,), "matrix": (3, 3)}.items():
@@ -154,7 +155,7 @@ def read_calibration(path: str | Path) -> MagnetometerCalibration:
         except (TypeError, ValueError):
             values[name] = np.empty(0)
         if values[name].shape != shape or not np.isfinite(values[name]).all():
-            raise HnavError(7, f"{path}: {name} is not {' x '.join(map(str, shape))} finite numbers")
+            raise HnavValueError("out of range", f"{path}: {name} is not {' x '.join(map(str, shape))} finite numbers")
     if values["unit"] not in TESLA_PER:
-        raise HnavError(7, f"{path}: unit = {values['unit']}: choose one of {', '.join(TESLA_PER)}")
+        raise HnavValueError("out of range", f"{path}: unit = {values['unit']}: choose one of {', '.join(TESLA_PER)}")
     return MagnetometerCalibration(**{field.name: values[field.name] for field in fields(MagnetometerCalibration)})

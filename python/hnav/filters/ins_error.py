@@ -14,7 +14,8 @@ from functools import cache
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
-from hnav.native.library import HnavError, LibraryObject, OptionInfo, _doubles, _OptionInfo, library
+from hnav.errors import HnavValueError
+from hnav.native.library import LibraryObject, OptionInfo, _doubles, _OptionInfo, library
 
 FORMS = ("mdkf", "amdkf", "differenced", "augmented", "plain")
 NOISE_SCALINGS = ("none", "paper_match", "gated_match", "hmm")
@@ -120,7 +121,7 @@ class InsErrorOptions:
             try:
                 value = info.parse(value)
             except ValueError as error:
-                raise HnavError(2, str(error)) from None
+                raise HnavValueError("option", str(error)) from None
         setattr(self.struct, name, int(value) if info.is_integer else float(value))
 
 
@@ -128,7 +129,7 @@ def _option(name: str) -> OptionInfo:
     try:
         return option_table()[name]
     except KeyError:
-        raise HnavError(2, f"there is no option {name}; the options are {', '.join(option_table())}") from None
+        raise HnavValueError("option", f"there is no option {name}; the options are {', '.join(option_table())}") from None
 
 
 @dataclass(frozen=True)
@@ -164,13 +165,13 @@ class LinearModel:
             if value is not None:
                 value = np.ascontiguousarray(value, float)
                 if value.ndim != (1 if name == "x0" else 2):
-                    raise HnavError(
-                        13, f"{name} has the shape {value.shape}, expected a {'vector' if name == 'x0' else 'matrix'}"
+                    raise HnavValueError(
+                        "size", f"{name} has the shape {value.shape}, expected a {'vector' if name == 'x0' else 'matrix'}"
                     )
                 put(name, value)
         for name in ("A", "H", "Qw", "Qv", "P0"):
             if getattr(self, name) is None:
-                raise HnavError(1, f"{name} is None")
+                raise HnavValueError("null argument", f"{name} is None")
         put("nx", len(self.A))
         put("nz", len(self.H))
         put("nu", 0 if self.B is None else self.B.shape[1])
@@ -184,7 +185,7 @@ class LinearModel:
         for name, shape in expected.items():
             value = getattr(self, name)
             if value is not None and value.shape != shape:
-                raise HnavError(13, f"{name} has the shape {value.shape}, expected {shape}")
+                raise HnavValueError("size", f"{name} has the shape {value.shape}, expected {shape}")
 
     def _struct(self) -> _Model:
         nw = 0 if self.G is None else self.G.shape[1]
@@ -321,5 +322,5 @@ def _mask(present, shape) -> np.ndarray | None:
         return None
     mask = np.ascontiguousarray(present, np.uint8)
     if mask.shape != shape:
-        raise HnavError(13, f"present has the shape {mask.shape}, expected {shape}")
+        raise HnavValueError("size", f"present has the shape {mask.shape}, expected {shape}")
     return mask

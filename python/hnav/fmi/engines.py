@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, Filter, HnavError, Options, Run, empty_run
+from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.native.library import FILTERS, Filter, Options, Run, empty_run
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
 Progress = Callable[[int, int], None]  # rows done, rows in all
@@ -44,18 +45,18 @@ def run_recording(
     Raises HnavError for impossible settings and engines.
     """
     if filter not in FILTERS:
-        raise HnavError(2, f"--filter {filter}: choose one of {', '.join(FILTERS)}")
+        raise HnavValueError("option", f"--filter {filter}: choose one of {', '.join(FILTERS)}")
     if engine not in ENGINES:
-        raise HnavError(2, f"engine {engine}: choose one of {', '.join(ENGINES)}")
+        raise HnavValueError("option", f"engine {engine}: choose one of {', '.join(ENGINES)}")
     if step_s is not None and not step_s > 0:
-        raise HnavError(2, f"step {step_s:g} must be above 0 seconds")
+        raise HnavValueError("option", f"step {step_s:g} must be above 0 seconds")
     if len(recording.t_s) == 0:
-        raise HnavError(13, f"{recording.name}: no samples")
+        raise HnavValueError("size", f"{recording.name}: no samples")
     settings = dict(settings or {})
     if smooth and engine != "c":
-        raise HnavError(16, f"smoothing needs engine c, not {engine}: an FMU sees no future")
+        raise HnavRuntimeError("unsupported", f"smoothing needs engine c, not {engine}: an FMU sees no future")
     if recording.field_t_s is not None and engine != "c":
-        raise HnavError(16, f"late samples need engine c, not {engine}")
+        raise HnavRuntimeError("unsupported", f"late samples need engine c, not {engine}")
     if engine != "c":
         from hnav.fmi.fmus import run_fmu
 

@@ -25,7 +25,8 @@ from fmpy.sundials import CVodeSolver
 from hnav.filters.rotations import euler_rad
 from hnav.fmi.engines import Progress, Result
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, PRESETS, HnavError, option_table
+from hnav.errors import HnavValueError
+from hnav.native.library import FILTERS, PRESETS, option_table
 from hnav.places import CHECKOUT, PACKAGE
 
 MODEL_EXCHANGE_RTOL = 1e-8
@@ -45,7 +46,9 @@ def fmu_path(name: str, fmi_version: int) -> Path:
         path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
         if path.is_file():
             return path
-    raise HnavError(2, f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder")
+    raise HnavValueError(
+        "option", f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder"
+    )
 
 
 class Fmu:
@@ -83,7 +86,7 @@ class Fmu:
                 self._callbacks.freeMemory = defaultCallbacks.freeMemory
                 self.fmu.instantiate(callbacks=self._callbacks)
         except Exception:
-            raise HnavError(2, self.messages[-1] if self.messages else "the FMU cannot be instantiated") from None
+            raise HnavValueError("option", self.messages[-1] if self.messages else "the FMU cannot be instantiated") from None
 
     def __enter__(self) -> Fmu:
         return self
@@ -97,20 +100,20 @@ class Fmu:
         try:
             return method(*arguments)
         except FMICallException as error:
-            raise HnavError(2, self.messages[-1] if self.messages else str(error)) from None
+            raise HnavValueError("option", self.messages[-1] if self.messages else str(error)) from None
 
     def references(self, names) -> C.Array:
         try:
             numbers = [self.variables[name].valueReference for name in names]
         except KeyError as error:
-            raise HnavError(2, f"the FMU has no variable {error.args[0]}") from None
+            raise HnavValueError("option", f"the FMU has no variable {error.args[0]}") from None
         return (C.c_uint32 * len(numbers))(*numbers)
 
     def set(self, name: str, value) -> None:
         """One variable, by the type it has."""
         variable = self.variables.get(name)
         if variable is None:
-            raise HnavError(2, f"the FMU has no variable {name}")
+            raise HnavValueError("option", f"the FMU has no variable {name}")
         kind = variable.type
         if not self.fmi3:
             setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean, "String": self.fmu.setString}.get(
@@ -215,15 +218,15 @@ def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> d
     """Settings as the FMU's parameters: arrays become name[1] ... name[n]. Raises HnavError."""
     table = option_table(filter)
     if preset not in FILTERS[filter]:
-        raise HnavError(2, f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
+        raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
     values: dict[str, float | int] = {"preset": PRESETS.index(preset), "sampling_mode": 1}
     for name, text in settings.items():
         if name not in table:
-            raise HnavError(2, f"{filter} has no option {name}; `hnav options --filter {filter}` lists them")
+            raise HnavValueError("option", f"{filter} has no option {name}; `hnav options --filter {filter}` lists them")
         try:
             value = table[name].parse(str(text))
         except ValueError as error:
-            raise HnavError(2, str(error)) from None
+            raise HnavValueError("option", str(error)) from None
         if isinstance(value, list):
             values |= {f"{name}[{i}]": v for i, v in enumerate(value, start=1)}
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 from hnav.places import CHECKOUT, PACKAGE
 
 
@@ -20,6 +20,6 @@ def read_json(path: Path):
     try:
         return json.loads(path.read_text())
     except OSError as error:
-        raise HnavError(2, f"{path}: {error.strerror}") from None
+        raise HnavValueError("option", f"{path}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
-        raise HnavError(2, f"{path.name}: no JSON: {str(error).splitlines()[0]}") from None
+        raise HnavValueError("option", f"{path.name}: no JSON: {str(error).splitlines()[0]}") from None

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hnav.errors import HnavRuntimeError, HnavValueError, error_of
 from hnav.places import CHECKOUT, PACKAGE
 
 STATUS = (
@@ -28,14 +29,6 @@ SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.
 FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 PRESETS = ("default", "paper")  # in the order of the C enum
-
-
-class HnavError(Exception):
-    """A call failed. `status` is the name of the C status, the text says what was wrong."""
-
-    def __init__(self, status: int, text: str):
-        self.status = STATUS[status]
-        super().__init__(text)
 
 
 # --------------------------------------------------------------------------------------------- the C structs
@@ -126,7 +119,7 @@ def library_path() -> Path:
     for candidate in (PACKAGE / "libhnav.so", CHECKOUT / "build" / "c_src" / "libhnav.so"):
         if candidate.is_file():
             return candidate
-    raise HnavError(0, "libhnav.so is not built: ./run build makes it, or set HNAV_LIBRARY to its path")
+    raise HnavRuntimeError("unsupported", "libhnav.so is not built: ./run build makes it, or set HNAV_LIBRARY to its path")
 
 
 @cache
@@ -202,7 +195,7 @@ class OptionInfo:
 def option_table(filter: str) -> dict[str, OptionInfo]:
     """The options of a filter by name, in the library's order."""
     if filter not in FILTERS:
-        raise HnavError(2, f"--filter {filter}: choose one of {', '.join(FILTERS)}")
+        raise HnavValueError("option", f"--filter {filter}: choose one of {', '.join(FILTERS)}")
     table = {}
     while row := getattr(library(), f"hnav_{filter}_option")(len(table)):
         r = row[0]
@@ -218,7 +211,7 @@ def parse_setting(text: str) -> tuple[str, str]:
     """NAME=VALUE as the command line takes it. Raises HnavError."""
     name, separator, value = text.partition("=")
     if not (separator and name and value):
-        raise HnavError(2, f"--set {text}: write NAME=VALUE")
+        raise HnavValueError("option", f"--set {text}: write NAME=VALUE")
     return name, value
 
 
@@ -231,7 +224,7 @@ class Options:
     def __init__(self, filter: str, preset: str = "default", **values):
         table = option_table(filter)
         if preset not in FILTERS[filter]:
-            raise HnavError(2, f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
+            raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
         last = max(table.values(), key=lambda o: o.offset)
         words = (last.offset + 4 * last.count + 7) // 8
         struct = type("_Options", (C.Structure,), {"_fields_": [("words", C.c_uint64 * words)]})
@@ -245,7 +238,9 @@ class Options:
         try:
             return option_table(self.filter)[name]
         except KeyError:
-            raise HnavError(2, f"{self.filter} has no option {name}; `hnav options --filter {self.filter}` lists them") from None
+            raise HnavValueError(
+                "option", f"{self.filter} has no option {name}; `hnav options --filter {self.filter}` lists them"
+            ) from None
 
     def _field(self, info: OptionInfo):
         kind = C.c_int32 if info.is_integer else C.c_double
@@ -264,10 +259,10 @@ class Options:
             try:
                 value = info.parse(value)
             except ValueError as error:
-                raise HnavError(2, str(error)) from None
+                raise HnavValueError("option", str(error)) from None
         values = np.ravel(value)
         if len(values) != info.count:
-            raise HnavError(2, f"{name} takes {info.count} numbers, not {len(values)}")
+            raise HnavValueError("option", f"{name} takes {info.count} numbers, not {len(values)}")
         field = self._field(info)
         for i, v in enumerate(values):
             field[i] = int(v) if info.is_integer else float(v)
@@ -303,7 +298,7 @@ def empty_run(t_s: np.ndarray) -> Run:
 def _doubles(values, shape: tuple[int, ...], name: str) -> np.ndarray:
     array = np.ascontiguousarray(values, float)
     if array.shape != shape:
-        raise HnavError(13, f"{name} has the shape {array.shape}, expected {shape}")
+        raise HnavValueError("size", f"{name} has the shape {array.shape}, expected {shape}")
     return array
 
 
@@ -318,7 +313,7 @@ class LibraryObject:
         message = C.create_string_buffer(320)
         status = create(C.byref(self._handle), *arguments, message, len(message))
         if status:
-            raise HnavError(status, message.value.decode())
+            raise error_of(STATUS[status], message.value.decode())
 
     def __del__(self):
         if getattr(self, "_handle", None):
@@ -327,7 +322,7 @@ class LibraryObject:
     def _call(self, name: str, *arguments) -> None:
         status = getattr(self._lib, f"hnav_{self.KIND}_{name}")(self._handle, *arguments)
         if status:
-            raise HnavError(status, getattr(self._lib, f"hnav_{self.KIND}_message")(self._handle).decode())
+            raise error_of(STATUS[status], getattr(self._lib, f"hnav_{self.KIND}_message")(self._handle).decode())
 
     def save(self) -> bytes:
         size = C.c_size_t()
@@ -392,7 +387,7 @@ class Filter(LibraryObject):
         arrays_in = _RunInput(*(None if a is None else a.ctypes.data for a in inputs))
         names = [name for name, _ in _RunOutput._fields_]
         if unknown := set(only) - set(names):
-            raise HnavError(2, f"only = {unknown.pop()}: choose from {', '.join(names)}")
+            raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(names)}")
         arrays_out = _RunOutput(*(getattr(run, name).ctypes.data if not only or name in only else None for name in names))
         self._call(function, n, C.byref(arrays_in), C.byref(arrays_out), *more)
         return run

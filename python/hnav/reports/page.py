@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 from hnav.systems.run_views import Estimate, estimates, figures
 from hnav.systems.simulation import Run
 
@@ -23,7 +23,7 @@ try:
     import hnav.reports.flight_panels  # noqa: F401  adds its panels
     from hnav.reports.panels import Panel, colour_of, panels_of
 except ImportError:
-    raise HnavError(2, "the report needs Plotly: pip install 'hnav[report]'") from None
+    raise HnavValueError("option", "the report needs Plotly: pip install 'hnav[report]'") from None
 
 STYLE = "page.css"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
@@ -46,7 +46,7 @@ def write_report(run: Run, file: Path) -> list[str]:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(page(run, panels), encoding="utf-8")
     except OSError as error:
-        raise HnavError(2, f"{file}: cannot be written: {error.strerror}") from None
+        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror}") from None
     return [p.name for p in panels]
 
 

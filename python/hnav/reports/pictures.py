@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 from hnav.reports import plots
 from hnav.reports.flights import channels, draw_flight
 from hnav.systems.run_views import Estimate, estimates, truth_q_nb
@@ -36,7 +36,7 @@ def write_pictures(run: Run, folder: Path) -> list[Path]:
         try:
             plots.save(picture, files[-1])
         except OSError as error:
-            raise HnavError(2, f"{files[-1]}: cannot be written: {error.strerror}") from None
+            raise HnavValueError("option", f"{files[-1]}: cannot be written: {error.strerror}") from None
     return files
 
 

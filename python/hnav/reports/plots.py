@@ -24,7 +24,7 @@ from scipy import stats
 
 from hnav.filters.rotations import euler_rad
 from hnav.io.recordings import RecordingError
-from hnav.native.library import HnavError
+from hnav.errors import HnavError
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"

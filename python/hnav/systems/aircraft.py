@@ -19,7 +19,7 @@ from scipy.linalg import expm
 
 from hnav.filters.ins_error import LinearModel
 from hnav.io.model_files import model_files, read_json
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 
 LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
@@ -153,7 +153,7 @@ def read_aircraft(path: str | Path) -> Aircraft:
     path = Path(path)
 
     def refuse(reason: str):
-        raise HnavError(2, f"{path.name}: {reason}")
+        raise HnavValueError("option", f"{path.name}: {reason}")
 
     data = read_json(path)
 
@@ -164,8 +164,9 @@ def read_aircraft(path: str | Path) -> Aircraft:
         return value
 
     def array(name: str, shape: tuple[int, ...]) -> np.ndarray:
+        given = entry(name)
         try:
-            value = np.array(entry(name), float)
+            value = np.array(given, float)
         except (TypeError, ValueError, OverflowError):
             refuse(f"{name} is no array of numbers")
         if value.shape != shape:

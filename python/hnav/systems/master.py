@@ -22,7 +22,7 @@ import numpy as np
 
 from hnav.fmi.engines import Progress
 from hnav.fmi.fmus import Fmu
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavValueError
 from hnav.systems.structure import Component, System
 
 # Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.
@@ -50,9 +50,9 @@ class Record:
 def communication_points(start_s: float, stop_s: float, step_s: float) -> np.ndarray:
     """start + k step up to the last that does not pass stop. Raises HnavError for steps and times that make none."""
     if not (np.isfinite(step_s) and step_s > 0):
-        raise HnavError(2, f"step {step_s:g} must be above 0 seconds")
+        raise HnavValueError("option", f"step {step_s:g} must be above 0 seconds")
     if not (np.isfinite(start_s) and np.isfinite(stop_s) and stop_s - start_s >= step_s * (1 - STEP_SLACK)):
-        raise HnavError(2, f"stop {stop_s:g} s must be at least a step of {step_s:g} s after start {start_s:g} s")
+        raise HnavValueError("option", f"stop {stop_s:g} s must be at least a step of {step_s:g} s after start {start_s:g} s")
     return start_s + step_s * np.arange(int(np.floor((stop_s - start_s) / step_s + STEP_SLACK)) + 1)
 
 
@@ -101,9 +101,11 @@ def _input_table(system: System, inputs: Mapping[str, np.ndarray], connectors: l
     names = [name for _, name in connectors]
     for name, values in inputs.items():
         if name not in names:
-            raise HnavError(2, f"system {system.name} has no input {name}")
+            raise HnavValueError("option", f"system {system.name} has no input {name}")
         if np.shape(values) != (steps,):
-            raise HnavError(2, f"input {name} has shape {np.shape(values)}; ({steps},) is wanted, a value for each step")
+            raise HnavValueError(
+                "option", f"input {name} has shape {np.shape(values)}; ({steps},) is wanted, a value for each step"
+            )
         table[:, names.index(name)] = values
     return table
 
@@ -152,7 +154,7 @@ class _Part:
                 self.fmu.set(name, value)
             self.fmu.initialise(start_s, stop_s)
         except HnavError as error:
-            raise HnavError(2, f"component {self.name}: {error}") from None
+            raise HnavValueError("option", f"component {self.name}: {error}") from None
         # An input of the system that nobody drives must not overwrite the FMU's start value.
         fed = {c.end[1]: place[c.start] for c in connections if c.end[0] == self.name and (c.start[0] or c.start[1] in inputs)}
         fmu, variables = self.fmu, self.component.variables

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavValueError
 from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import Run, simulate
 
@@ -45,7 +45,7 @@ class Job:
 def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: int = 1, **options) -> list[Job]:
     """Scenario by scenario, seed by seed. Raises HnavError for fewer than two runs, which have no spread."""
     if runs < 2:
-        raise HnavError(2, f"runs = {runs}: at least 2 are needed for an interval")
+        raise HnavValueError("option", f"runs = {runs}: at least 2 are needed for an interval")
     return [Job(system, scenario, first_seed + i, **options) for scenario in scenarios for i in range(runs)]
 
 
@@ -58,7 +58,9 @@ def rows_of(job: Job) -> list[dict]:
             return [key | {"filter": "", "failure": run.about["failure"]}]
         filters = estimates(run)
         if not filters:
-            raise HnavError(2, f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare")
+            raise HnavValueError(
+                "option", f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare"
+            )
         return [key | {"filter": e.name, "failure": ""} | _figures(e, run) for e in filters]
     except HnavError as error:
         return [key | {"filter": "", "failure": str(error)}]
@@ -68,7 +70,7 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
     """Mean squared errors rather than their roots: means over runs of squares are what the paper's Table 1 compares."""
     error, nees = estimate.error_rad, estimate.nees
     if error is None:
-        raise HnavError(2, "the system puts out no truth (truth.q): there is nothing to compare with")
+        raise HnavValueError("option", "the system puts out no truth (truth.q): there is nothing to compare with")
     degrees = np.degrees(error)
     found = {f"mse_{axis}_deg2": _mean(degrees[:, i] ** 2) for i, axis in enumerate(("north", "east", "down"))}
     found |= {"mse_deg2": _mean(np.sum(degrees**2, axis=1)), "final_deg": float(np.linalg.norm(degrees[-1]))}
@@ -108,14 +110,14 @@ def run_jobs(
 
 def _results(work: Sequence[Job], workers: int, scheduler: str | None):
     if workers < 1:
-        raise HnavError(2, f"workers = {workers}: at least 1 is needed")
+        raise HnavValueError("option", f"workers = {workers}: at least 1 is needed")
     if workers == 1 and scheduler is None:
         yield from ((i, rows_of(job)) for i, job in enumerate(work))
         return
     try:
         from distributed import Client, LocalCluster, as_completed
     except ImportError:
-        raise HnavError(2, "many workers need Dask: pip install 'hnav[montecarlo]'") from None
+        raise HnavValueError("option", "many workers need Dask: pip install 'hnav[montecarlo]'") from None
     cluster = None
     try:
         if scheduler is None:
@@ -128,7 +130,7 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
     except (OSError, TimeoutError, ValueError) as error:
         if cluster is not None:
             cluster.close()
-        raise HnavError(2, f"scheduler {scheduler or 'of this machine'}: {error}") from None
+        raise HnavValueError("option", f"scheduler {scheduler or 'of this machine'}: {error}") from None
     try:
         # Keys by number: equal jobs are runs of their own.
         futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): i for i, job in enumerate(work)}
@@ -196,6 +198,6 @@ def write_table(table: pd.DataFrame, file: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         table.to_parquet(file, index=False)
     except ImportError:
-        raise HnavError(2, "Parquet needs pyarrow: pip install 'hnav[montecarlo]'") from None
+        raise HnavValueError("option", "Parquet needs pyarrow: pip install 'hnav[montecarlo]'") from None
     except OSError as error:
-        raise HnavError(2, f"{file}: cannot be written: {error.strerror or error}") from None
+        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror or error}") from None

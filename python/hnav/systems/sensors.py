@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hnav.io.model_files import model_files, read_json
-from hnav.native.library import HnavError
+from hnav.errors import HnavValueError
 
 GRADES = ("consumer", "industrial", "tactical")
 G_M_S2 = 9.80665
@@ -118,7 +118,7 @@ def read_grade(name_or_path: str | Path) -> Grade:
     path = models_folder() / f"{name_or_path}.json" if str(name_or_path) in GRADES else Path(name_or_path)
 
     def refuse(reason: str):
-        raise HnavError(2, f"{path.name}: {reason}")
+        raise HnavValueError("option", f"{path.name}: {reason}")
 
     data = read_json(path)
     if not isinstance(data, dict):

@@ -19,7 +19,8 @@ import numpy as np
 
 from hnav import __version__
 from hnav.fmi.engines import Progress
-from hnav.native.library import HnavError, parse_setting
+from hnav.errors import HnavValueError
+from hnav.native.library import parse_setting
 from hnav.systems.master import RECORDED, Record, run_system
 from hnav.systems.structure import Parameter, read_system, system_path
 
@@ -90,7 +91,7 @@ def simulate(
 def _setting(text: str) -> tuple[str, str]:
     name, value = parse_setting(text)
     if "." not in name:
-        raise HnavError(2, f"--set {text}: component.parameter=value is wanted")
+        raise HnavValueError("option", f"--set {text}: component.parameter=value is wanted")
     return name, value
 
 
@@ -113,7 +114,7 @@ def write_run(run: Run, folder: Path) -> None:
         file = folder / ABOUT
         file.write_text(json.dumps(run.about, indent=2, allow_nan=False) + "\n")
     except OSError as error:
-        raise HnavError(2, f"{file}: cannot be written: {error.strerror or error}") from None
+        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror or error}") from None
 
 
 def read_run(folder: Path) -> Run:
@@ -133,6 +134,6 @@ def read_run(folder: Path) -> Run:
             columns = {name: source[name][()] for name in units}
             return Run(source["t_s"][()], columns, units, about)
     except FileNotFoundError:
-        raise HnavError(2, f"{file}: file not found; hnav simulate writes it") from None
+        raise HnavValueError("option", f"{file}: file not found; hnav simulate writes it") from None
     except (OSError, KeyError, ValueError) as error:
-        raise HnavError(2, f"{file}: cannot be read: {error}") from None
+        raise HnavValueError("option", f"{file}: cannot be read: {error}") from None

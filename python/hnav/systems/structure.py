@@ -25,7 +25,7 @@ import fmpy
 from fmpy.model_description import ModelDescription
 
 from hnav.fmi.fmus import fmu_path
-from hnav.native.library import HnavError
+from hnav.errors import HnavError, HnavValueError
 from hnav.places import CHECKOUT, PACKAGE
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
@@ -131,7 +131,7 @@ class System:
         for kind, name, sets in (("grade", grade, self.grades), ("scenario", scenario, self.scenarios)):
             if name is not None and name not in sets:
                 known = f"it has {', '.join(sorted(sets))}" if sets else "it has none"
-                raise HnavError(2, f"system {self.name} has no {kind} {name}: {known}")
+                raise HnavValueError("option", f"system {self.name} has no {kind} {name}: {known}")
         bound = self.parameters()
         if grade is not None:
             self.apply(self.grades[grade], f"grade {grade}")
@@ -149,7 +149,7 @@ class System:
         their names, so that no two plants draw the same noise."""
         seeded = [c for _, c in sorted(self.components.items()) if "seed" in c.variables]
         if not seeded:
-            raise HnavError(2, f"seed {seed}: no component of system {self.name} has a parameter seed")
+            raise HnavValueError("option", f"seed {seed}: no component of system {self.name} has a parameter seed")
         for i, component in enumerate(seeded):
             self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 
@@ -160,7 +160,9 @@ class System:
     def _owner(self, name: str, where: str) -> tuple[Component, str]:
         component, _, parameter = name.partition(".")
         if component not in self.components or not parameter:
-            raise HnavError(2, f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)})")
+            raise HnavValueError(
+                "option", f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)})"
+            )
         return self.components[component], parameter
 
 
@@ -172,13 +174,13 @@ def system_path(text: str) -> Path:
     path = Path(text)
     if path.suffix == ".ssp" or path.is_dir() or os.sep in text:
         if not path.exists():
-            raise HnavError(2, f"{text}: file not found")
+            raise HnavValueError("option", f"{text}: file not found")
         return path
     known = _known_systems()
     if text in known:
         return known[text]
     hint = f"there are {', '.join(sorted(known))}" if known else "./run fmus makes them, or set HNAV_SYSTEMS to their folder"
-    raise HnavError(2, f"there is no system {text}: {hint}")
+    raise HnavValueError("option", f"there is no system {text}: {hint}")
 
 
 def _known_systems() -> dict[str, Path]:
@@ -200,14 +202,14 @@ def read_system(path: Path | str) -> System:
     if path.is_dir():
         return _read_folder(path, path)
     if not path.is_file():
-        raise HnavError(2, f"{path}: file not found")
+        raise HnavValueError("option", f"{path}: file not found")
     folder = Path(tempfile.mkdtemp(prefix="hnav_system_"))
     try:
         try:
             with zipfile.ZipFile(path) as archive:
                 archive.extractall(folder)
         except (zipfile.BadZipFile, OSError) as error:
-            raise HnavError(2, f"{path}: no SSP archive: {error}") from None
+            raise HnavValueError("option", f"{path}: no SSP archive: {error}") from None
         system = _read_folder(folder, path)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
@@ -220,16 +222,16 @@ def _parse(path: Path, shown: str) -> ElementTree.Element:
     try:
         return ElementTree.parse(path).getroot()
     except FileNotFoundError:
-        raise HnavError(2, f"{shown}: file not found") from None
+        raise HnavValueError("option", f"{shown}: file not found") from None
     except (ElementTree.ParseError, OSError) as error:
-        raise HnavError(2, f"{shown}: cannot be read: {error}") from None
+        raise HnavValueError("option", f"{shown}: cannot be read: {error}") from None
 
 
 def _read_folder(folder: Path, shown: Path) -> System:
     root = _parse(folder / STRUCTURE, f"{shown}/{STRUCTURE}")
     element = root.find(f"{SSD}System")
     if element is None:
-        raise HnavError(2, f"{shown}/{STRUCTURE}: there is no ssd:System")
+        raise HnavValueError("option", f"{shown}/{STRUCTURE}: there is no ssd:System")
     _refuse_what_is_not_done(element, shown)
     units = _units(root.findall(f"{SSD}Units/{SSC}Unit"))
     experiment = root.find(f"{SSD}DefaultExperiment")
@@ -237,7 +239,7 @@ def _read_folder(folder: Path, shown: Path) -> System:
     master = element.find(f"{SSD}SimulationInformation/{SSD}FixedStepMaster")
     components = {e.get("name", ""): _read_component(e, folder, shown) for e in element.iterfind(f"{SSD}Elements/{SSD}Component")}
     if not components:
-        raise HnavError(2, f"{shown}: the system has no components")
+        raise HnavValueError("option", f"{shown}: the system has no components")
     sets = {kind: dict(_beside(folder, kind)) for kind in ("grade", "scenario")}
     system = System(
         name=element.get("name", shown.stem), description=root.get("description", ""), components=components,
@@ -270,23 +272,23 @@ def _number(text: str, name: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise HnavError(2, f"{name} = {text}: not a number") from None
+        raise HnavValueError("option", f"{name} = {text}: not a number") from None
 
 
 def _refuse_what_is_not_done(system: ElementTree.Element, shown: Path) -> None:
     for tag in ("System", "SignalDictionaryReference"):
         for e in system.iterfind(f"{SSD}Elements/{SSD}{tag}"):
-            raise HnavError(2, f"{shown}: {e.get('name')} is a {tag}; hnav runs components only")
+            raise HnavValueError("option", f"{shown}: {e.get('name')} is a {tag}; hnav runs components only")
     for connection in system.iterfind(f"{SSD}Connections/{SSD}Connection"):
         for child in connection:
             if child.tag.endswith("Transformation"):
-                raise HnavError(
-                    2,
+                raise HnavValueError(
+                    "option",
                     f"{shown}: connection {_text(_connection(connection))} has a {child.tag.rpartition('}')[2]}, which hnav does not do",
                 )
     for mapping in system.iter(f"{SSD}ParameterMapping"):
-        raise HnavError(
-            2, f"{shown}: ParameterMapping {mapping.get('source', '')}: hnav takes parameters by their own names only"
+        raise HnavValueError(
+            "option", f"{shown}: ParameterMapping {mapping.get('source', '')}: hnav takes parameters by their own names only"
         )
 
 
@@ -317,17 +319,17 @@ def _read_component(element: ElementTree.Element, folder: Path, shown: Path) -> 
         try:
             fmu = fmu if zipfile.is_zipfile(shown) else fmu_path(Path(source).stem, 2)
         except HnavError as error:
-            raise HnavError(2, f"{shown}: component {name}: {source or 'its source'} is missing: {error}") from None
+            raise HnavValueError("option", f"{shown}: component {name}: {source or 'its source'} is missing: {error}") from None
     if not fmu.is_file():
-        raise HnavError(2, f"{shown}: component {name}: {source or 'its source'} is missing")
+        raise HnavValueError("option", f"{shown}: component {name}: {source or 'its source'} is missing")
     if element.get("implementation", "CoSimulation") not in ("CoSimulation", "any"):
-        raise HnavError(2, f"{shown}: component {name}: hnav runs Co-Simulation, not {element.get('implementation')}")
+        raise HnavValueError("option", f"{shown}: component {name}: hnav runs Co-Simulation, not {element.get('implementation')}")
     try:
         description = fmpy.read_model_description(str(fmu), validate=False)
     except Exception as error:  # fmpy raises bare Exception too
-        raise HnavError(2, f"{shown}: component {name}: {source} is no FMU: {error}") from None
+        raise HnavValueError("option", f"{shown}: component {name}: {source} is no FMU: {error}") from None
     if description.coSimulation is None:
-        raise HnavError(2, f"{shown}: component {name}: {source} has no Co-Simulation interface")
+        raise HnavValueError("option", f"{shown}: component {name}: {source} has no Co-Simulation interface")
     return Component(name, fmu, description, {v.name: _variable(v) for v in description.modelVariables}, _connectors(element))
 
 
@@ -365,7 +367,7 @@ def _bound(element: ElementTree.Element, folder: Path, shown: Path, prefix: str 
         if source is not None:
             # sourceBase component would mean a file inside the FMU.
             if binding.get("sourceBase", "SSD") != "SSD":
-                raise HnavError(2, f"{shown}: {source}: a parameter set inside a component is not read")
+                raise HnavValueError("option", f"{shown}: {source}: a parameter set inside a component is not read")
             sets.append(_parse(folder / source, f"{shown}/{source}"))
         for parameter_set in sets:
             found += list(_entries(parameter_set, prefix + binding.get("prefix", "")))
@@ -397,19 +399,21 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     """The value as the variable's type. Raises HnavError for unknown names, wrong types and foreign units."""
     variable, full = component.variables.get(name), f"{component.name}.{name}"
     if variable is None:
-        raise HnavError(2, f"{where}: component {component.name} ({component.description.modelName}) has no parameter {name}")
+        raise HnavValueError(
+            "option", f"{where}: component {component.name} ({component.description.modelName}) has no parameter {name}"
+        )
     # SSP sets start values of inputs by the same entries.
     if variable.causality not in ("parameter", "structuralParameter", "input"):
-        raise HnavError(2, f"{where}: {full} is a variable of kind {variable.causality}, not a parameter")
+        raise HnavValueError("option", f"{where}: {full} is a variable of kind {variable.causality}, not a parameter")
     if parameter.type and not types_agree(parameter.type, variable.kind):
-        raise HnavError(2, f"{where}: {full} is {variable.kind}, not {parameter.type}")
+        raise HnavValueError("option", f"{where}: {full} is {variable.kind}, not {parameter.type}")
     if parameter.unit and variable.unit != parameter.unit:
-        raise HnavError(2, f"{where}: {full} is in {variable.unit or '1 (no unit)'}, not in {parameter.unit}")
+        raise HnavValueError("option", f"{where}: {full} is in {variable.unit or '1 (no unit)'}, not in {parameter.unit}")
     try:
         return _converted(variable, parameter.value.strip())
     except ValueError:
         wanted = f"one of {', '.join(variable.items)}" if variable.items else f"a {variable.kind}"
-        raise HnavError(2, f"{where}: {full} = {parameter.value}: {wanted} is wanted") from None
+        raise HnavValueError("option", f"{where}: {full} = {parameter.value}: {wanted} is wanted") from None
 
 
 def _converted(variable: Variable, text: str) -> object:
@@ -444,15 +448,20 @@ def _check_connectors(component: Component, units: Mapping[str, tuple]) -> None:
     for connector in component.connectors.values():
         variable, full = component.variables.get(connector.name), f"{component.name}.{connector.name}"
         if variable is None:
-            raise HnavError(2, f"connector {full}: {component.description.modelName} has no variable {connector.name}")
+            raise HnavValueError(
+                "option", f"connector {full}: {component.description.modelName} has no variable {connector.name}"
+            )
         if connector.kind in ("input", "output", "parameter") and connector.kind != variable.causality:
-            raise HnavError(
-                2, f"connector {full} is an {connector.kind} in the SSD and a variable of kind {variable.causality} in the FMU"
+            raise HnavValueError(
+                "option",
+                f"connector {full} is an {connector.kind} in the SSD and a variable of kind {variable.causality} in the FMU",
             )
         if connector.type and not types_agree(connector.type, variable.kind):
-            raise HnavError(2, f"connector {full} is {connector.type} in the SSD and {variable.kind} in the FMU")
+            raise HnavValueError("option", f"connector {full} is {connector.type} in the SSD and {variable.kind} in the FMU")
         if not _units_agree(connector.unit, units, variable.unit, fmu_units):
-            raise HnavError(2, f"connector {full} is in {connector.unit} in the SSD and in {variable.unit} in the FMU")
+            raise HnavValueError(
+                "option", f"connector {full} is in {connector.unit} in the SSD and in {variable.unit} in the FMU"
+            )
 
 
 def _text(connection: Connection) -> str:
@@ -464,10 +473,12 @@ def _check_connection(system: System, connection: Connection, units: Mapping[str
     kinds, types, unit_names, definitions = [], [], [], []
     for element, name in (connection.start, connection.end):
         if element and element not in system.components:
-            raise HnavError(2, f"connection {_text(connection)}: there is no element {element}")
+            raise HnavValueError("option", f"connection {_text(connection)}: there is no element {element}")
         declared = system.components[element].connectors if element else system.connectors
         if name not in declared:
-            raise HnavError(2, f"connection {_text(connection)}: {element or f'system {system.name}'} has no connector {name}")
+            raise HnavValueError(
+                "option", f"connection {_text(connection)}: {element or f'system {system.name}'} has no connector {name}"
+            )
         connector, kind = declared[name], declared[name].kind
         # Seen from inside, the system's inputs give and its outputs take.
         kinds.append(kind if element else {"input": "output", "output": "input"}.get(kind, kind))
@@ -476,13 +487,14 @@ def _check_connection(system: System, connection: Connection, units: Mapping[str
         unit_names.append(variable.unit if variable else connector.unit)
         definitions.append(_fmu_units(system.components[element].description) if element else units)
     if kinds != ["output", "input"]:
-        raise HnavError(
-            2, f"connection {_text(connection)}: it runs from an {kinds[0]} to an {kinds[1]}; an output to an input is wanted"
+        raise HnavValueError(
+            "option",
+            f"connection {_text(connection)}: it runs from an {kinds[0]} to an {kinds[1]}; an output to an input is wanted",
         )
     if types[0] and types[1] and types[0] != types[1]:
-        raise HnavError(2, f"connection {_text(connection)}: {types[0]} does not fit {types[1]}")
+        raise HnavValueError("option", f"connection {_text(connection)}: {types[0]} does not fit {types[1]}")
     if not _units_agree(unit_names[0], definitions[0], unit_names[1], definitions[1]):
-        raise HnavError(2, f"connection {_text(connection)}: {unit_names[0]} does not fit {unit_names[1]}")
+        raise HnavValueError("option", f"connection {_text(connection)}: {unit_names[0]} does not fit {unit_names[1]}")
 
 
 def _check_single_source(connections: list[Connection]) -> None:
@@ -490,7 +502,7 @@ def _check_single_source(connections: list[Connection]) -> None:
     for connection in connections:
         other = ends.setdefault(connection.end, connection)
         if other is not connection:
-            raise HnavError(
-                2,
+            raise HnavValueError(
+                "option",
                 f"connection {_text(connection)}: {'.'.join(connection.end)} is already fed by {'.'.join(filter(None, other.start))}",
             )

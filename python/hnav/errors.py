@@ -1,0 +1,49 @@
+"""What can go wrong: every error of hnav is a HnavError, and the ValueError or RuntimeError that Python users expect as well.
+
+try:
+    filter.push_mag(t_s, field)
+except ValueError as error:         # or hnav.HnavError
+    print(error, error.status)      # mag: the field is a zero vector ... · zero vector
+"""
+
+from __future__ import annotations
+
+# The statuses of the library that tell of a state, a solver or memory; the others tell of an argument.
+_OF_THE_STATE = frozenset({
+    "out of memory", "late sample", "queue full", "time backwards", "not started", "no data", "solver", "unsupported",
+})  # fmt: skip
+
+
+class HnavError(Exception):
+    """A call failed; the text says what was wrong, where, and what to do.
+
+    Raised as HnavValueError or HnavRuntimeError.
+    """
+
+    status: str
+    """The C status in words: "option", "size", "late sample", ... (HNAV_ERROR_LATE_SAMPLE in hnav/types.h)."""
+
+    argument: str | None
+    """The argument or option at fault when the text begins with its name, "filter = x: ..."; None otherwise.
+
+    A command line that has another name for it can put its own in this place."""
+
+    def __init__(self, status: str, text: str, argument: str | None = None):
+        super().__init__(text)
+        self.status, self.argument = status, argument
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.status, str(self), self.argument)
+
+
+class HnavValueError(HnavError, ValueError):
+    """An argument, an option or a file is wrong; the same call fails again."""
+
+
+class HnavRuntimeError(HnavError, RuntimeError):
+    """The arguments are right, but the object's state, its solver or the memory does not let the call succeed."""
+
+
+def error_of(status: str, text: str) -> HnavError:
+    """The error for a status of the library."""
+    return (HnavRuntimeError if status in _OF_THE_STATE else HnavValueError)(status, text)
