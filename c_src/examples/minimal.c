@@ -4,10 +4,10 @@
 
 int main(void) {
     const double rate[3] = {0, 0, 0}, force[3] = {0.855, -3.342, -9.183}, field[3] = {1.333e-5, 0.645e-5, 4.696e-5};
-    hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+    hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
     hnav_filter* filter;
     char message[256];
-    if (hnav_hrekf_create(&filter, &options, message, sizeof message) != HNAV_OK) {
+    if (hnav_ahrs_create(&filter, &options, message, sizeof message) != HNAV_OK) {
         fprintf(stderr, "%s\n", message);
         return 1;
     }

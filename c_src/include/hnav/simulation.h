@@ -6,7 +6,8 @@
 #ifndef HNAV_SIMULATION_H
 #define HNAV_SIMULATION_H
 
-#include "hnav/hnav.h"
+#include "hnav/ins_error.h"
+#include "hnav/types.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,8 +33,8 @@ extern "C" {
 typedef struct hnav_aircraft hnav_aircraft;
 
 typedef struct hnav_gauss_markov { /* stationary, one process for each channel */
-    const double *sigma;           /* nx, standard deviations, >= 0; null: none */
-    const double *time_constant_s; /* nx, above 0; not read when sigma is null */
+    const double* sigma;           /* nx, standard deviations, >= 0; null: none */
+    const double* time_constant_s; /* nx, above 0; not read when sigma is null */
 } hnav_gauss_markov;
 
 typedef struct hnav_square_wave { /* amplitude times the sign of sin(2 pi t / period + phase) */
@@ -51,15 +52,15 @@ typedef struct hnav_noise_fault { /* samples from start_s to stop_s, both includ
 typedef struct hnav_aircraft_model {
     int32_t nx, nu;                         /* 1 to 32, 0 to 32 */
     double interval_s;                      /* between samples, above 0 */
-    const double *A_1_s;                    /* nx x nx; no eigenvalue with a real part above 1e-9 1/s */
-    const double *B_1_s;                    /* nx x nu; not read when nu = 0 */
-    const double *process_noise_per_sqrt_s; /* nx, standard deviations of w per root second, >= 0 */
-    const double *measurement_sigma;        /* nx, of v, >= 0 */
+    const double* A_1_s;                    /* nx x nx; no eigenvalue with a real part above 1e-9 1/s */
+    const double* B_1_s;                    /* nx x nu; not read when nu = 0 */
+    const double* process_noise_per_sqrt_s; /* nx, standard deviations of w per root second, >= 0 */
+    const double* measurement_sigma;        /* nx, of v, >= 0 */
     hnav_gauss_markov accelerometer_error, gravity_error;
-    const double *start;                    /* nx, mean of x(0); null: zero */
-    const double *start_sigma;              /* nx, >= 0 */
-    const hnav_square_wave *commands;       /* nu, added to the commands of step; null: none */
-    const hnav_noise_fault *faults;         /* nx; null: none */
+    const double* start;                    /* nx, mean of x(0); null: zero */
+    const double* start_sigma;              /* nx, >= 0 */
+    const hnav_square_wave* commands;       /* nu, added to the commands of step; null: none */
+    const hnav_noise_fault* faults;         /* nx; null: none */
 } hnav_aircraft_model;
 
 typedef struct hnav_aircraft_options {
@@ -75,43 +76,43 @@ HNAV_API hnav_aircraft_options hnav_aircraft_defaults(void);
 
 /* Refused, with a message that names the entry: sizes out of range (SIZE), null (NULL_ARGUMENT) or non-finite
  * (NON_FINITE) entries; numbers out of range, an A that grows, dt/tau of 2 or more in Euler's form (all OPTION). */
-HNAV_API hnav_status hnav_aircraft_create(hnav_aircraft **aircraft, const hnav_aircraft_options *options,
-                                          const hnav_aircraft_model *model, char *message, size_t message_size);
+HNAV_API hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options,
+                                          const hnav_aircraft_model* model, char* message, size_t message_size);
 /* Null is allowed. */
-HNAV_API void hnav_aircraft_destroy(hnav_aircraft *aircraft);
+HNAV_API void hnav_aircraft_destroy(hnav_aircraft* aircraft);
 /* Back to sample 0 of the same flight. */
-HNAV_API hnav_status hnav_aircraft_reset(hnav_aircraft *aircraft);
+HNAV_API hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
-HNAV_API const char *hnav_aircraft_message(const hnav_aircraft *aircraft);
+HNAV_API const char* hnav_aircraft_message(const hnav_aircraft* aircraft);
 
 /* To the next sample; command (nu, null for zero) is held meanwhile. NON_FINITE: nothing has moved. */
-HNAV_API hnav_status hnav_aircraft_step(hnav_aircraft *aircraft, const double *command);
+HNAV_API hnav_status hnav_aircraft_step(hnav_aircraft* aircraft, const double* command);
 
 /* Of the present sample; null pointers are not written. */
 typedef struct hnav_aircraft_sample {
     uint64_t k;           /* counted from 0 */
     double t_s;           /* k interval_s */
-    double *x;            /* nx, truth */
-    double *lambda;       /* nx, coloured error, both parts */
-    double *z;            /* nx, measurement */
-    double *u;            /* nu, controls that were held up to this sample; zero at k = 0 */
-    double *noise_factor; /* nx, on the standard deviation of v; 1 without fault */
+    double* x;            /* nx, truth */
+    double* lambda;       /* nx, coloured error, both parts */
+    double* z;            /* nx, measurement */
+    double* u;            /* nu, controls that were held up to this sample; zero at k = 0 */
+    double* noise_factor; /* nx, on the standard deviation of v; 1 without fault */
 } hnav_aircraft_sample;
-HNAV_API hnav_status hnav_aircraft_get_sample(const hnav_aircraft *aircraft, hnav_aircraft_sample *sample);
+HNAV_API hnav_status hnav_aircraft_get_sample(const hnav_aircraft* aircraft, hnav_aircraft_sample* sample);
 
 /* n samples from the present one on, each a row: command n x nu (null for zero), row k held from sample k to k + 1;
  * arrays of output hold n rows each, k and t_s those of the last. Afterwards the sample after the last row is present. */
-HNAV_API hnav_status hnav_aircraft_run(hnav_aircraft *aircraft, size_t n, const double *command, hnav_aircraft_sample *output);
+HNAV_API hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* command, hnav_aircraft_sample* output);
 
 /* The discrete model for hnav_ins_error_filter_create; its pointers belong to the aircraft and live as long. lambda of
  * the filter is the accelerometer error alone: a sum of two such processes is none. */
-HNAV_API hnav_status hnav_aircraft_filter_model(const hnav_aircraft *aircraft, hnav_ins_error_model *model);
+HNAV_API hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_error_model* model);
 
 /* Numbers only; fits aircraft made with equal options and model. */
-HNAV_API hnav_status hnav_aircraft_state_size(const hnav_aircraft *aircraft, size_t *bytes);
-HNAV_API hnav_status hnav_aircraft_save(const hnav_aircraft *aircraft, void *buffer, size_t bytes);
+HNAV_API hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* bytes);
+HNAV_API hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes);
 /* SIZE, STATE_CORRUPT: the aircraft is as it was. */
-HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft *aircraft, const void *buffer, size_t bytes);
+HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes);
 
 /* ------------------------------------------------------------------------------------------------ truth
  *
@@ -169,23 +170,23 @@ typedef struct hnav_turntable_options {
 /* The experiment of the filter's source: yaw to and fro between +-60 deg at 10 deg/s, level; 50 uT with a dip of 60 deg. */
 HNAV_API hnav_turntable_options hnav_turntable_defaults(void);
 /* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info *hnav_turntable_option(int32_t index);
+HNAV_API const hnav_option_info* hnav_turntable_option(int32_t index);
 
 /* On failure *table is null and the reason stands in message (may be null). */
-HNAV_API hnav_status hnav_turntable_create(hnav_turntable **table, const hnav_turntable_options *options, char *message,
+HNAV_API hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
                                            size_t message_size);
 /* Null is allowed. */
-HNAV_API void hnav_turntable_destroy(hnav_turntable *table);
+HNAV_API void hnav_turntable_destroy(hnav_turntable* table);
 
-HNAV_API hnav_status hnav_turntable_at(const hnav_turntable *table, double t_s, hnav_truth *truth);
+HNAV_API hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_truth* truth);
 /* The next corner after t_s, where a rate jumps; infinity if there is none. */
-HNAV_API hnav_status hnav_turntable_next_corner_s(const hnav_turntable *table, double t_s, double *corner_s);
+HNAV_API hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s, double* corner_s);
 /* For an integrator that steps across corners before it finds them: truth at t_s if the motion that holds at piece_s
  * went on without a corner. */
-HNAV_API hnav_status hnav_turntable_in_piece(const hnav_turntable *table, double piece_s, double t_s, hnav_truth *truth);
+HNAV_API hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s, double t_s, hnav_truth* truth);
 /* Specific force and field (3 each) as a body in attitude q_nb (normalised on use) reads them. */
-HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable *table, const double *q_nb, double *force_b_m_s2,
-                                              double *field_b_tesla);
+HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2,
+                                              double* field_b_tesla);
 
 /* ------------------------------------------------------------------------------------------------ inertial and magnetic sensor
  *
@@ -267,7 +268,12 @@ typedef struct hnav_mag_options {
     double resolution_tesla;
 } hnav_mag_options;
 
-typedef enum hnav_stuck_sensor { HNAV_STUCK_NONE = 0, HNAV_STUCK_GYRO = 1, HNAV_STUCK_ACCEL = 2, HNAV_STUCK_MAG = 3 } hnav_stuck_sensor;
+typedef enum hnav_stuck_sensor {
+    HNAV_STUCK_NONE = 0,
+    HNAV_STUCK_GYRO = 1,
+    HNAV_STUCK_ACCEL = 2,
+    HNAV_STUCK_MAG = 3
+} hnav_stuck_sensor;
 
 /* Faults work on samples stamped in [start_s, stop_s). An empty window: no fault. */
 typedef struct hnav_sensor_faults {
@@ -310,23 +316,23 @@ typedef struct hnav_imu_mag_sensor_options {
 /* Sensors without any error, 100 Hz. */
 HNAV_API hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void);
 /* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info *hnav_imu_mag_sensor_option(int32_t index);
+HNAV_API const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index);
 
-HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor **sensor, const hnav_imu_mag_sensor_options *options,
-                                                double start_s, char *message, size_t message_size);
+HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_imu_mag_sensor_options* options,
+                                                double start_s, char* message, size_t message_size);
 /* Null is allowed. */
-HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor *sensor);
+HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor* sensor);
 /* Back to the moment after create. */
-HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor *sensor);
+HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor* sensor);
 
 /* A communication point: the sensors that are due sample truth, stamped t_s; of several samples that are due the newest is
  * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE;
  * ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
-HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor *sensor, double t_s, const hnav_truth *truth);
+HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor* sensor, double t_s, const hnav_truth* truth);
 /* Delivers what has arrived by t_s. */
-HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor *sensor, double t_s);
+HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor* sensor, double t_s);
 /* When a sample is due or delivered next. */
-HNAV_API hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor *sensor, double *next_s);
+HNAV_API hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor* sensor, double* next_s);
 
 typedef struct hnav_reading {
     double value[3]; /* rad/s, m/s2 or T */
@@ -336,16 +342,16 @@ typedef struct hnav_reading {
     uint64_t dropped; /* samples taken that are never delivered */
 } hnav_reading;
 /* sensor_kind: GYRO, ACCEL or MAG. */
-HNAV_API hnav_status hnav_imu_mag_sensor_reading(const hnav_imu_mag_sensor *sensor, hnav_sensor sensor_kind,
-                                                 hnav_reading *reading);
+HNAV_API hnav_status hnav_imu_mag_sensor_reading(const hnav_imu_mag_sensor* sensor, hnav_sensor sensor_kind,
+                                                 hnav_reading* reading);
 /* Two-sided spectral density of the white noise: rad2/s, m2/s3 or T2 s. */
-HNAV_API hnav_status hnav_imu_mag_sensor_noise_psd(const hnav_imu_mag_sensor *sensor, hnav_sensor sensor_kind, double *psd);
+HNAV_API hnav_status hnav_imu_mag_sensor_noise_psd(const hnav_imu_mag_sensor* sensor, hnav_sensor sensor_kind, double* psd);
 
 /* Numbers only; fits sensors made with equal options and start. */
-HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor *sensor, size_t *bytes);
-HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor *sensor, void *buffer, size_t bytes);
+HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor* sensor, size_t* bytes);
+HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* buffer, size_t bytes);
 /* SIZE, STATE_CORRUPT: the sensor is as it was. */
-HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor *sensor, const void *buffer, size_t bytes);
+HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus
 }

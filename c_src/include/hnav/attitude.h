@@ -1,0 +1,411 @@
+/* Attitude filters: the AHRS, for real sensors, and the HREKF, the paper's filter. hnav.h has an introduction and an example.
+ *
+ * One object, hnav_filter, serves both: create chooses the model, samples are pushed as they come, advance brings the
+ * estimate to a time, and the calls of the section estimate show it. */
+#ifndef HNAV_ATTITUDE_H
+#define HNAV_ATTITUDE_H
+
+#include "hnav/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ------------------------------------------------------------------------------------------------ options */
+
+typedef enum hnav_adaptation {
+    HNAV_ADAPTATION_OFF = 0,
+    HNAV_ADAPTATION_PAPER = 1,    /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
+    HNAV_ADAPTATION_CORRECTED = 2 /* divided by the interval, with the covariance terms, annealed, bounded */
+} hnav_adaptation;
+
+/* Options of the paper's filter (HEKF, HREKF). Make them with hnav_hrekf_defaults, then change what you need.
+ * hnav_hrekf_option() tells unit, range and meaning of every field at run time. */
+typedef struct hnav_hrekf_options {
+    uint64_t cookie; /* set by hnav_hrekf_defaults */
+
+    /* Process noise, as densities: covariance per second is the square. */
+    double gyro_noise_rad_per_sqrt_s;         /* angle random walk */
+    double gyro_bias_walk_rad_s_per_sqrt_s;   /* rate random walk of the bias */
+    double quaternion_noise_per_sqrt_s;       /* on all four components alike: the paper's L = I; 0 otherwise */
+
+    /* Measurement noise, as densities: one sample that stands for an interval T has variance density^2 / T. */
+    double accel_noise_per_sqrt_hz; /* of the direction of specific force */
+    double mag_noise_per_sqrt_hz;   /* of the field in units of the reference strength */
+    double interval_limit_s;        /* longest interval that one sample may stand for; the first stands for none */
+
+    /* Robust law. */
+    double gamma;                   /* FIXED */
+    double gamma_relative_rate_1_s; /* RELATIVE: rho = 1 - exp(-rate T) */
+    double gamma_kl_rate_1_s;       /* KL: nats per second */
+    double gamma_weight_attitude;   /* L on the quaternion */
+    double gamma_weight_bias;       /* L on the bias */
+
+    /* Robbins-Monro adaptation of the bias walk. */
+    double adaptation_gain;                         /* alpha; the floor of the annealed alpha when CORRECTED */
+    double adaptation_floor_rad_s_per_sqrt_s;       /* the adapted bias walk stays within these bounds (CORRECTED) */
+    double adaptation_cap_rad_s_per_sqrt_s;
+
+    /* Start. */
+    double start_q_nb[4];              /* ATTITUDE; in navigation_frame */
+    double start_heading_rad;          /* HEADING: true heading of body x, clockwise from north */
+    double start_gyro_bias_rad_s[3];
+    double start_sigma_tilt_rad;
+    double start_sigma_heading_rad;
+    double start_sigma_bias_rad_s;
+
+    /* Reference field, when GIVEN. */
+    double reference_strength_tesla;
+    double reference_dip_rad;          /* positive when the field points down (northern hemisphere) */
+
+    /* Gates: a sample whose normalised innovation squared exceeds the limit is used with inflated noise. 0 = never.
+     * They work while tilt (force), or tilt and heading (field, heading) are ready: a gate that rejects for long lets
+     * sigma grow until it opens. Set accel_gate_nis to 13.9 (99.7 % of chi square) when the noise above is that of the
+     * sensors; the default belongs to the default noise. */
+    double accel_gate_nis;
+    double mag_gate_nis;
+    double heading_gate_nis;
+
+    /* Ready: sigma below this, and at least as much information gained since the start. */
+    double ready_tilt_rad;
+    double ready_heading_rad;
+
+    /* Interface. */
+    double declination_rad;            /* true heading = magnetic heading + declination */
+    double q_body_sensor[4];           /* mounting: turns sensor vectors into the body frame */
+
+    /* Integrator. */
+    double solver_rtol;
+    double solver_atol;                /* relative to the nominal size of each state */
+    double euler_step_s;
+
+    /* Late samples. */
+    double horizon_s;                  /* how far behind the newest used sample a sample may still come */
+
+    int32_t gyro_hold;                 /* hnav_gyro_hold */
+    int32_t gamma_mode;                /* hnav_gamma_mode */
+    int32_t adaptation;                /* hnav_adaptation */
+    int32_t start_mode;                /* hnav_start_mode */
+    int32_t start_samples;             /* samples of each sensor averaged for the start */
+    int32_t reference_mode;            /* hnav_reference_mode */
+    int32_t navigation_frame;          /* hnav_navigation_frame */
+    int32_t solver;                    /* hnav_solver */
+    int32_t queue_capacity;            /* instants that may wait, including those within the horizon */
+} hnav_hrekf_options;
+
+HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
+
+/* Options of the AHRS, the filter for real sensors; hnav_ahrs_option() tells unit, range and meaning. Fields named
+ * as in hnav_hrekf_options mean the same. Densities: a quantity that stands for an interval T has variance density^2 / T.
+ * Fields are in units of the strength of the reference. */
+typedef struct hnav_ahrs_options {
+    uint64_t cookie; /* set by hnav_ahrs_defaults */
+
+    /* Gyroscope. */
+    double gyro_noise_rad_per_sqrt_s;
+    double gyro_rate_noise_sqrt_s;          /* noise that grows with the rate: density = this x |rate| */
+    double gyro_bias_walk_rad_s_per_sqrt_s;
+
+    /* Accelerometer: velocity stays bounded. */
+    double velocity_noise_m_s_per_sqrt_hz;
+    double unseen_acceleration_m_s2;        /* while samples of force are missing */
+    double unseen_turn_factor;              /* while samples of rate are missing, of its usual change */
+
+    /* Magnetometer. */
+    double mag_azimuth_noise_per_sqrt_hz;   /* across the reference */
+    double mag_intensity_noise_per_sqrt_hz; /* horizontal and vertical intensity */
+    double mag_rest_factor;                 /* of both variances at rest, where distortions do not average out */
+    double reference_walk_per_sqrt_s;
+
+    double correction_interval_s;           /* samples are gathered and corrected so often, at the sample nearest */
+    double interval_limit_s;
+
+    /* Rest. */
+    double rest_rate_rad_s;                 /* deviation of the rate from its running mean */
+    double rest_force_m_s2;
+    double rest_mean_rate_rad_s;            /* on each axis */
+    double rest_duration_s;
+    double rest_filter_s;                   /* time constant of the running means */
+    double rest_bias_noise_rad_s_per_sqrt_hz;
+
+    /* Magnetic reference. */
+    double mag_gate;                        /* distance of the intensities */
+    double mag_gate_longest_s;
+    double mag_gate_share;                  /* a field is refused no longer than this times the time the reference served */
+    double turning_rad_s;                   /* evidence counts fully above this root mean square rate */
+    double still_weight;                    /* and by this weight below */
+    double candidate_radius;
+    double candidate_mean_s;
+    double candidate_first_s;               /* evidence that replaces a reference without any */
+    double candidate_share;                 /* else this share of the reference's evidence */
+    double trust_s;                         /* evidence after which a new field no longer turns the heading */
+    double turn_least_rad;                  /* least error of heading that a new field corrects at once */
+    double turn_sigmas;
+    double turn_sigma_rad;                  /* added to a heading that was turned */
+
+    /* Robust law, while heading is not ready. */
+    double gamma;
+    double gamma_relative_rate_1_s;
+    double gamma_kl_rate_1_s;
+
+    /* Start. */
+    double start_q_nb[4];
+    double start_heading_rad;
+    double start_gyro_bias_rad_s[3];
+    double start_field_wait_s;              /* start level with an unknown heading if no field has come by then */
+    double start_sigma_tilt_rad;
+    double start_sigma_heading_rad;
+    double start_sigma_bias_rad_s;
+    double start_sigma_velocity_m_s;
+    double start_sigma_reference;
+    double start_sigma_latency_s;           /* of the magnetometer behind its time stamps */
+    double start_sigma_gyro_scale;
+    double start_sigma_gyro_misalignment_rad;
+
+    double reference_strength_tesla;
+    double reference_dip_rad;
+
+    double heading_gate_nis;
+    double ready_tilt_rad;
+    double ready_heading_rad;
+    double ready_evidence_s;                /* and the field has agreed with the reference for so long, */
+    double ready_calm_s;                    /* and nothing has spoken against it for so long */
+
+    double declination_rad;
+    double q_body_sensor[4];
+    double output_latency_s;                /* attitude is shown as it will be this much later at the present rate */
+
+    double solver_rtol;
+    double solver_atol;
+    double euler_step_s;
+    double horizon_s;
+
+    int32_t gyro_hold;
+    int32_t gamma_mode;
+    int32_t start_mode;
+    int32_t start_samples;
+    int32_t reference_mode;
+    int32_t navigation_frame;
+    int32_t solver;
+    int32_t queue_capacity;
+} hnav_ahrs_options;
+
+/* HNAV_PRESET_DEFAULT is the one preset. */
+HNAV_API hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset);
+
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_hrekf_option(int32_t index);
+HNAV_API const hnav_option_info* hnav_ahrs_option(int32_t index);
+
+/* ------------------------------------------------------------------------------------------------ life */
+
+/* One type for every attitude filter; the create call chooses the model. */
+typedef struct hnav_filter hnav_filter;
+
+/* Makes the paper's filter. On failure *filter is null and the reason stands in message (may be null). */
+HNAV_API hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message,
+                                       size_t message_size);
+/* Makes the AHRS. */
+HNAV_API hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size);
+
+/* Null is allowed. */
+HNAV_API void hnav_filter_destroy(hnav_filter* filter);
+
+/* Back to the moment after create: no samples, no estimate, counters zero. */
+HNAV_API hnav_status hnav_filter_reset(hnav_filter* filter);
+
+/* Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters. */
+HNAV_API hnav_status hnav_filter_realign(hnav_filter* filter);
+
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_filter_message(const hnav_filter* filter);
+
+/* ------------------------------------------------------------------------------------------------ samples */
+
+/* Samples may come in any order within one instant and between two advance calls, and up to horizon_s late after.
+ * Samples of equal time are corrected together: rate, force, field, heading. A second sample of one sensor at the
+ * same time follows the first. Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE, LATE_SAMPLE, QUEUE_FULL. */
+HNAV_API hnav_status hnav_filter_push_gyro(hnav_filter* filter, double t_s, const double rate_b_rad_s[3]);
+HNAV_API hnav_status hnav_filter_push_accel(hnav_filter* filter, double t_s, const double force_b_m_s2[3]);
+HNAV_API hnav_status hnav_filter_push_mag(hnav_filter* filter, double t_s, const double field_b_tesla[3]);
+HNAV_API hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const double rate_b_rad_s[3],
+                                          const double force_b_m_s2[3]); /* both or neither */
+/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0, at least 1e-9 of it is used. */
+HNAV_API hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double heading_rad, double sigma_rad);
+
+/* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
+ * of the samples led to no usable estimate and were dropped, the others were used. */
+HNAV_API hnav_status hnav_filter_advance(hnav_filter* filter, double t_s);
+
+/* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
+ * null pointer; a null output is not written. Equal, bit for bit, to push and advance of row after row. */
+typedef struct hnav_run_input {
+    const double* t_s; /* n, not decreasing */
+    const double* rate_b_rad_s; /* n x 3, may be null */
+    const double* force_b_m_s2; /* n x 3, may be null */
+    const double* field_b_tesla; /* n x 3, may be null */
+} hnav_run_input;
+
+typedef struct hnav_run_output {
+    double* q_nb; /* n x 4; NaN before the start */
+    double* euler_rad; /* n x 3: roll, pitch, yaw */
+    double* sigma_rad; /* n x 3: rotation error about the navigation axes */
+    double* gyro_bias_rad_s; /* n x 3 */
+    double* gyro_bias_sigma_rad_s; /* n x 3 */
+    double* accel_nis; /* n; NaN where no sample was used */
+    double* mag_nis; /* n */
+    uint8_t* ready; /* n x 2: tilt, heading */
+} hnav_run_output;
+
+/* rows_done (may be null): rows that are complete; less than n only after an error. */
+HNAV_API hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output,
+                                     size_t* rows_done);
+
+/* The same arrays with hindsight: forward, then twice backwards and forward, each pass started at the end of the one
+ * before, the last two fused by their covariances. Every row has an attitude. sigma_rad is that of the fusion, as if the
+ * two passes shared nothing: a little small. Takes 5 times as long as run, and memory for its rows. The filter is reset
+ * before and after. Errors: as run; UNSUPPORTED (the HREKF), NOT_STARTED, OUT_OF_MEMORY. */
+HNAV_API hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input,
+                                        const hnav_run_output* output);
+
+/* ------------------------------------------------------------------------------------------------ estimate */
+
+/* Everything below is at the time of the last advance unless it says otherwise. */
+typedef struct hnav_attitude {
+    double t_s;
+    double q_nb[4];
+    double euler_rad[3]; /* roll, pitch, yaw of body in navigation axes, rotation order z y x */
+    double heading_rad; /* true heading of body x, clockwise from north, (-pi, pi], whatever the frame */
+    double sigma_rad[3]; /* standard deviation of the rotation error about the navigation axes; the third is heading */
+    int32_t near_singular; /* pitch beyond 85 deg: roll and yaw are ill defined */
+    int32_t tilt_ready;
+    int32_t heading_ready;
+} hnav_attitude;
+
+/* NOT_STARTED before there is an attitude. */
+HNAV_API hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attitude);
+/* Known before the start too: zero rate until the first sample, and the bias to start from. */
+HNAV_API hnav_status hnav_filter_rate(const hnav_filter* filter, double rate_b_rad_s[3]); /* bias removed */
+HNAV_API hnav_status hnav_filter_gyro_bias(const hnav_filter* filter, double bias_b_rad_s[3], double sigma_rad_s[3]);
+
+/* 6 x 6 covariance of (rotation error about the navigation axes in rad, gyro bias error in rad/s); q_true is
+ * exp(rotation error / 2) times q_nb. NOT_STARTED. */
+HNAV_API hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[36]);
+
+/* The estimate just after the newest sample that is not in the future of the last advance. NOT_STARTED. */
+typedef struct hnav_posterior {
+    double t_s;
+    double q_nb[4];
+    double gyro_bias_rad_s[3];
+    double sigma[6]; /* three rotations about the navigation axes in rad, three biases in rad/s */
+    int32_t near_singular; /* as in hnav_attitude */
+    int32_t tilt_ready;
+    int32_t heading_ready;
+    int32_t reserved; /* 0 */
+} hnav_posterior;
+HNAV_API hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* posterior);
+
+/* What the last used sample of a sensor said. Direction and field are dimensionless, heading is in rad. */
+typedef struct hnav_innovation {
+    double t_s;
+    double value[3]; /* ahrs, force: minus the velocity in m/s, north and east; field: in navigation axes */
+    double S[9]; /* its covariance, with the noise that was parametrised (not inflated) */
+    double nis; /* value' S^-1 value */
+    double noise_scale; /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
+    int32_t dimension; /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
+    int32_t accepted; /* 0 when the gate inflated the noise or refused the sample (noise_scale infinite) */
+} hnav_innovation;
+/* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
+HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation);
+
+/* What the filter holds of the magnetic field, just after the newest used sample. */
+typedef enum hnav_field_gate {
+    HNAV_FIELD_ACCEPTED = 0,
+    HNAV_FIELD_REFUSED = 1, /* not used: it lies away from the reference */
+    HNAV_FIELD_GIVEN_IN = 2 /* used with inflated noise although it lies away */
+} hnav_field_gate;
+
+typedef struct hnav_field {
+    double strength_tesla; /* of the reference; NaN while there is none */
+    double dip_rad;
+    double latency_s; /* estimated delay of the magnetometer behind its time stamps (ahrs) */
+    double latency_sigma_s;
+    double evidence_s; /* time for which the reference was seen, counted less at rest (ahrs) */
+    double heading_trust_s; /* the same for the heading, through changes of reference (ahrs) */
+    int32_t adopted; /* references taken after the first (ahrs) */
+    int32_t gate; /* hnav_field_gate of the last field */
+    int32_t at_rest; /* the body lies still (ahrs) */
+    int32_t reserved; /* 0 */
+} hnav_field;
+HNAV_API hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field);
+
+/* Scale and misalignment S of the gyroscope, rate = (I - S) reading - bias, row-major, and the sigma of each; zero in
+ * filters that do not estimate it. */
+HNAV_API hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]);
+
+typedef struct hnav_filter_status {
+    double gamma_used; /* of the last correction; infinity when off */
+    double gamma_margin; /* 1 - lmax(L P L') / gamma^2: 1 when off, above 0 always */
+    double adapted_bias_walk_rad_s_per_sqrt_s; /* root of the mean of the diagonal of Q on the bias, times one second */
+    double newest_sample_s; /* time of the newest used sample; NaN if there was none */
+    uint64_t used[HNAV_SENSOR_COUNT]; /* samples used, by sensor */
+    uint64_t gated[HNAV_SENSOR_COUNT]; /* of those, with inflated noise */
+    uint64_t late; /* refused: older than the committed estimate */
+    uint64_t non_finite; /* refused: NaN, infinity, beyond 1e6 in any unit or 1e12 s */
+    uint64_t zero; /* refused: zero vector */
+    uint64_t corrections;
+    uint64_t gamma_raised; /* corrections whose gamma was infeasible and had to be raised */
+    uint64_t covariance_repaired;
+    uint64_t solver_rhs_evals;
+    uint64_t solver_steps;
+    int32_t started; /* there is an attitude */
+    int32_t waiting; /* instants in the queue that are still in the future of the last advance */
+    /* Rate at which the last correction and the flow before it make the filter forget: for two estimates with its gains
+     * that differ by e, sqrt(e' P^-1 e) falls at least by exp(-rate T), P the covariance after each correction.
+     * -ln |L_k^-1 M_k L_k-1| / T_k with P_k = L_k L_k' and M_k = J (I - K_k H_k) Phi_k, the sampled-data form of the
+     * paper's Theorem 1 (decay_rate.hpp). 1/s; one correction at a time, hence no certificate: that is `hnav certify`.
+     * 0 before the first correction after a start, while P is singular, and in the AHRS, which does not compute it. */
+    double decay_rate_1_s;
+} hnav_filter_status;
+HNAV_API hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filter_status* status);
+
+/* ------------------------------------------------------------------------------------------------ save, load */
+
+/* A saved state is numbers only (no solver history, no pointers): load it into any filter made with the same model
+ * and options, in this or another process, and it goes on bit for bit. */
+HNAV_API hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes);
+HNAV_API hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes);
+/* SIZE, STATE_CORRUPT: the filter is as it was. */
+HNAV_API hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes);
+
+/* ------------------------------------------------------------------------------------------------ hybrid view */
+
+/* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events,
+ * x+ = jump(x-) at an event. States of the HREKF: q 4 (north-east-down of magnetic north to body, before the
+ * interface rotations), gyro bias 3, covariance 28 (upper triangle of the 7 x 7 matrix, row by row). States of the
+ * ahrs: q 4, the integral of its rotation matrix since the last correction 9 (column by column), the time since
+ * then; from these follows the covariance. Not to be mixed with advance or run, nor, in the HREKF, with the backward
+ * gyro hold; the AHRS puts the rate of a sample into the interval before it when it jumps. */
+HNAV_API hnav_status hnav_filter_nx(const hnav_filter* filter, int32_t* nx);
+/* The state just after the last jump. */
+HNAV_API hnav_status hnav_filter_get_x(const hnav_filter* filter, double* x);
+/* Sizes to scale tolerances by, from the present sigmas, all positive. */
+HNAV_API hnav_status hnav_filter_nominal_x(const hnav_filter* filter, double* nominal_x);
+/* Pure: changes nothing. Smooth in t_s and x, also beyond the next event. */
+HNAV_API hnav_status hnav_filter_derivative(const hnav_filter* filter, double t_s, const double* x, double* dx);
+/* Exact directional derivative of f: out = (df/dx) seed. Pure. */
+HNAV_API hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, const double* x, const double* seed,
+                                                  double* out);
+/* Time of the earliest waiting sample, infinity if none waits. */
+HNAV_API hnav_status hnav_filter_next_event_s(const hnav_filter* filter, double* t_s);
+/* Applies the waiting samples of times up to t_s to the state x_minus at t_s and commits. */
+HNAV_API hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_minus, double* x_plus);
+/* Lets attitude, rate, gyro_bias and covariance show x at t_s. Errors of jump and show: NON_FINITE, OUT_OF_RANGE (beyond
+ * 1e50, or a quaternion of no length). */
+HNAV_API hnav_status hnav_filter_show(hnav_filter* filter, double t_s, const double* x);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* HNAV_ATTITUDE_H */

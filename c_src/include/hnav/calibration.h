@@ -1,0 +1,76 @@
+/* Magnetometer calibration from a recording of a sensor that was turned about all axes (a figure of eight in the air),
+ * far from iron that does not turn with it: hard iron, soft iron, scale and misalignment, and the rotation between the
+ * axes of the field and those of the force. An ellipsoid is fitted (Li and Griffiths 2004), gravity gives the rotation
+ * that it leaves open, both are refined together (Kok, Hol, Schon, Gustafsson, Luinge 2012), outliers lose their weight.
+ *
+ *     corrected = matrix (field - offset)
+ *
+ * All thresholds are free of units. Make the options with hnav_magnetometer_defaults, then change what you need. */
+#ifndef HNAV_CALIBRATION_H
+#define HNAV_CALIBRATION_H
+
+#include "hnav/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct hnav_magnetometer_options {
+    uint64_t cookie;              /* set by hnav_magnetometer_defaults */
+    double outlier_sigma;         /* beyond this many robust standard deviations a sample is an outlier; [1, 100] */
+    double condition_limit;       /* refuse the full fit when condition exceeds it; > 1 */
+    double ambiguity_limit;       /* refuse it when ambiguity exceeds it; (0, 1] */
+    double coverage_limit;        /* refuse it when coverage is below; [0, 1) */
+    double axis_ratio_limit;      /* refuse it when axis_ratio exceeds it; > 1 */
+    double direction_sigma_limit_rad; /* do without the rotation, then refuse, when direction_sigma_rad exceeds it; > 0 */
+    double force_tolerance;       /* a force is gravity when its length is this near to the median, relative; (0, 1] */
+    int32_t samples_least;        /* attitudes needed, and attitudes with gravity for the rotation; >= 13 */
+    int32_t robust;               /* 1: outliers lose their weight; 0: plain least squares */
+    int32_t allow_hard_iron_only; /* 1: where the full fit is refused, answer with the offset alone */
+    int32_t reserved;             /* 0 */
+} hnav_magnetometer_options;
+
+HNAV_API hnav_magnetometer_options hnav_magnetometer_defaults(void);
+
+typedef enum hnav_magnetometer_fit {
+    HNAV_MAGNETOMETER_FULL = 0,          /* offset and matrix, rotation included */
+    HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* none that force shows: matrix symmetric, which turns the field least */
+    HNAV_MAGNETOMETER_HARD_IRON_ONLY = 2 /* offset; matrix is the identity */
+} hnav_magnetometer_fit;
+
+typedef struct hnav_magnetometer_calibration {
+    double offset[3];             /* hard iron, in the unit and axes of the field */
+    double matrix[9];             /* row-major, determinant 1: the strength is kept on the mean over all directions */
+    double strength;              /* of the corrected field, in its unit */
+    double dip_rad;               /* of the field, positive down; NaN without force */
+    double residual_before;       /* scatter of |field|, relative, rms over the samples that are no outliers */
+    double residual_after;        /* of |corrected| */
+    double dip_spread_before_rad; /* robust standard deviation of the angle to gravity; NaN without force */
+    double dip_spread_after_rad;
+    double outlier_fraction;      /* of the used samples, [0, 1] */
+    double coverage;              /* 1: directions spread evenly over the sphere; 0: all in a plane */
+    double condition;             /* largest over second smallest eigenvalue of the quadric's scatter; 0: not reached */
+    double ambiguity;             /* smallest over second smallest: near 1, another ellipsoid fits as well */
+    double axis_ratio;            /* longest over shortest axis of the ellipsoid; of the refused one, or 1 */
+    double direction_sigma_rad;   /* standard error of the corrected direction, rms over the sphere; NaN: offset_axes 2 */
+    uint64_t samples;             /* rows with a field */
+    uint64_t used_samples;        /* of these, rows that saw a new attitude: a rest counts once */
+    uint64_t force_samples;       /* of these, rows whose force was taken for gravity */
+    int32_t fit;                  /* hnav_magnetometer_fit */
+    int32_t offset_axes;          /* 3, or 2 when the samples lie in a plane: across it offset is zero */
+} hnav_magnetometer_calibration;
+
+/* field: n x 3, in any unit; force_b_m_s2: n x 3 of the same instants, may be null. A row of three NaN is a missing
+ * sample. options: null for the defaults. calibration: written on success only. message (may be null): why the call
+ * failed; after a success "", or why the answer is hard iron only.
+ * Errors: NULL_ARGUMENT, OPTION, OPTIONS_STAMP, OUT_OF_MEMORY, NON_FINITE, OUT_OF_RANGE, and ILL_CONDITIONED when the
+ * samples are too few, do not vary, lie in a plane, cover too little of the sphere or are no ellipsoid. */
+HNAV_API hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,
+                                                 const hnav_magnetometer_options* options,
+                                                 hnav_magnetometer_calibration* calibration, char* message, size_t message_size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* HNAV_CALIBRATION_H */

@@ -1,0 +1,28 @@
+"""The public headers: each compiles alone, as C and as C++."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+INCLUDE = Path(__file__).resolve().parents[1] / "c_src" / "include"
+HEADERS = sorted(path.relative_to(INCLUDE).as_posix() for path in INCLUDE.rglob("*.h"))
+LANGUAGES = {"c": ("cc", "-std=c99"), "c++": ("c++", "-std=c++11")}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("header", HEADERS)
+def test_a_header_compiles_alone_without_a_warning(header, language):
+    compiler, standard = LANGUAGES[language]
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no compiler {compiler}")
+    flags = [standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only", f"-I{INCLUDE}"]
+    source = f"#include <{header}>\n#include <{header}>\nint after_the_header;\n"
+    made = subprocess.run([compiler, *flags, "-x", language, "-"], input=source, capture_output=True, text=True)
+    assert made.returncode == 0, made.stderr
+
+
+def test_the_umbrella_includes_every_header():
+    umbrella = (INCLUDE / "hnav/hnav.h").read_text()
+    assert [name for name in HEADERS if name != "hnav/hnav.h" and f'#include "{name}"' not in umbrella] == []
