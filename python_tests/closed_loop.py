@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 
 import numpy as np
+
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.systems.turntable_system import COMPONENTS, SAMPLES, TRUTH
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hnav.io.recordings import Recording, find_trials, read_recording
 from scipy.spatial.transform import Rotation
+
+from hnav.io.recordings import Recording, find_trials, read_recording
 
 
 def pytest_addoption(parser):

@@ -4,8 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from hnav.filters.ins_error import LinearModel
+
 from hnav.errors import HnavError
+from hnav.filters.ins_error import LinearModel
 from hnav.systems.aircraft import models_folder, read_aircraft, simulate
 from studies.ins_error_table import FAULT, ORACLE, OURS, PAPER, alarms, compare, main
 

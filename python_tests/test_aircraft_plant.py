@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from hnav.filters.ins_error import MATRICES, InsErrorFilter, InsErrorOptions
+
 from hnav.errors import HnavError
+from hnav.filters.ins_error import MATRICES, InsErrorFilter, InsErrorOptions
 from hnav.systems.aircraft import fly, models_folder, read_aircraft
 from hnav.systems.aircraft_plant import STREAMS, AircraftPlant, normal_numbers
 

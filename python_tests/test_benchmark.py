@@ -7,11 +7,12 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from hnav.io.recordings import Recording
+from matplotlib.container import BarContainer
+
 from hnav.errors import HnavError
+from hnav.io.recordings import Recording
 from hnav.native.library import FILTERS
 from hnav.reports.scores import score
-from matplotlib.container import BarContainer
 from studies import bench, peers
 from studies.bench import DEFAULT_FILTERS, Contender, Estimate, Row, contenders, run_trial, summary
 from studies.bench_picture import draw_benchmark

@@ -4,10 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
+from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
 from hnav.io.recordings import read_recording
-from hnav.errors import HnavError
-from scipy.spatial.transform import Rotation
 from test_cli import hnav
 
 OFFSET_UT = np.array([12.0, -7.0, 20.0])

@@ -6,18 +6,19 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from scipy.linalg import expm
+
 from hnav import Options
 from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
 from hnav.certify.certificate import certify, free_rates, largest, largest_below, largest_from, printed_theorem
 from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.certify.run import attenuation_of, certify_run, filter_of_run, read_results
 from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
-from hnav.io.recordings import RecordingError
 from hnav.errors import HnavError
+from hnav.io.recordings import RecordingError
 from hnav.native.library import Filter
 from hnav.reference.hrekf import ReferenceFilter, product
 from hnav.systems.turntable import DIP_RAD, INTERVAL_S, Turntable
-from scipy.linalg import expm
 from test_cli import hnav
 
 

@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
 from hnav.cli import demo
 from hnav.filters.rotations import rotation_error_rad
 from hnav.io import device_recordings
 from hnav.io.recordings import read_recording
 from hnav.reports import plots
-from scipy.spatial.transform import Rotation
 from studies import overview
-from typer.testing import CliRunner
 
 RNG_SEED = 20240508
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+
 from conftest import tilted_motion
 from hnav.cli.app import app
 

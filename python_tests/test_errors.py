@@ -3,6 +3,7 @@
 import pickle
 
 import pytest
+
 from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, error_of
 
 

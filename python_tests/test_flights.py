@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hnav.errors import HnavError
 from hnav.reports.flights import channels, draw_flight, is_flight
 from hnav.systems.simulation import Run, simulate

@@ -12,8 +12,9 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from hnav.fmi.fmus import Fmu, fmu_path
+
 from hnav.errors import HnavError
+from hnav.fmi.fmus import Fmu, fmu_path
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
@@ -157,7 +158,7 @@ def test_the_same_samples_give_the_same_bits_on_every_communication_grid(version
             delivered = -1
             estimates = {}
             for t, end in zip(points[:-1], points[1:]):
-                k = min(int(math.floor(t / 0.01 + 1e-9)), 290)
+                k = min(math.floor(t / 0.01 + 1e-9), 290)
                 if k > delivered:
                     assert k == delivered + 1, name
                     set_sample(fmu, k, k * 0.01)

@@ -12,9 +12,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+
+from hnav.errors import HnavError
 from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions, option_table
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.errors import HnavError
 from hnav.systems.aircraft import Aircraft, models_folder, read_aircraft
 from hnav.systems.aircraft_plant import AircraftPlant
 from importing import assert_fits_the_standard
@@ -354,7 +355,7 @@ def test_periodic_sampling_takes_each_interval_once(axis, version):
         with opened(axis.filter, version) as fmu:
             fmu.initialise()
             for k in range(round(4.9 / step)):
-                row = int(math.floor(k * step / 0.1 + 1e-6))
+                row = math.floor(k * step / 0.1 + 1e-6)
                 deliver(fmu, axis, flight, row)
                 fmu.do_step(k * step, (k + 1) * step - k * step)
             assert fmu.get("count.samples") == 49 and fmu.get("count.missed") == 0

@@ -12,11 +12,12 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-from hnav.io.recordings import Recording, RecordingError, read_recording
-from hnav.errors import HnavError
-from hnav.systems.aircraft import models_folder, read_aircraft
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
+from hnav.errors import HnavError
+from hnav.io.recordings import Recording, RecordingError, read_recording
+from hnav.systems.aircraft import models_folder, read_aircraft
 
 bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
 

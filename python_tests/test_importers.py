@@ -8,6 +8,7 @@ import math
 
 import fmpy
 import pytest
+
 from hnav.fmi.fmus import Fmu, fmu_path
 from importing import ecos
 

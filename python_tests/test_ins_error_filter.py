@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel, option_table
+
 from hnav.errors import HnavError
+from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel, option_table
 from hnav.reference.ins_error import run_reference
 from hnav.systems.aircraft import models_folder, read_aircraft, simulate
 

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from hnav import Filter, HnavError, Options
 from hnav.native.library import FILTERS, option_table, version
 from hnav.reports.scores import errors_rad, score

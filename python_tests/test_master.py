@@ -5,13 +5,14 @@ import time
 
 import numpy as np
 import pytest
-from hnav.fmi.fmus import fmu_path
+from typer.testing import CliRunner
+
 from hnav.errors import HnavError, HnavValueError
+from hnav.fmi.fmus import fmu_path
 from hnav.systems.master import communication_points, run_system
 from hnav.systems.simulation import read_run, simulate, write_run
 from hnav.systems.structure import read_system
 from made_systems import SENSORS, make_system, make_turntable, parameter_set
-from typer.testing import CliRunner
 
 STEP_S = 0.01
 

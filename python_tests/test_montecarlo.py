@@ -3,13 +3,14 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hnav.cli.app import app
-from hnav.fmi.fmus import fmu_path
-from hnav.errors import HnavError, HnavValueError
-from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
-from hnav.systems import montecarlo
-from made_systems import make_system, make_turntable
 from typer.testing import CliRunner
+
+from hnav.cli.app import app
+from hnav.errors import HnavError, HnavValueError
+from hnav.fmi.fmus import fmu_path
+from hnav.systems import montecarlo
+from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
+from made_systems import make_system, make_turntable
 
 NOISE = ("sensor.gyro.noise_deg_per_sqrt_h=0.3", "sensor.accel.noise_ug_per_sqrt_hz=200", "sensor.mag.noise_nt_per_sqrt_hz=50")
 

@@ -5,9 +5,10 @@ import csv
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
 from studies import readiness
 from studies.readiness import DISTURBANCES, GROUPS, MOTIONS, Start, experiment, figures, judge, simulated_start
-from typer.testing import CliRunner
 
 
 def run(*arguments: str):

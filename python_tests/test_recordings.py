@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hnav.io.recordings import RecordingError, find_trial, find_trials, read_recording
 
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"

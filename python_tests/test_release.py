@@ -18,11 +18,12 @@ sys.path.insert(0, str(TOP / "release"))
 
 import binaries  # noqa: E402
 import fmu_archives  # noqa: E402
-import hnav  # noqa: E402
 import installed  # noqa: E402
 import packages  # noqa: E402
 import trajectories  # noqa: E402
 from platforms import PLATFORMS, Platform  # noqa: E402
+
+import hnav  # noqa: E402
 
 BUILD = Path(os.environ.get("HNAV_BUILD", TOP / "build"))
 DIST = Path(os.environ.get("HNAV_DIST", TOP / "dist"))

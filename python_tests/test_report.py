@@ -6,13 +6,14 @@ import subprocess
 
 import numpy as np
 import pytest
+
+from hnav.errors import HnavError
 from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.fmus import fmu_path
-from hnav.errors import HnavError
+from hnav.reports.pictures import write_pictures
 from hnav.systems.run_views import estimates, figures, measured_field, truth_component
 from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import make_system, make_turntable
-from hnav.reports.pictures import write_pictures
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
 from hnav.reports.page import write_report
@@ -124,8 +125,9 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
 
 
 def test_another_module_can_add_a_panel(run, tmp_path, monkeypatch):
-    from hnav.reports import panels as report_panels
     from plotly import graph_objects as go
+
+    from hnav.reports import panels as report_panels
 
     monkeypatch.setattr(report_panels, "PANELS", list(PANELS))
     added = report_panels.panel("own", "A panel of one's own", "How to read it.", lambda run: "turntable" in run.components)
@@ -144,8 +146,9 @@ def test_pictures_are_written(run, tmp_path):
 
 
 def test_the_command_says_where_the_page_lies(run, tmp_path):
-    from hnav.cli.app import app
     from typer.testing import CliRunner
+
+    from hnav.cli.app import app
 
     write_run(run, tmp_path)
     result = CliRunner().invoke(app, ["report", str(tmp_path), "--pictures", str(tmp_path / "pictures")])

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hnav.reports.scores import errors_rad, nees, score
 from scipy import stats
 from scipy.spatial.transform import Rotation
+
+from hnav.reports.scores import errors_rad, nees, score
 
 
 def scalar_first(rotation: Rotation) -> np.ndarray:

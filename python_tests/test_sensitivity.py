@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
+
 from hnav.fmi.engines import run_recording
 from hnav.reports.scores import score
 from studies.sensitivity import app, mean_error_deg, tuned_options
-from typer.testing import CliRunner
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,9 @@ import math
 
 import fmpy
 import pytest
-from hnav.fmi.fmus import fmu_path
+
 from hnav.errors import HnavError
+from hnav.fmi.fmus import fmu_path
 from hnav.systems.sensors import ENTRIES, GRADES, models_folder, read_grade
 
 

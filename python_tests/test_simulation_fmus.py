@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+
 import test_fmu
 from closed_loop import REALS
 from hnav.fmi.fmus import Fmu, fmu_path

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hnav.fmi.engines import run_recording
-from hnav.io.recordings import Recording, RecordingError
-from hnav.errors import HnavError
-from hnav.reports.scores import score
 from scipy import stats
 from scipy.spatial.transform import Rotation
+
+from hnav.errors import HnavError
+from hnav.fmi.engines import run_recording
+from hnav.io.recordings import Recording, RecordingError
+from hnav.reports.scores import score
 from studies.readiness import simulated_start
 from studies.stress import (
     BURST_S,

@@ -5,6 +5,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+
 from hnav.errors import HnavError
 from hnav.systems.structure import Parameter, read_system, system_path
 from made_systems import make_system, parameter_set

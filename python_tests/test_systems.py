@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import ParameterSet, read_ssd
+
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.systems.aircraft import models_folder, read_aircraft
 from hnav.systems.aircraft_plant import AircraftPlant

@@ -8,15 +8,16 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from closed_loop import closed_run
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from closed_loop import closed_run
 from hnav.fmi.fmus import fmu_path
 from hnav.systems.sensors import GRADES
 from hnav.systems.turntable_system import COMPONENTS, FILTERS, SCENARIOS, grade_values, write_system
 from importing import ecos
-from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
 TOP = Path(__file__).resolve().parents[1]
 FOLDER = TOP / "models" / "systems" / "turntable"
@@ -109,7 +110,7 @@ def test_scenarios_are_complete_so_that_one_may_follow_another():
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_every_scenario_runs_and_the_filters_find_the_attitude(name):
-    run = closed_run(SCENARIOS[name][1], 12, {"turntable": TRUE_EULER} | {f: EULER for f in FILTERS}, seed=3)
+    run = closed_run(SCENARIOS[name][1], 12, {"turntable": TRUE_EULER} | dict.fromkeys(FILTERS, EULER), seed=3)
     for f in FILTERS:
         error = error_deg(run, f)[600:]
         assert np.isfinite(error).all()
@@ -121,7 +122,7 @@ def test_every_scenario_runs_and_the_filters_find_the_attitude(name):
 @pytest.mark.parametrize("name", GRADES)
 def test_every_grade_runs_and_the_filters_find_the_attitude(name):
     run = closed_run(
-        SCENARIOS["nominal"][1] | grade_values(name), 12, {"turntable": TRUE_EULER} | {f: EULER for f in FILTERS}, seed=3
+        SCENARIOS["nominal"][1] | grade_values(name), 12, {"turntable": TRUE_EULER} | dict.fromkeys(FILTERS, EULER), seed=3
     )
     for f in FILTERS:
         # Hard iron and misalignment of a consumer magnetometer alone make some degrees of heading.

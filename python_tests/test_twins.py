@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from conftest import tilted_motion
 from hnav import Filter, Options
 from hnav.fmi.engines import ENGINES, run_recording

@@ -10,8 +10,9 @@ import sys
 import time
 
 import numpy as np
-from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, LinearModel
 from scipy.linalg import block_diag
+
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, LinearModel
 
 N, STEPS, ROUNDS = 8, 1000, 9
 

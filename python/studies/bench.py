@@ -19,12 +19,12 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
+
+from hnav.errors import HnavValueError
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import TRIAL_NAME, Recording
-from hnav.errors import HnavValueError
 from hnav.native.library import FILTERS, Filter, Options, parse_setting
 from hnav.reports.scores import nees, score
-
 from studies.peers import PEERS, find_peer, run_peer
 from studies.stress import nominal_rate_hz, variants
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from hnav.reports import plots
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from hnav.reports import plots
 from studies.bench import Contender, Line
 
 GREY, DARK_GREY, LIGHT_BLUE = "#C9CDD2", "#8E959D", "#8FC3E3"

@@ -14,11 +14,12 @@ import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
-from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
-from hnav.systems.aircraft import Aircraft, Flight, models_folder, read_aircraft, simulate
 from rich.console import Console
 from rich.table import Table
 from scipy.linalg import block_diag
+
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.systems.aircraft import Aircraft, Flight, models_folder, read_aircraft, simulate
 
 STEPS = 200
 BEFORE, FAULT, AFTER = slice(30, 80), slice(80, 151), slice(151, 181)

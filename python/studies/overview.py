@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
+
 from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.engines import Result, run_recording
 from hnav.io.recordings import Recording, find_trial, read_recording
 from hnav.native.library import Filter, Options
 from hnav.reports import plots
-from PIL import Image
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field
 SHOWN_S = (38.0, 58.0)

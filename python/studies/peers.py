@@ -22,10 +22,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hnav.errors import HnavValueError
 from hnav.filters.rotations import quaternion_product
 from hnav.io.recordings import Recording
-from hnav.errors import HnavValueError
-from scipy.spatial.transform import Rotation
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 # Stamps that lie farther than this share of an interval from the sensor's grid tell nothing about lost rows.

@@ -21,20 +21,21 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple, NoReturn, Optional
+from typing import Annotated, NamedTuple, NoReturn
 
 import numpy as np
 import typer
-from hnav.fmi.engines import run_recording
-from hnav.io.recordings import Recording
-from hnav.errors import HnavError
-from hnav.native.library import FILTERS, Options, parse_setting
-from hnav.reports.scores import errors_rad
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from scipy import stats
 from scipy.spatial.transform import Rotation
+
+from hnav.errors import HnavError
+from hnav.fmi.engines import run_recording
+from hnav.io.recordings import Recording
+from hnav.native.library import FILTERS, Options, parse_setting
+from hnav.reports.scores import errors_rad
 
 RATE_HZ = 100.0
 DURATION_S = 60.0
@@ -367,10 +368,10 @@ def fail(text: str) -> NoReturn:
 def readiness(
     starts: Annotated[int, typer.Option(help="how many starts; groups take turns")] = 1000,
     filter: Annotated[str, typer.Option(help=", ".join(FILTERS))] = "ahrs",
-    settings: Annotated[Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
+    settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="filter option")] = None,
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
-    csv_file: Annotated[Optional[Path], typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
+    csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
     for name, value, least in (("--starts", starts, 1), ("--workers", workers, 1), ("--seed", seed, 0)):

@@ -15,12 +15,13 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from hnav.io.recordings import Recording, RecordingError, find_trials, read_recording
-from hnav.errors import HnavError
-from hnav.native.library import Filter, Options, option_table
-from hnav.reports.scores import score
 from rich.console import Console
 from rich.table import Table
+
+from hnav.errors import HnavError
+from hnav.io.recordings import Recording, RecordingError, find_trials, read_recording
+from hnav.native.library import Filter, Options, option_table
+from hnav.reports.scores import score
 
 NO_TUNING = (
     "start_q_nb",

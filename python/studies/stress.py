@@ -24,8 +24,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from hnav.io.recordings import Recording, RecordingError
 from scipy.spatial.transform import Rotation
+
+from hnav.io.recordings import Recording, RecordingError
 
 # What the magnetometer sees has to be true for this long before XMOT is scored.
 SETTLING_S = 10.0

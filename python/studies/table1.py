@@ -14,14 +14,15 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from hnav.filters.rotations import euler_rad
-from hnav.errors import HnavError, HnavRuntimeError
-from hnav.systems.montecarlo import mean_interval, ratio_interval
-from hnav.systems.run_views import estimates, truth_q_nb
-from hnav.systems.simulation import Run, simulate
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
+
+from hnav.errors import HnavError, HnavRuntimeError
+from hnav.filters.rotations import euler_rad
+from hnav.systems.montecarlo import mean_interval, ratio_interval
+from hnav.systems.run_views import estimates, truth_q_nb
+from hnav.systems.simulation import Run, simulate
 
 SYSTEM = "turntable"
 FILTERS = {"HEKF": "hekf", "HREKF": "hrekf"}

@@ -19,8 +19,8 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import expm
 
-from hnav.io.recordings import Recording
 from hnav.errors import HnavRuntimeError
+from hnav.io.recordings import Recording
 from hnav.native.library import Filter, Options
 from hnav.reference.hrekf import C_bn, Omega, ReferenceFilter, product
 

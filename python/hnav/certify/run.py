@@ -12,8 +12,8 @@ from rich.table import Table
 from hnav.certify.attenuation import attenuation
 from hnav.certify.certificate import Certificate, Progress, certify
 from hnav.certify.gain_record import GainRecord, record_gains
-from hnav.io.recordings import Recording, RecordingError, read_recording
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.io.recordings import Recording, RecordingError, read_recording
 from hnav.native.library import PRESETS, Options, option_table
 from hnav.systems.turntable import Experiment, Turntable
 

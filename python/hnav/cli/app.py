@@ -5,13 +5,21 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+
+from hnav import __version__
+from hnav.errors import HnavError
+from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
+from hnav.fmi.engines import ENGINES, Result, run_recording
+from hnav.io.recordings import TESLA_PER, RecordingError, find_trials, read_recording
+from hnav.native.library import option_table, parse_setting, version
+from hnav.reports.scores import Score, nees, score
 from studies.bench import (
     DEFAULT_FILTERS,
     DEFAULT_PEERS,
@@ -27,14 +35,6 @@ from studies.bench import write_csv as write_rows
 from studies.peers import PEERS, run_peer
 from studies.stress import SETS, variant_count
 
-from hnav import __version__
-from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
-from hnav.fmi.engines import ENGINES, Result, run_recording
-from hnav.io.recordings import TESLA_PER, RecordingError, find_trials, read_recording
-from hnav.errors import HnavError
-from hnav.native.library import option_table, parse_setting, version
-from hnav.reports.scores import Score, nees, score
-
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help="Hybrid navigation filters.")
 console = Console()
 progress_console = Console(stderr=True)
@@ -42,7 +42,7 @@ progress_console = Console(stderr=True)
 FilterName = Annotated[str, typer.Option("--filter", help="ahrs (real sensors) or hrekf (the paper's)")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
 Settings = Annotated[
-    Optional[list[str]], typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")
 ]
 MagUnit = Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")]
 Preset = Annotated[str, typer.Option(help="default or paper")]
@@ -77,7 +77,7 @@ def filter_command(
     set: Settings = None,
     preset: Preset = "default",
     step: Annotated[
-        Optional[float], typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
+        float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
     ] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
     mag_unit: MagUnit = "T",
@@ -85,7 +85,7 @@ def filter_command(
         bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")
     ] = False,
     calibration: Annotated[
-        Optional[Path], typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
+        Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
     ] = None,
 ):
     """Runs a filter over a recording and writes attitude, bias and sigmas."""
@@ -132,9 +132,9 @@ def score_command(
     engine: Engine = "c",
     set: Settings = None,
     preset: Preset = "default",
-    crop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
+    crop: Annotated[float | None, typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="With hindsight (ahrs, engine c), beside offlineVQF")] = False,
-    json_file: Annotated[Optional[Path], typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
 ):
     """Scores a filter on all BROAD trials of a folder, beside VQF when the package vqf is installed."""
     settings = parse_settings(set) | {"navigation_frame": "enu"}
@@ -245,9 +245,9 @@ def bench_command(
         SETS
     ),
     csv_file: Annotated[
-        Optional[Path], typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")
     ] = None,
-    picture: Annotated[Optional[Path], typer.Option(metavar="FILE", help="Draw error and time of the set BROAD")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw error and time of the set BROAD")] = None,
     repeat: Annotated[int, typer.Option(min=1, help="Runs for the time per sample")] = 1,
 ):
     """Compares filters, ours and others', on all BROAD trials of a folder, as they are and made harder."""
@@ -314,7 +314,7 @@ def print_benchmark(lines: list[Line], ours: set[str]) -> None:
             for name in (*errors, "us_per_sample")
         }
 
-        def cell(line: Line, name: str) -> str:
+        def cell(line: Line, name: str, best: dict[str, float] = best) -> str:
             value = getattr(line, name)
             text = "-" if np.isnan(value) else f"{value:.2f}"
             return f"[bold]{text}[/bold]" if value == best.get(name) else text
@@ -341,9 +341,8 @@ def write_benchmark(rows: list[Row], entered: list[Contender], csv_file: Path | 
 
 
 def draw_picture(path: Path, rows: list[Row], entered: list[Contender]) -> None:
-    from studies.bench_picture import draw_benchmark
-
     from hnav.reports.plots import save
+    from studies.bench_picture import draw_benchmark
 
     lines = [line for line in summary(rows) if line.set == "BROAD" and line.trials]
     if not lines:
@@ -357,9 +356,9 @@ def calibrate_command(
         Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")
     ],
     out: Annotated[
-        Optional[Path], typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")
+        Path | None, typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")
     ] = None,
-    picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
     allow_hard_iron_only: Annotated[
         bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
     ] = False,
@@ -423,15 +422,15 @@ def print_calibration(found: MagnetometerCalibration, name: str) -> None:
 def simulate_command(
     system: Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
-    scenario: Annotated[Optional[str], typer.Option(help="A scenario of the system")] = None,
-    grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
+    scenario: Annotated[str | None, typer.Option(help="A scenario of the system")] = None,
+    grade: Annotated[str | None, typer.Option(help="A sensor grade of the system")] = None,
     set: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario"),
     ] = None,
-    seed: Annotated[Optional[int], typer.Option(help="Seed of every component that has one")] = None,
-    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
-    stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of the run; default: the system's")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,
+    step: Annotated[float | None, typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
+    stop: Annotated[float | None, typer.Option(metavar="SECONDS", help="End of the run; default: the system's")] = None,
 ):
     """Runs a system of FMUs in closed co-simulation."""
     from hnav.systems.simulation import simulate, write_run
@@ -458,8 +457,8 @@ def simulate_command(
 @app.command("report")
 def report_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that hnav simulate wrote")],
-    out: Annotated[Optional[Path], typer.Option(metavar="FILE", help="HTML to write; default: DIR/report.html")] = None,
-    pictures: Annotated[Optional[Path], typer.Option(metavar="DIR", help="Also draw the main panels as PNG there")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="HTML to write; default: DIR/report.html")] = None,
+    pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="Also draw the main panels as PNG there")] = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ):
     """One self-contained HTML page about a simulation."""
@@ -483,17 +482,17 @@ def montecarlo_command(
     system: Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Parquet, a row for each filter and run")],
     runs: Annotated[int, typer.Option(help="Runs of each scenario")] = 200,
-    scenarios: Annotated[Optional[str], typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
-    grade: Annotated[Optional[str], typer.Option(help="A sensor grade of the system")] = None,
+    scenarios: Annotated[str | None, typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
+    grade: Annotated[str | None, typer.Option(help="A sensor grade of the system")] = None,
     set: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario"),
     ] = None,
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
-    step: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
-    stop: Annotated[Optional[float], typer.Option(metavar="SECONDS", help="End of each run; default: the system's")] = None,
+    step: Annotated[float | None, typer.Option(metavar="SECONDS", help="Communication step; default: the system's")] = None,
+    stop: Annotated[float | None, typer.Option(metavar="SECONDS", help="End of each run; default: the system's")] = None,
     workers: Annotated[int, typer.Option(help="Processes on this machine")] = 1,
-    scheduler: Annotated[Optional[str], typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
 ):
     """Many runs of a system, and their table with 95 % confidence intervals."""
     from hnav.systems.montecarlo import jobs, run_jobs, write_table
@@ -557,29 +556,29 @@ def _interval(found: tuple[float, float, float]) -> str:
 @app.command("certify")
 def certify_command(
     recording: Annotated[
-        Optional[Path],
+        Path | None,
         typer.Argument(
             metavar="[RECORDING]", help="Recording in the formats of hnav filter, or a folder of results with signals.h5"
         ),
     ] = None,
-    experiment: Annotated[Optional[str], typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
+    experiment: Annotated[str | None, typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
     filter: FilterName = "hrekf",
     set: Settings = None,
     preset: Annotated[
-        Optional[str], typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")
+        str | None, typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")
     ] = None,
     begin: Annotated[
         float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")
     ] = 15.0,
     duration: Annotated[
-        Optional[float], typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")
+        float | None, typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the experiment and of the starts on the boundary")] = 5,
     gain_factor: Annotated[
         float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")
     ] = 1.0,
-    out: Annotated[Optional[Path], typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
-    picture: Annotated[Optional[Path], typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
     mag_unit: MagUnit = "T",
 ):
     """Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot."""

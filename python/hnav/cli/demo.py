@@ -19,11 +19,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
 from hnav.filters.rotations import quaternion_product
 from hnav.fmi.engines import Result, run_recording
 from hnav.io.device_recordings import PACKAGE, VERSION, WheelUnavailable, find_wheel, read_x_imu, read_xsens
 from hnav.io.recordings import Recording, RecordingError, read_recording
-from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
 from hnav.native.library import parse_setting
 from hnav.reports import plots
 
@@ -240,10 +240,9 @@ def fail(text: str) -> NoReturn:
 
 def show_experiment(out: Path, runs: int) -> None:
     """The turntable in closed co-simulation: one run with its report, then Table 1. Raises HnavError."""
-    from studies.table1 import SYSTEM, run_table
-
     from hnav.reports.page import write_report
     from hnav.systems.simulation import simulate, write_run
+    from studies.table1 import SYSTEM, run_table
 
     console.print(
         "[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, yaw to and fro by 60 deg",

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hnav.io.recordings import TESLA_PER, Recording
 from hnav.errors import HnavRuntimeError, HnavValueError, error_of
+from hnav.io.recordings import TESLA_PER, Recording
 from hnav.native.library import STATUS, library
 
 FITS = ("full", "without rotation", "hard iron only")

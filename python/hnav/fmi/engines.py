@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hnav.io.recordings import Recording
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.io.recordings import Recording
 from hnav.native.library import FILTERS, Filter, Options, Run, empty_run
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")

@@ -22,10 +22,10 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave, defaultCallbacks, fmi2CallbackFuncti
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.sundials import CVodeSolver
 
+from hnav.errors import HnavValueError
 from hnav.filters.rotations import euler_rad
 from hnav.fmi.engines import Progress, Result
 from hnav.io.recordings import Recording
-from hnav.errors import HnavValueError
 from hnav.native.library import FILTERS, PRESETS, option_table
 from hnav.places import CHECKOUT, PACKAGE
 

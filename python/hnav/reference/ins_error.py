@@ -90,7 +90,7 @@ class ReferenceInsError:
         self.o = options = options or InsErrorOptions()
         self.m = m = model.discrete()
         self.coloured = m.An is not None
-        nx, nz = m.nx, m.nz
+        nz = m.nz
         zero = np.zeros((nz, nz))
         self.An = m.An if self.coloured else zero
         self.Q = m.G @ m.Qw @ m.G.T

@@ -19,7 +19,7 @@ try:
     import plotly.graph_objects as go
     from plotly.offline import get_plotlyjs
 
-    import hnav.reports.certificate_panel  # noqa: F401  adds its panel
+    import hnav.reports.certificate_panel
     import hnav.reports.flight_panels  # noqa: F401  adds its panels
     from hnav.reports.panels import Panel, colour_of, panels_of
 except ImportError:

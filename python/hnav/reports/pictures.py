@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from hnav.errors import HnavValueError
 from hnav.reports import plots
 from hnav.reports.flights import channels, draw_flight

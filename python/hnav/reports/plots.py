@@ -22,9 +22,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
+from hnav.errors import HnavError
 from hnav.filters.rotations import euler_rad
 from hnav.io.recordings import RecordingError
-from hnav.errors import HnavError
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"

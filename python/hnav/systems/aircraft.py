@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import expm
 
+from hnav.errors import HnavValueError
 from hnav.filters.ins_error import LinearModel
 from hnav.io.model_files import model_files, read_json
-from hnav.errors import HnavValueError
 
 LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}

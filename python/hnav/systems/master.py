@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hnav.errors import HnavError, HnavValueError
 from hnav.fmi.engines import Progress
 from hnav.fmi.fmus import Fmu
-from hnav.errors import HnavError, HnavValueError
 from hnav.systems.structure import Component, System
 
 # Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.

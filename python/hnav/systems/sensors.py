@@ -14,8 +14,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from hnav.io.model_files import model_files, read_json
 from hnav.errors import HnavValueError
+from hnav.io.model_files import model_files, read_json
 
 GRADES = ("consumer", "industrial", "tactical")
 G_M_S2 = 9.80665

@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 
 from hnav import __version__
-from hnav.fmi.engines import Progress
 from hnav.errors import HnavValueError
+from hnav.fmi.engines import Progress
 from hnav.native.library import parse_setting
 from hnav.systems.master import RECORDED, Record, run_system
 from hnav.systems.structure import Parameter, read_system, system_path

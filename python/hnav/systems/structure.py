@@ -24,8 +24,8 @@ from pathlib import Path
 import fmpy
 from fmpy.model_description import ModelDescription
 
-from hnav.fmi.fmus import fmu_path
 from hnav.errors import HnavError, HnavValueError
+from hnav.fmi.fmus import fmu_path
 from hnav.places import CHECKOUT, PACKAGE
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"

@@ -56,7 +56,7 @@ class Turntable:
     def run(self, duration_s: float, seed: int) -> Experiment:
         """Samples every 10 ms from 0 to duration_s."""
         rng = np.random.default_rng(seed)
-        n = int(round(duration_s / INTERVAL_S)) + 1
+        n = round(duration_s / INTERVAL_S) + 1
         t_s = np.arange(n) * INTERVAL_S
         yaw = self.yaw_rad(np.append(t_s, n * INTERVAL_S))
         yaw_rate = np.diff(yaw) / INTERVAL_S

@@ -164,7 +164,7 @@ SCENARIOS: dict[str, tuple[str, dict]] = {
 def grade_values(name: str) -> dict:
     """A grade over the nominal scenario: its sensor, and filters told of its noise. What it does not name is without error."""
     grade = read_grade(name)
-    values = {key: 0.0 for key in sensor()} | {f"sensor.{key}": value for key, value in grade.parameters().items()}
+    values = dict.fromkeys(sensor(), 0.0) | {f"sensor.{key}": value for key, value in grade.parameters().items()}
     noise = grade.filter_parameters(STRENGTH_TESLA)
     bias_sigma = math.hypot(grade.values["gyro.bias_sigma_rad_s"], grade.values["gyro.bias_instability_rad_s"])
     told = noise | {"quaternion_noise_per_sqrt_s": 0.0, "start_sigma_bias_rad_s": bias_sigma}
