@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from studies.compare import frozen
 from studies.compare.inputs import prepare_trials
 from studies.compare.old_revision import FOLDER, TOP, old_revision
 from studies.compare.scenarios import all_scenarios, tolerance_of
@@ -92,7 +93,11 @@ def main() -> None:
     parser.add_argument("--old", type=Path, metavar="FOLDER", help=f"a checkout with its build instead of {FOLDER}")
     parser.add_argument("--new", type=Path, metavar="FOLDER", default=TOP, help="a checkout with its build instead of this one")
     parser.add_argument("--list", action="store_true", help="names of the scenarios")
+    parser.add_argument("--freeze", action="store_true", help="rewrite the answers that python_tests keep, by the old side")
     chosen = parser.parse_args()
+    if chosen.freeze:
+        frozen.main(str((chosen.old or old_revision()).resolve()))
+        return
     inputs = WORK / "inputs"
     inputs.mkdir(parents=True, exist_ok=True)
     trials = prepare_trials(inputs)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from studies.compare import attitude, calibration, hybrid_view, ins_error, simulation, tables
+from studies.compare import attitude, calibration, fmi, hybrid_view, ins_error, simulation, tables, twins
 from studies.compare.attitude import Scenario
 
 
@@ -19,6 +19,8 @@ def all_scenarios(inputs: Path) -> Iterator[tuple[str, Scenario]]:
     yield from ins_error.scenarios()
     yield from calibration.scenarios(trials)
     yield from simulation.scenarios()
+    yield from twins.scenarios(trials)
+    yield from fmi.scenarios(trials)
 
 
 def tolerance_of(name: str) -> float:

@@ -48,7 +48,7 @@ def differences(old: dict[str, np.ndarray], new: dict[str, np.ndarray], toleranc
     tolerance 0: bit for bit, where any NaN is any other. Above: absolute and relative to the larger of the two.
     """
     if failures := [(side, answers) for side, answers in (("old", old), ("new", new)) if FAILURE in answers]:
-        return [Difference(FAILURE, f"the {side} side failed: {answers[FAILURE]}") for side, answers in failures]
+        return [Difference(FAILURE, f"the {side} side failed: {_end(str(answers[FAILURE]))}") for side, answers in failures]
     found = []
     for name, before in old.items():
         if name not in new:
@@ -56,6 +56,11 @@ def differences(old: dict[str, np.ndarray], new: dict[str, np.ndarray], toleranc
         elif text := _difference(before, new[name], tolerance):
             found.append(Difference(name, text))
     return found
+
+
+def _end(trace: str) -> str:
+    """Of a traceback: where and why."""
+    return " ".join(line.strip() for line in trace.strip().splitlines()[-4:])
 
 
 def _difference(before: np.ndarray, after: np.ndarray, tolerance: float) -> str:
