@@ -17,7 +17,6 @@ struct Writer {
     FILE* file;
     bool fmi3;
     const Table& table;
-    const ModelInfo& info;
 
     void text(const char* s) const { std::fputs(s, file); }
 
@@ -75,9 +74,9 @@ bool has_inputs(const Table& table) {
 // ------------------------------------------------------------------------------------------------ head
 
 void write_interfaces(const Writer& w) {
-    if (w.info.model_exchange) {
+    if (model_info.model_exchange) {
         w.text("  <ModelExchange");
-        w.attribute("modelIdentifier", w.info.name);
+        w.attribute("modelIdentifier", model_info.name);
         w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
         w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
         w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
@@ -85,7 +84,7 @@ void write_interfaces(const Writer& w) {
         w.text("/>\n");
     }
     w.text("  <CoSimulation");
-    w.attribute("modelIdentifier", w.info.name);
+    w.attribute("modelIdentifier", model_info.name);
     w.attribute("canHandleVariableCommunicationStepSize", yes);
     w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
     w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
@@ -197,8 +196,8 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
     if (!initial) {
         const Variable& v = w.table[row];
         const int count = v.depends_on == DependsOn::nothing        ? 0
-                          : v.depends_on == DependsOn::first_states ? w.info.first_states
-                                                                    : w.info.nx;
+                          : v.depends_on == DependsOn::first_states ? model_info.first_states
+                                                                    : model_info.nx;
         w.text(" dependencies=\"");
         int written = 0;
         for (int i = 0; i < w.table.size() && written < count; ++i)
@@ -224,7 +223,7 @@ void write_structure(const Writer& w) {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
         w.text("    </Outputs>\n");
-        if (w.info.nx > 0) { // the schema has no empty list
+        if (model_info.nx > 0) { // the schema has no empty list
             w.text("    <Derivatives>\n");
             each("Unknown", false, derivatives);
             w.text("    </Derivatives>\n");
@@ -241,9 +240,9 @@ void write_model_description(const Writer& w, const char* version) {
     Instance::format_token(w.table.token(), token, sizeof token);
     w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription");
     w.attribute("fmiVersion", w.fmi3 ? "3.0" : "2.0");
-    w.attribute("modelName", w.info.name);
+    w.attribute("modelName", model_info.name);
     w.attribute(w.fmi3 ? "instantiationToken" : "guid", token);
-    w.attribute("description", w.info.description);
+    w.attribute("description", model_info.description);
     w.attribute("version", version);
     w.attribute("license", "BSD-3-Clause");
     w.attribute("generationTool", "hnav");
@@ -256,9 +255,9 @@ void write_model_description(const Writer& w, const char* version) {
     w.text("  <LogCategories><Category name=\"logStatusError\" description=\"What was wrong with a call\"/></LogCategories>\n");
     w.text("  <DefaultExperiment");
     w.attribute("startTime", 0.0);
-    w.attribute("stopTime", w.info.stop_s);
+    w.attribute("stopTime", model_info.stop_s);
     w.attribute("tolerance", 1e-8);
-    w.attribute("stepSize", w.info.step_s);
+    w.attribute("stepSize", model_info.step_s);
     w.text("/>\n");
     write_variables(w);
     write_structure(w);
@@ -278,7 +277,7 @@ void write_terminals(const Writer& w) {
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
         const char* dot = std::strchr(v.name, '.');
-        const bool plugged = v.causality == Causality::input || (w.info.is_plant && v.causality == Causality::output);
+        const bool plugged = v.causality == Causality::input || (model_info.is_plant && v.causality == Causality::output);
         if (!plugged || !dot) continue;
         char prefix[64];
         std::snprintf(prefix, sizeof prefix, "%.*s", static_cast<int>(dot - v.name), v.name);
@@ -298,7 +297,7 @@ void write_terminals(const Writer& w) {
 bool write_documentation(const Writer& w, const char* introduction) {
     FILE* in = std::fopen(introduction, "r");
     if (!in) return false;
-    std::fprintf(w.file, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>%s</title>\n", w.info.name);
+    std::fprintf(w.file, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>%s</title>\n", model_info.name);
     w.text(
         "<style>body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
         "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left;vertical-align:top}code{font-size:90%}</style></head><body>\n");
@@ -351,7 +350,7 @@ int main(int argc, char** argv) {
     Model* model = make_model();
     Table table;
     model->describe(table);
-    Writer w{nullptr, argv[2][0] == '3', table, model->info()};
+    Writer w{nullptr, argv[2][0] == '3', table};
 
     const auto write = [&](const char* name, auto&& body) {
         w.file = create(folder, name);
@@ -365,6 +364,6 @@ int main(int argc, char** argv) {
                     (!has_inputs(table) || write("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
                     (!w.fmi3 || write("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }));
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
-    model->destroy();
+    delete model;
     return ok && documented ? 0 : 1;
 }

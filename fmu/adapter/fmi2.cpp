@@ -79,9 +79,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     return made;
 }
 
-void fmi2FreeInstance(fmi2Component c) {
-    if (c) of(c)->destroy();
-}
+void fmi2FreeInstance(fmi2Component c) { delete of(c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real startTime, fmi2Boolean stopTimeDefined,
                                fmi2Real stopTime) {

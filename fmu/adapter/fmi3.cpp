@@ -107,9 +107,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3Strin
     return nullptr;
 }
 
-void fmi3FreeInstance(fmi3Instance instance) {
-    if (instance) of(instance)->destroy();
-}
+void fmi3FreeInstance(fmi3Instance instance) { delete of(instance); }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean, fmi3Float64, fmi3Float64 startTime,
                                        fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
@@ -330,7 +328,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t* n) {
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
     if (!n) return to_fmi(of(instance)->fail("GetNumberOfContinuousStates got a null pointer"));
-    *n = static_cast<size_t>(of(instance)->model().info().nx);
+    *n = static_cast<size_t>(hnav::fmu::model_info.nx);
     return fmi3OK;
 }
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode,

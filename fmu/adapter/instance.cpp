@@ -1,4 +1,5 @@
 #include "adapter/instance.hpp"
+#include "adapter/sampling_clock.hpp"
 
 #include <cmath>
 #include <cstdarg>
@@ -37,13 +38,12 @@ void Instance::format_token(std::uint64_t token, char* text, std::size_t size) {
 }
 
 Instance* Instance::create(const char* name, const char* token, const Options& options, const Importer& importer) {
-    void* memory = std::malloc(sizeof(Instance));
-    if (!memory) return nullptr;
-    auto* self = new (memory) Instance;
+    auto* self = new Instance;
+    if (!self) return nullptr;
     self->options_ = options;
     self->importer_ = importer;
     if (self->set_up_check(name, token) == Status::ok) return self;
-    self->destroy();
+    delete self;
     return nullptr;
 }
 
@@ -52,7 +52,7 @@ Status Instance::set_up_check(const char* name, const char* token) {
     model_ = make_model();
     if (!model_) return fail("no memory for the model");
     model_->describe(table_);
-    const int nx = model_->info().nx;
+    const int nx = model_info.nx;
     values_ = static_cast<double*>(std::calloc(2 * table_.size(), sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(2 * nx + 1, sizeof(double)));
@@ -72,15 +72,10 @@ Status Instance::set_up_check(const char* name, const char* token) {
 }
 
 Instance::~Instance() {
-    if (model_) model_->destroy();
+    delete model_;
     std::free(values_);
     std::free(states_);
     std::free(scratch_);
-}
-
-void Instance::destroy() {
-    this->~Instance();
-    std::free(this);
 }
 
 void Instance::restart() {
@@ -180,7 +175,7 @@ void Instance::refresh(unsigned groups) {
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
     if (groups & state_group && first_state_ >= 0) {
         double* x = values_ + first_state_;
-        if (options_.interface == model_exchange) std::memcpy(x, states_, model_->info().nx * sizeof(double));
+        if (options_.interface == model_exchange) std::memcpy(x, states_, model_info.nx * sizeof(double));
         else model_->get_states(x);
         model_->derivatives(time_s_, x, values_ + first_derivative_);
     }
@@ -260,16 +255,16 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!allowed(Call::do_step)) return Status::error;
     if (!std::isfinite(t_s)) return fail("currentCommunicationPoint = %g is not finite", t_s);
     if (!std::isfinite(step_s) || !(step_s > 0)) return fail("communicationStepSize = %g must be finite and above 0", step_s);
-    if (std::fabs(t_s - time_s_) > tolerance(time_s_))
+    if (std::fabs(t_s - time_s_) > time_tolerance(time_s_))
         return fail("currentCommunicationPoint = %.17g, but the last step ended at %.17g", t_s, time_s_);
     double end_s = t_s + step_s;
     if (!(end_s > t_s)) return fail("communicationStepSize = %g is lost in rounding at t = %.17g", step_s, t_s);
-    if (end_s > stop_s_ + tolerance(stop_s_)) return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
+    if (end_s > stop_s_ + time_tolerance(stop_s_)) return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
 
     model_->take_samples(values_, t_s);
     // A sample that falls inside the step is worth an early return to an importer that handles events.
     const double due_s = model_->next_sample_s(values_);
-    if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - tolerance(end_s)) {
+    if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - time_tolerance(end_s)) {
         end_s = due_s;
         reply->early_return = true;
     }
@@ -277,7 +272,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;
-    reply->event_handling_needed = options_.event_mode_used && due_s <= end_s + tolerance(end_s);
+    reply->event_handling_needed = options_.event_mode_used && due_s <= end_s + time_tolerance(end_s);
     reply->last_successful_s = end_s;
     if (update) { // the importer may read, and no more, while its callback runs
         mode_ = intermediate;
@@ -316,8 +311,8 @@ Status Instance::set_time(double t_s) {
 
 Status Instance::set_states(const double* x, std::size_t n) {
     if (!allowed(Call::set_continuous_states)) return Status::error;
-    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
-        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_info.nx))
+        return fail("there are %d continuous states, not %zu", model_info.nx, n);
     for (std::size_t i = 0; i < n; ++i)
         if (!std::isfinite(x[i])) return fail("continuous state %zu = %g is not finite", i + 1, x[i]);
     if (n > 0) std::memcpy(states_, x, n * sizeof(double));
@@ -327,16 +322,16 @@ Status Instance::set_states(const double* x, std::size_t n) {
 
 Status Instance::get_states(double* x, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!x && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
-        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!x && n > 0) || n != static_cast<std::size_t>(model_info.nx))
+        return fail("there are %d continuous states, not %zu", model_info.nx, n);
     if (n > 0) std::memcpy(x, states_, n * sizeof(double));
     return Status::ok;
 }
 
 Status Instance::get_derivatives(double* dx, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!dx && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
-        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!dx && n > 0) || n != static_cast<std::size_t>(model_info.nx))
+        return fail("there are %d continuous states, not %zu", model_info.nx, n);
     if (!has_model_) {
         if (n > 0) std::memset(dx, 0, n * sizeof(double));
         return Status::ok;
@@ -346,8 +341,8 @@ Status Instance::get_derivatives(double* dx, std::size_t n) {
 
 Status Instance::get_nominals(double* nominals, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
-    if ((!nominals && n > 0) || n != static_cast<std::size_t>(model_->info().nx))
-        return fail("there are %d continuous states, not %zu", model_->info().nx, n);
+    if ((!nominals && n > 0) || n != static_cast<std::size_t>(model_info.nx))
+        return fail("there are %d continuous states, not %zu", model_info.nx, n);
     if (has_model_) model_->get_nominals(nominals);
     else
         for (std::size_t i = 0; i < n; ++i) nominals[i] = 1;
@@ -363,7 +358,7 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     if (!allowed(Call::directional_derivative)) return Status::error;
     if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed)))
         return fail("GetDirectionalDerivative got a null pointer");
-    const int nx = model_->info().nx;
+    const int nx = model_info.nx;
     double *direction = scratch_, *along = scratch_ + nx;
     std::memset(direction, 0, nx * sizeof(double));
     for (std::size_t k = 0; k < n_knowns; ++k) {
@@ -424,7 +419,7 @@ constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and 
 } // namespace
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (2 * table_.size() + model_->info().nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
+    return sizeof(Header) + (2 * table_.size() + model_info.nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
 }
 
 Status Instance::take_snapshot(Snapshot** snapshot) {
@@ -441,7 +436,7 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     Header header{snapshot_magic, 0,       table_.token(), bytes,  options_.interface, options_.event_mode_used, mode_,
                   has_model_,     time_s_, start_s_,       stop_s_};
     std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
-    std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_->info().nx * sizeof(double));
+    std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_info.nx * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
     std::memcpy(place, &header, sizeof header);
     header.checksum = checksum(place + unchecked_bytes, bytes - unchecked_bytes);
@@ -459,10 +454,10 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
         return fail("this state was taken from an instance of another interface");
     const double* values = reinterpret_cast<const double*>(place + sizeof header);
     std::memcpy(values_, values, 2 * table_.size() * sizeof(double));
-    std::memcpy(states_, values + 2 * table_.size(), model_->info().nx * sizeof(double));
+    std::memcpy(states_, values + 2 * table_.size(), model_info.nx * sizeof(double));
     Message why;
     if (header.has_model) {
-        const std::size_t used = sizeof header + (2 * table_.size() + model_->info().nx) * sizeof(double);
+        const std::size_t used = sizeof header + (2 * table_.size() + model_info.nx) * sizeof(double);
         if (!model_->initialise(values_, written(), header.start_s, options_.interface == model_exchange, &why) ||
             !model_->load(place + used, header.bytes - used)) {
             restart();
@@ -492,7 +487,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     if (size < sizeof header) return fail("a state has more than %zu bytes", size);
     std::memcpy(&header, bytes, sizeof header);
     if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
-        header.bytes < sizeof header + (2 * table_.size() + model_->info().nx) * sizeof(double) ||
+        header.bytes < sizeof header + (2 * table_.size() + model_info.nx) * sizeof(double) ||
         header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));

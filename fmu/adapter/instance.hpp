@@ -9,7 +9,7 @@ namespace hnav::fmu {
 
 enum class Status { ok, error };
 
-class Instance {
+class Instance : public Allocated {
 public:
     // Where messages go: the importer's logger behind one signature.
     using Logger = void (*)(const Instance& instance, Status status, const char* text);
@@ -44,7 +44,7 @@ public:
 
     // Null without memory or for a token of another version; the reason goes to the logger.
     static Instance* create(const char* name, const char* token, const Options& options, const Importer& importer);
-    void destroy();
+    ~Instance();
 
     // Says why and answers false when the call may not come now.
     bool allowed(Call call) const;
@@ -105,14 +105,12 @@ private:
     struct Header;
 
     Instance() = default;
-    ~Instance();
     void restart();
     Status set_up_check(const char* name, const char* token);
     Status check_value(int row, double value) const;
     double* written() { return values_ + table_.size(); }
     void refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
-    static double tolerance(double t_s) { return 1e-9 * std::fmax(1, std::fabs(t_s)); }
 
     Table table_;
     Model* model_ = nullptr;

@@ -5,6 +5,7 @@
 #include "adapter/variable.hpp"
 
 #include <cstddef>
+#include <cstdlib>
 
 namespace hnav::fmu {
 
@@ -18,19 +19,28 @@ struct ModelInfo {
     const char* description;
     double step_s;    // preferred communication step
     double stop_s;    // of the default experiment
-    int nx;           // continuous states in Model Exchange
-    int first_states; // DependsOn::first_states: that many of them
-    bool model_exchange; // offered at all
-    bool is_plant = false; // its outputs are what others connect to
+    int nx = 0;           // continuous states in Model Exchange
+    int first_states = 0; // DependsOn::first_states: that many of them
+    bool model_exchange = true; // offered at all
+    bool is_plant = false;      // its outputs are what others connect to
 };
 
 // Group of the rows that are continuous states or their derivatives: the adapter fills them itself.
 constexpr unsigned state_group = 1u << 31;
 
+// Made by new, which answers null without memory: nothing here throws.
+struct Allocated {
+    static void* operator new(std::size_t bytes) noexcept { return std::malloc(bytes); }
+    static void operator delete(void* memory) { std::free(memory); }
+};
+
 // values: one double for each row of the table, owned by the instance.
-class Model {
+class Model : public Allocated {
 public:
-    virtual const ModelInfo& info() const = 0;
+    Model() = default;
+    Model(const Model&) = delete;
+    Model& operator=(const Model&) = delete;
+    virtual ~Model() = default;
 
     // Appends the rows and remembers their places.
     virtual void describe(Table& table) = 0;
@@ -66,11 +76,6 @@ public:
 
     // Back to the moment before initialise.
     virtual void clear() = 0;
-
-    virtual void destroy() = 0;
-
-protected:
-    ~Model() = default;
 };
 
 // A model without continuous states: all that happens, happens at samples.
@@ -82,12 +87,10 @@ public:
     bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
     bool jump(double, double*, bool*, Message*) override { return true; }
     void show(double, const double*) override {}
-
-protected:
-    ~StatelessModel() = default;
 };
 
-// The one model of this FMU; null when there is no memory.
+// Of this FMU: what it is, and the model; null when there is no memory.
+extern const ModelInfo model_info;
 Model* make_model();
 
 } // namespace hnav::fmu

@@ -1,16 +1,36 @@
 // Words for writing tables: the kinds of rows that FMUs are made of.
 #pragma once
 
+#include "adapter/sampling_clock.hpp"
 #include "adapter/variable.hpp"
 
-namespace hnav::fmu {
+namespace hnav::fmu::rows {
 
-namespace rows {
+// The name group.member, and what may follow.
+class Name {
+public:
+    Name(const char* group, const char* member, const char* ending = "") {
+        std::snprintf(text_, sizeof text_, "%.20s.%.20s%.20s", group, member, ending);
+    }
+    operator const char*() const { return text_; }
 
-inline Variable input(const char* name, const char* unit, const char* display, double start, const char* text) {
-    Variable v = variable(name, Type::real, Causality::input, Variability::discrete, text);
+private:
+    char text_[64];
+};
+
+inline Variable quantity(const char* name, Causality causality, Variability variability, const char* unit, const char* display,
+                         const char* text) {
+    Variable v = variable(name, Type::real, causality, variability, text);
     v.unit = unit;
     v.display_unit = display;
+    return v;
+}
+
+// The first row of every table.
+inline Variable time() { return quantity("time", Causality::independent, Variability::continuous, "s", "", "Simulation time"); }
+
+inline Variable input(const char* name, const char* unit, const char* display, double start, const char* text) {
+    Variable v = quantity(name, Causality::input, Variability::discrete, unit, display, text);
     v.start = start;
     return v;
 }
@@ -21,25 +41,24 @@ inline Variable input(const char* name, Type type, double start, const char* tex
     return v;
 }
 
-inline Variable output(const char* name, const char* unit, const char* display, unsigned group, Variability variability,
-                       DependsOn depends_on, const char* text) {
-    Variable v = variable(name, Type::real, Causality::output, variability, text);
-    v.unit = unit;
-    v.display_unit = display;
-    v.group = group;
+// Outputs get their group from the Outputs that they are added to. Of what is known at samples:
+inline Variable output(const char* name, const char* unit, const char* display, const char* text) {
+    return quantity(name, Causality::output, Variability::discrete, unit, display, text);
+}
+
+inline Variable output(const char* name, Type type, const char* text) {
+    return variable(name, type, Causality::output, Variability::discrete, text);
+}
+
+// Of what flows between samples.
+inline Variable flow(const char* name, const char* unit, const char* display, DependsOn depends_on, const char* text) {
+    Variable v = quantity(name, Causality::output, Variability::continuous, unit, display, text);
     v.depends_on = depends_on;
     return v;
 }
 
-inline Variable output(const char* name, Type type, unsigned group, const char* text) {
-    Variable v = variable(name, type, Causality::output, Variability::discrete, text);
-    v.group = group;
-    return v;
-}
-
 inline Variable parameter(const char* name, const char* unit, double start, double min, double max, const char* text) {
-    Variable v = variable(name, Type::real, Causality::parameter, Variability::fixed, text);
-    v.unit = unit;
+    Variable v = quantity(name, Causality::parameter, Variability::fixed, unit, "", text);
     v.start = start;
     v.min = min;
     v.max = max;
@@ -56,6 +75,20 @@ inline Variable choice(const char* name, const char* const* choices, int count, 
     return v;
 }
 
-} // namespace rows
+// ------------------------------------------------------------------------------------------------ of sampled inputs
 
-} // namespace hnav::fmu
+inline Variable sampling_mode(const char* text) { return choice("sampling_mode", sampling_modes, 2, periodic, text); }
+
+inline Variable sample_counter(const char* name) {
+    return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)");
+}
+
+inline Variable sample_time(const char* name) {
+    return input(name, "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)");
+}
+
+inline Variable reset_command() {
+    return input("reset", Type::boolean, 0, "Rising edge: back to the state after initialization");
+}
+
+} // namespace hnav::fmu::rows

@@ -50,7 +50,8 @@ public:
     Table& operator=(const Table&) = delete;
 
     int size() const { return size_; }
-    bool complete() const { return !out_of_memory_; }
+    bool complete() const { return complete_; }
+    void give_up() { complete_ = false; }
     const Variable& operator[](int i) const { return rows_[i]; }
     Variable& row(int i) { return rows_[i]; }
 
@@ -60,7 +61,7 @@ public:
             const int capacity = capacity_ ? 2 * capacity_ : 256;
             auto* grown = static_cast<Variable*>(std::realloc(rows_, capacity * sizeof(Variable)));
             if (!grown) {
-                out_of_memory_ = true;
+                give_up();
                 return 0;
             }
             rows_ = grown;
@@ -81,6 +82,10 @@ public:
         return first;
     }
 
+    // Rows name[1,1], name[1,2], ... of an n x n matrix, row by row, or of its upper triangle; the number of the first.
+    int add_matrix(const Variable& variable, int n) { return add_elements(variable, n, false); }
+    int add_triangle(const Variable& variable, int n) { return add_elements(variable, n, true); }
+
     // Stamps names, types and order: an importer with the description of another version is turned away.
     std::uint64_t token() const {
         std::uint64_t hash = 14695981039346656037ull;
@@ -94,9 +99,20 @@ public:
     }
 
 private:
+    int add_elements(const Variable& variable, int n, bool triangle) {
+        const int first = size_;
+        for (int i = 1; i <= n; ++i)
+            for (int j = triangle ? i : 1; j <= n; ++j) {
+                Variable element = variable;
+                std::snprintf(element.name, sizeof element.name, "%.40s[%d,%d]", variable.name, i, j);
+                add(element);
+            }
+        return first;
+    }
+
     Variable* rows_ = nullptr;
     int size_ = 0, capacity_ = 0;
-    bool out_of_memory_ = false;
+    bool complete_ = true;
 };
 
 // A row with the fields that most share.

@@ -4,22 +4,15 @@
 namespace hnav::fmu {
 namespace {
 
-struct Ahrs {
-    using Options = hnav_ahrs_options;
-    static Options defaults(hnav_preset preset) { return hnav_ahrs_defaults(preset); }
-    static const hnav_option_info* option(int index) { return hnav_ahrs_option(index); }
-    static hnav_status create(hnav_filter** filter, const Options* options, char* message, std::size_t size) {
-        return hnav_ahrs_create(filter, options, message, size);
-    }
-
+struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_option, hnav_ahrs_create> {
     static constexpr ModelInfo info = {
         "Ahrs",
-        "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, magnetometer latency, magnetic disturbances, rest",
+        "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, "
+        "magnetometer latency, magnetic disturbances, rest",
         0.01,
         10,
         14,
-        4,
-        true};
+        4};
     static constexpr const char* presets[] = {"default"};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
@@ -27,11 +20,8 @@ struct Ahrs {
     static constexpr bool reholds = true;
 
     static void describe_states(StateRows& states) {
+        states.add_attitude("Attitude, body to north-east-down of magnetic north");
         char name[32];
-        for (int i = 1; i <= 4; ++i) {
-            std::snprintf(name, sizeof name, "state.q[%d]", i);
-            states.add(name, "", i == 1, DependsOn::first_states, "Attitude, body to north-east-down of magnetic north");
-        }
         for (int j = 1; j <= 3; ++j)
             for (int i = 1; i <= 3; ++i) {
                 std::snprintf(name, sizeof name, "state.G[%d,%d]", i, j);
@@ -47,6 +37,7 @@ struct Ahrs {
 
 } // namespace
 
-Model* make_model() { return FilterModel<Ahrs>::make(); }
+constexpr ModelInfo model_info = Ahrs::info;
+Model* make_model() { return new FilterModel<Ahrs>; }
 
 } // namespace hnav::fmu

@@ -1,14 +1,24 @@
 // The variables of the AircraftIns FMU: outputs bear the names of the InsErrorFilter's inputs.
 #pragma once
 
+#include "adapter/outputs.hpp"
 #include "aircraft/parameters.hpp"
 
 namespace hnav::fmu {
 
 enum Group : unsigned { sample_group = 1, status_group = 2 };
 
-// Where the variables stand in the table; of vectors, the first row.
-struct Places {
+// The newest sample of the plant.
+struct Sample {
+    double number, t_s; // counted from 1
+    double z[aircraft::nx], u[aircraft::nu], x[aircraft::nx], lambda[aircraft::nx], fault[aircraft::nx];
+};
+struct Counts {
+    double non_finite;
+};
+
+// Inputs and parameters: where they stand in the table; of vectors, the first row. Outputs: what they show.
+struct Variables {
     int command;
     int seed;
     aircraft::Parameters parameters;
@@ -16,36 +26,44 @@ struct Places {
     int amplitude, period, phase;
     int fault_start, fault_stop, fault_factor;
 
-    int z, sample, t_meas, u, truth, lambda, fault, non_finite;
+    Outputs<Sample, sample_group> sample;
+    Outputs<Counts, status_group> counts;
 
     void describe(Table& table) {
         using namespace rows;
-        using aircraft::add_each, aircraft::states, aircraft::controls, aircraft::nx, aircraft::nu;
-        constexpr auto held = Variability::discrete;
-        constexpr auto none = DependsOn::nothing;
-
-        Variable time = variable("time", Type::real, Causality::independent, Variability::continuous, "Simulation time");
-        time.unit = "s";
-        table.add(time);
-
-        command = add_each(
-            table, "command", controls,
+        table.add(time());
+        command = aircraft::add_each(
+            table, "command", aircraft::controls,
             input(
                 "", "", "", 0,
                 "Control, added to the built-in square wave; taken at the first point at or after a sample and held to the next"));
-
         Variable number = variable("seed", Type::integer, Causality::parameter, Variability::fixed,
                                    "Seed of the noise: equal seeds give equal flights");
         number.min = 0;
         number.max = 2147483647;
         seed = table.add(number);
         parameters.describe(table);
+        describe_gravity(table);
+        describe_commands(table);
+        describe_faults(table);
+        describe_outputs(table);
+    }
+
+private:
+    void describe_gravity(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::states;
         gravity_sigma = add_each(
             table, "gravity_error_sigma", states,
             parameter("", "", 0, 0, 1e9, "Second coloured error of the channel, from the gravity model, standard deviation"));
         gravity_time_constant =
             add_each(table, "gravity_error_time_constant", states,
                      parameter("", "s", 200, 0, 1e9, "Second coloured error of the channel, time constant, above 0"));
+    }
+
+    void describe_commands(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::controls;
         amplitude = add_each(table, "command_amplitude", controls,
                              parameter("", "", 0, -1e9, 1e9, "Amplitude of the built-in square wave; 0 turns it off"));
         period = add_each(table, "command_period", controls,
@@ -53,38 +71,48 @@ struct Places {
         phase = add_each(table, "command_phase", controls,
                          parameter("", "rad", 0, -1e9, 1e9,
                                    "Phase of the built-in square wave, which is positive while sin(2 pi t / period + phase) is"));
-        for (int j = 0; j < nu; ++j) {
+        for (int j = 0; j < aircraft::nu; ++j) {
             table.row(amplitude + j).start = aircraft::commands[j].amplitude;
             table.row(period + j).start = aircraft::commands[j].period_s;
             table.row(phase + j).start = aircraft::commands[j].phase_rad;
             table.row(phase + j).display_unit = "deg";
         }
+    }
+
+    void describe_faults(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::states;
         fault_start = add_each(table, "fault_start", states,
                                parameter("", "s", 0, -1e9, 1e9, "First time of a noise fault of the channel, after the start"));
         fault_stop = add_each(table, "fault_stop", states, parameter("", "s", 0, -1e9, 1e9, "Last time of the noise fault"));
         fault_factor = add_each(
             table, "fault_factor", states,
             parameter("", "", 1, 0, 1e9, "Factor on the standard deviation of the channel's white noise meanwhile; 1: no fault"));
-        for (int i = 0; i < nx; ++i) {
+        for (int i = 0; i < aircraft::nx; ++i) {
             table.row(fault_start + i).start = aircraft::faults[i].start_s;
             table.row(fault_stop + i).start = aircraft::faults[i].stop_s;
             table.row(fault_factor + i).start = aircraft::faults[i].factor;
             table.row(fault_factor + i).unit = table.row(fault_factor + i).display_unit = "";
         }
+    }
 
-        z = add_each(
-            table, "z", states,
-            output("", "", "", sample_group, held, none, "Measurement of the INS: truth, coloured error and white noise"));
-        sample = table.add(output("z.sample", Type::integer, sample_group, "Number of the newest sample, counted from 1"));
-        t_meas = table.add(output("z.t_meas", "s", "ms", sample_group, held, none, "Time of the newest sample"));
-        u = add_each(table, "u", controls,
-                     output("", "", "", sample_group, held, none, "Control that was held up to the newest sample"));
-        truth = add_each(table, "truth", states, output("", "", "", sample_group, held, none, "State at the newest sample"));
-        lambda = add_each(table, "lambda", states,
-                          output("", "", "", sample_group, held, none, "Coloured error in the newest sample, both parts"));
-        fault = add_each(table, "fault", states, output("", Type::boolean, sample_group, "The noise of the channel is at fault"));
-        non_finite = table.add(
-            output("count.non_finite", Type::integer, status_group, "Commands that were no numbers: the one before was held on"));
+    void describe_outputs(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::states, aircraft::controls;
+        sample.bind<&Sample::z>(
+            table,
+            add_each(table, "z", states, output("", "", "", "Measurement of the INS: truth, coloured error and white noise")));
+        sample.add<&Sample::number>(table, output("z.sample", Type::integer, "Number of the newest sample, counted from 1"));
+        sample.add<&Sample::t_s>(table, output("z.t_meas", "s", "ms", "Time of the newest sample"));
+        sample.bind<&Sample::u>(
+            table, add_each(table, "u", controls, output("", "", "", "Control that was held up to the newest sample")));
+        sample.bind<&Sample::x>(table, add_each(table, "truth", states, output("", "", "", "State at the newest sample")));
+        sample.bind<&Sample::lambda>(
+            table, add_each(table, "lambda", states, output("", "", "", "Coloured error in the newest sample, both parts")));
+        sample.bind<&Sample::fault>(
+            table, add_each(table, "fault", states, output("", Type::boolean, "The noise of the channel is at fault")));
+        counts.add<&Counts::non_finite>(
+            table, output("count.non_finite", Type::integer, "Commands that were no numbers: the one before was held on"));
     }
 };
 

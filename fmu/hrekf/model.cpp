@@ -4,22 +4,14 @@
 namespace hnav::fmu {
 namespace {
 
-struct Hrekf {
-    using Options = hnav_hrekf_options;
-    static Options defaults(hnav_preset preset) { return hnav_hrekf_defaults(preset); }
-    static const hnav_option_info* option(int index) { return hnav_hrekf_option(index); }
-    static hnav_status create(hnav_filter** filter, const Options* options, char* message, std::size_t size) {
-        return hnav_hrekf_create(filter, options, message, size);
-    }
-
-    static constexpr ModelInfo info = {
-        "Hrekf",
-        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, accelerometer and magnetometer",
-        0.01,
-        10,
-        35,
-        7,
-        true};
+struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_option, hnav_hrekf_create> {
+    static constexpr ModelInfo info = {"Hrekf",
+                                       "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, "
+                                       "accelerometer and magnetometer",
+                                       0.01,
+                                       10,
+                                       35,
+                                       7};
     static constexpr const char* presets[] = {"default", "paper"};
     static constexpr int accel_dimension = 3;
     static constexpr const char* accel_unit = "";
@@ -27,11 +19,8 @@ struct Hrekf {
     static constexpr bool reholds = false;
 
     static void describe_states(StateRows& states) {
+        states.add_attitude("Attitude, body to north-east-down of magnetic north");
         char name[32];
-        for (int i = 1; i <= 4; ++i) {
-            std::snprintf(name, sizeof name, "state.q[%d]", i);
-            states.add(name, "", i == 1, DependsOn::first_states, "Attitude, body to north-east-down of magnetic north");
-        }
         for (int i = 1; i <= 3; ++i) {
             std::snprintf(name, sizeof name, "state.b[%d]", i);
             states.add(name, "rad/s", 0, DependsOn::nothing, "Gyro bias");
@@ -53,6 +42,7 @@ struct Hrekf {
 
 } // namespace
 
-Model* make_model() { return FilterModel<Hrekf>::make(); }
+constexpr ModelInfo model_info = Hrekf::info;
+Model* make_model() { return new FilterModel<Hrekf>; }
 
 } // namespace hnav::fmu

@@ -1,39 +1,31 @@
 // The InsErrorFilter FMU: the filter for coloured INS errors, made for one aircraft.
-#include "adapter/model.hpp"
+#include "adapter/library_model.hpp"
 #include "ins_error_filter/variables.hpp"
-
-#include <new>
 
 namespace hnav::fmu {
 namespace {
 
 using aircraft::nu, aircraft::nx;
 
-class InsErrorFilter final : public StatelessModel {
+using FilterCalls = LibraryObject<hnav_ins_error_filter, hnav_ins_error_filter_destroy, hnav_ins_error_filter_state_size,
+                                  hnav_ins_error_filter_save, hnav_ins_error_filter_load>;
+
+// What was seen of the inputs so far.
+struct FilterMemory {
+    SamplingClock clock;
+    double reset_level;
+    double newest_s, before_s; // times of the two newest samples
+    double u[nu];
+    double samples, missed, non_finite, failed;
+};
+
+class InsErrorFilter final : public LibraryModel<StatelessModel, FilterCalls, FilterMemory> {
 public:
-    static Model* make() {
-        void* memory = std::malloc(sizeof(InsErrorFilter));
-        return memory ? new (memory) InsErrorFilter : nullptr;
-    }
-
-    const ModelInfo& info() const override {
-        static constexpr ModelInfo info = {
-            HNAV_FMU_NAME,
-            "Filter for time-correlated INS errors (MDKF, AMDKF, differenced, augmented, plain) of the aircraft " AIRCRAFT_TITLE,
-            aircraft::interval_s,
-            20,
-            0,
-            0,
-            true};
-        return info;
-    }
-
     void describe(Table& table) override { at_.describe(table); }
 
-    bool initialise(double* values, const double*, double start_s, bool, Message* why) override {
+    bool initialise(double* values, const double* written, double start_s, bool, Message* why) override {
         hnav_ins_error_options options = hnav_ins_error_defaults();
-        for (int k = 0; const hnav_option_info* option = hnav_ins_error_option(k); ++k)
-            set_option(*option, &options, 0, values[at_.options + k]);
+        take_options(hnav_ins_error_option, at_.options, values, written, &options);
         const hnav_aircraft_model model = at_.parameters.model(values);
         const hnav_aircraft_options plant_options = at_.parameters.options(values);
         clear();
@@ -42,11 +34,10 @@ public:
         if (hnav_aircraft_create(&plant, &plant_options, &model, why->text, sizeof why->text) != HNAV_OK) return false;
         hnav_ins_error_model filter_model;
         hnav_aircraft_filter_model(plant, &filter_model);
-        const hnav_status status = hnav_ins_error_filter_create(&filter_, &options, &filter_model, why->text, sizeof why->text);
+        const bool made = make(why, hnav_ins_error_filter_create, &options, &filter_model);
         hnav_aircraft_destroy(plant);
-        if (status != HNAV_OK) return false;
-        memory_ = {};
-        memory_.clock.start_s = start_s;
+        if (!made) return false;
+        memory_.clock = {start_s, model.interval_s, values[at_.sampling_mode], 0, 0};
         memory_.newest_s = memory_.before_s = start_s;
         memory_.reset_level = values[at_.reset];
         return true;
@@ -58,22 +49,13 @@ public:
     bool take_samples(double* values, double t_s) override {
         bool taken = false;
         if (rising(values[at_.reset], &memory_.reset_level)) {
-            hnav_ins_error_filter_reset(filter_);
+            hnav_ins_error_filter_reset(object_);
             memory_.samples = memory_.missed = memory_.non_finite = memory_.failed = 0;
             taken = true;
         }
-        const bool counted = values[at_.sampling_mode] == counter;
-        double lost = 0;
-        const bool due = counted ? memory_.clock.counter_changed(values[at_.sample], &lost)
-                                 : memory_.clock.period_elapsed(t_s, values[at_.parameters.interval], &lost);
-        if (!due) return taken;
-        const double stamp_s = counted ? values[at_.t_meas] : t_s;
-
-        for (int j = 0; j < nu; ++j) {
-            const double u = values[at_.u + j];
-            if (std::isfinite(u)) memory_.u[j] = u;
-            else memory_.non_finite += 1;
-        }
+        NewSample sample;
+        if (!memory_.clock.take(t_s, values[at_.sample], values[at_.t_meas], &sample)) return taken;
+        take_controls(values + at_.u);
         double z[nx];
         for (int i = 0; i < nx; ++i) {
             z[i] = values[at_.present + i] != 0 ? values[at_.z + i] : NAN;
@@ -82,133 +64,103 @@ public:
                 memory_.non_finite += 1;
             }
         }
-        // One step of the model is one interval: samples that were lost pass as steps without a measurement. The first
-        // sample meets the prior, whenever it comes.
-        hnav_ins_error_status status;
-        hnav_ins_error_filter_get_status(filter_, &status);
-        if (status.steps > 0) {
-            memory_.missed += lost;
-            double nothing[nx];
-            for (double& missing : nothing) missing = NAN;
-            // After so many the start is forgotten, and a counter that jumps by millions must not stop the simulation.
-            for (double k = std::fmin(lost, 10000); k > 0; --k) step(nothing, stamp_s - k * values[at_.parameters.interval]);
-        }
-        step(z, stamp_s);
+        pass_lost(sample);
+        step(z, sample.t_s);
         memory_.samples += 1;
         return true;
     }
 
-    double next_sample_s(const double* values) const override {
-        if (values[at_.sampling_mode] == counter) return no_bound;
-        return memory_.clock.next_s(values[at_.parameters.interval]);
-    }
+    double next_sample_s(const double*) const override { return memory_.clock.next_s(); }
 
     bool advance(double, Message*) override { return true; }
 
     // ------------------------------------------------------------------------------------------------ outputs
 
     void refresh(double* values, unsigned groups) override {
-        hnav_ins_error_status status;
-        hnav_ins_error_filter_get_status(filter_, &status);
-        double estimate[nx];
-        hnav_ins_error_filter_estimate(filter_, estimate, values + at_.sigma);
-        if (groups & estimate_group) {
-            std::memcpy(values + at_.estimate, estimate, sizeof estimate);
-            values[at_.post_t] = status.shown_step + 1 < status.steps ? memory_.before_s : memory_.newest_s;
-        }
-        if (groups & lambda_group) {
-            hnav_ins_error_filter_coloured_error(filter_, values + at_.lambda, values + at_.lambda_sigma,
-                                                 values + at_.compensated);
-            // Without a measurement: every channel reads one state.
-            for (int i = 0; i < nx; ++i) {
-                double &lambda = values[at_.lambda + i], &compensated = values[at_.compensated + i];
-                if (std::isnan(lambda)) lambda = 0;
-                if (std::isnan(compensated)) compensated = estimate[i];
-            }
-        }
-        if (groups & innovation_group) refresh_innovation(values);
-        if (groups & noise_group) hnav_ins_error_filter_noise(filter_, values + at_.noise_scale, values + at_.fault_probability);
-        if (groups & status_group) {
-            hnav_ins_error_filter_separability(filter_, values + at_.separability);
-            values[at_.samples] = memory_.samples;
-            values[at_.missed] = memory_.missed;
-            values[at_.non_finite] = memory_.non_finite;
-            values[at_.failed] = memory_.failed;
-        }
-    }
-
-    // ------------------------------------------------------------------------------------------------ complete state
-
-    std::size_t state_size() const override {
-        std::size_t bytes = 0;
-        hnav_ins_error_filter_state_size(filter_, &bytes);
-        return sizeof memory_ + bytes;
-    }
-    void save(void* buffer) const override {
-        std::memcpy(buffer, &memory_, sizeof memory_);
-        hnav_ins_error_filter_save(filter_, static_cast<char*>(buffer) + sizeof memory_, state_size() - sizeof memory_);
-    }
-    bool load(const void* buffer, std::size_t bytes) override {
-        if (bytes != state_size()) return false;
-        std::memcpy(&memory_, buffer, sizeof memory_);
-        return hnav_ins_error_filter_load(filter_, static_cast<const char*>(buffer) + sizeof memory_, bytes - sizeof memory_) ==
-               HNAV_OK;
-    }
-
-    void clear() override {
-        hnav_ins_error_filter_destroy(filter_);
-        filter_ = nullptr;
-    }
-    void destroy() override {
-        clear();
-        this->~InsErrorFilter();
-        std::free(this);
+        at_.estimate.refresh(groups, values, [this](Estimate* e) {
+            const hnav_ins_error_status s = status();
+            hnav_ins_error_filter_estimate(object_, e->x, e->sigma);
+            e->t_s = s.shown_step + 1 < s.steps ? memory_.before_s : memory_.newest_s;
+        });
+        at_.lambda.refresh(groups, values, [this](ColouredError* e) { read_coloured_error(e); });
+        at_.innovation.refresh(groups, values, [this](Innovation* i) { read_innovation(i); });
+        at_.noise.refresh(groups, values,
+                          [this](Noise* n) { hnav_ins_error_filter_noise(object_, n->scale, n->fault_probability); });
+        at_.counts.refresh(groups, values, [this](Counts* c) {
+            *c = {0, memory_.samples, memory_.missed, memory_.non_finite, memory_.failed};
+            hnav_ins_error_filter_separability(object_, &c->separability);
+        });
     }
 
 private:
-    InsErrorFilter() = default;
-    ~InsErrorFilter() = default;
+    hnav_ins_error_status status() const {
+        hnav_ins_error_status s;
+        hnav_ins_error_filter_get_status(object_, &s);
+        return s;
+    }
+
+    static void no_measurement(double* z) {
+        for (int i = 0; i < nx; ++i) z[i] = NAN;
+    }
+
+    // One that is no number leaves the control before it in force.
+    void take_controls(const double* u) {
+        for (int j = 0; j < nu; ++j)
+            if (std::isfinite(u[j])) memory_.u[j] = u[j];
+            else memory_.non_finite += 1;
+    }
+
+    // One step of the model is one interval: samples that were lost pass as steps without a measurement. The first
+    // sample meets the prior, whenever it comes.
+    void pass_lost(const NewSample& sample) {
+        if (status().steps == 0) return;
+        memory_.missed += sample.lost;
+        double nothing[nx];
+        no_measurement(nothing);
+        // After so many the start is forgotten, and a counter that jumps by millions must not stop the simulation.
+        for (double k = std::fmin(sample.lost, 10000); k > 0; --k) step(nothing, sample.t_s - k * memory_.clock.period_s);
+    }
 
     void step(const double* z, double stamp_s) {
         // A step without an answer leaves the filter as it was; the model moves on without the measurement.
-        if (hnav_ins_error_filter_step(filter_, memory_.u, z, nullptr) != HNAV_OK) {
+        if (hnav_ins_error_filter_step(object_, memory_.u, z, nullptr) != HNAV_OK) {
             memory_.failed += 1;
             double nothing[nx];
-            for (double& missing : nothing) missing = NAN;
-            hnav_ins_error_filter_step(filter_, memory_.u, nothing, nullptr);
+            no_measurement(nothing);
+            hnav_ins_error_filter_step(object_, memory_.u, nothing, nullptr);
         }
         memory_.before_s = memory_.newest_s;
         memory_.newest_s = stamp_s;
     }
 
-    void refresh_innovation(double* values) const {
-        double* innovation = values + at_.innovation;
-        double* nis = values + at_.nis;
-        if (hnav_ins_error_filter_innovation(filter_, innovation, nullptr, nis) != HNAV_OK) {
-            std::memset(innovation, 0, nx * sizeof(double)); // none yet
-            *nis = 0;
+    void read_coloured_error(ColouredError* e) const {
+        double estimate[nx], sigma[nx];
+        hnav_ins_error_filter_estimate(object_, estimate, sigma);
+        hnav_ins_error_filter_coloured_error(object_, e->lambda, e->sigma, e->compensated);
+        // Without a measurement: every channel reads one state.
+        for (int i = 0; i < nx; ++i) {
+            if (std::isnan(e->lambda[i])) e->lambda[i] = 0;
+            if (std::isnan(e->compensated[i])) e->compensated[i] = estimate[i];
         }
-        for (int i = 0; i < nx; ++i)
-            if (std::isnan(innovation[i])) innovation[i] = 0;
-        if (std::isnan(*nis)) *nis = 0;
     }
 
-    // What was seen of the inputs so far. Eight-byte numbers, saved as they are.
-    struct Memory {
-        SampleClock clock;
-        double reset_level;
-        double newest_s, before_s; // times of the two newest samples
-        double u[nu];
-        double samples, missed, non_finite, failed;
-    };
+    void read_innovation(Innovation* i) const {
+        *i = {}; // none yet
+        hnav_ins_error_filter_innovation(object_, i->value, nullptr, &i->nis);
+        for (double& value : i->value)
+            if (std::isnan(value)) value = 0;
+        if (std::isnan(i->nis)) i->nis = 0;
+    }
 
-    Places at_{};
-    Memory memory_{};
-    hnav_ins_error_filter* filter_ = nullptr;
+    Variables at_{};
 };
 
 } // namespace
 
-Model* make_model() { return InsErrorFilter::make(); }
+constexpr ModelInfo model_info = {HNAV_FMU_NAME,
+                                  "Filter for time-correlated INS errors (MDKF, AMDKF, differenced, augmented, plain) "
+                                  "of the aircraft " AIRCRAFT_TITLE,
+                                  aircraft::interval_s, 20};
+Model* make_model() { return new InsErrorFilter; }
 
 } // namespace hnav::fmu

@@ -1,95 +1,132 @@
 // The variables of the InsErrorFilter FMU: parameters are the options of the C API and what the aircraft's file says.
 #pragma once
 
-#include "adapter/option_row.hpp"
-#include "adapter/sampling.hpp"
+#include "adapter/option_parameters.hpp"
+#include "adapter/outputs.hpp"
 #include "aircraft/parameters.hpp"
-
-#include <initializer_list>
 
 namespace hnav::fmu {
 
-// Parts of the filter that outputs are read from, so that a step costs only what is asked for.
+// Calls of the C API that outputs are read from, so that a step costs only what is asked for.
 enum Group : unsigned { estimate_group = 1, lambda_group = 2, innovation_group = 4, noise_group = 8, status_group = 16 };
 
-// Where the variables stand in the table; of vectors, the first row.
-struct Places {
+// The answers behind the outputs.
+struct Estimate {
+    double t_s;
+    double x[aircraft::nx], sigma[aircraft::nx];
+};
+struct ColouredError {
+    double lambda[aircraft::nx], sigma[aircraft::nx], compensated[aircraft::nx];
+};
+struct Innovation {
+    double value[aircraft::nx], nis;
+};
+struct Noise {
+    double scale[aircraft::nx], fault_probability[aircraft::nx];
+};
+struct Counts {
+    double separability;
+    double samples, missed, non_finite, failed;
+};
+
+// Inputs and parameters: where they stand in the table; of vectors, the first row. Outputs: what they show.
+struct Variables {
     int z, sample, t_meas, present, u, reset;
     int sampling_mode, options;
     aircraft::Parameters parameters;
 
-    int post_t, estimate, sigma;
-    int lambda, lambda_sigma, compensated;
-    int innovation, nis;
-    int noise_scale, fault_probability;
-    int separability, samples, missed, non_finite, failed;
+    Outputs<Estimate, estimate_group> estimate;
+    Outputs<ColouredError, lambda_group> lambda;
+    Outputs<Innovation, innovation_group> innovation;
+    Outputs<Noise, noise_group> noise;
+    Outputs<Counts, status_group> counts;
 
     void describe(Table& table) {
+        table.add(rows::time());
+        describe_inputs(table);
+        describe_parameters(table);
+        describe_estimate(table);
+        describe_noise(table);
+        describe_counts(table);
+    }
+
+private:
+    void describe_inputs(Table& table) {
         using namespace rows;
-        using aircraft::add_each, aircraft::states, aircraft::controls;
-        constexpr auto held = Variability::discrete;
-        constexpr auto none = DependsOn::nothing;
-
-        Variable time = variable("time", Type::real, Causality::independent, Variability::continuous, "Simulation time");
-        time.unit = "s";
-        table.add(time);
-
+        using aircraft::add_each, aircraft::states;
         z = add_each(table, "z", states, input("", "", "", 0, "Measurement of the INS; NaN is a missing channel"));
-        sample =
-            table.add(input("z.sample", Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)"));
-        t_meas = table.add(input("z.t_meas", "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)"));
-        u = add_each(table, "u", controls, input("", "", "", 0, "Control that was held since the sample before"));
+        sample = table.add(sample_counter("z.sample"));
+        t_meas = table.add(sample_time("z.t_meas"));
+        u = add_each(table, "u", aircraft::controls, input("", "", "", 0, "Control that was held since the sample before"));
         present = add_each(table, "present", states, input("", Type::boolean, 1, "False: the channel is missing"));
-        reset = table.add(input("reset", Type::boolean, 0, "Rising edge: back to the state after initialization"));
+        reset = table.add(reset_command());
+    }
 
-        sampling_mode =
-            table.add(choice("sampling_mode", sampling_modes, 2, periodic,
-                             "periodic: inputs are sampled every interval; counter: when the sample counter changes"));
+    void describe_parameters(Table& table) {
+        sampling_mode = table.add(
+            rows::sampling_mode("periodic: inputs are sampled every interval; counter: when the sample counter changes"));
         const hnav_ins_error_options defaults = hnav_ins_error_defaults();
-        options = table.size();
-        for (int k = 0; const hnav_option_info* option = hnav_ins_error_option(k); ++k)
-            table.add(option_row(*option, &defaults, 0));
+        options = add_options(table, hnav_ins_error_option, &defaults);
         parameters.describe(table);
+    }
 
-        post_t = table.add(
-            output("post.t", "s", "ms", estimate_group, held, none,
-                   "Time of the sample that the outputs are about: the newest, or the one before it (mdkf, amdkf, lag)"));
-        estimate = add_each(table, "estimate", states, output("", "", "", estimate_group, held, none, "State"));
-        sigma =
-            add_each(table, "sigma", states, output("", "", "", estimate_group, held, none, "Standard deviation of the state"));
-        lambda = add_each(table, "lambda", states,
-                          output("", "", "", lambda_group, held, none,
-                                 "Coloured error of the channel; forms other than augmented answer measurement minus estimate"));
-        lambda_sigma = add_each(table, "lambda_sigma", states,
-                                output("", "", "", lambda_group, held, none, "Standard deviation of the coloured error"));
-        compensated = add_each(table, "compensated", states,
-                               output("", "", "", lambda_group, held, none,
-                                      "Measurement without its coloured error; of a missing channel the estimate"));
-        innovation =
-            add_each(table, "innov", states,
-                     output("", "", "", innovation_group, held, none, "Innovation of the newest sample; 0 where there was none"));
-        nis = table.add(
-            output("nis", "", "", innovation_group, held, none,
+    void describe_estimate(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::states;
+        estimate.add<&Estimate::t_s>(
+            table, output("post.t", "s", "ms",
+                          "Time of the sample that the outputs are about: the newest, or the one before it (mdkf, amdkf, lag)"));
+        estimate.bind<&Estimate::x>(table, add_each(table, "estimate", states, output("", "", "", "State")));
+        estimate.bind<&Estimate::sigma>(table,
+                                        add_each(table, "sigma", states, output("", "", "", "Standard deviation of the state")));
+        lambda.bind<&ColouredError::lambda>(
+            table,
+            add_each(table, "lambda", states,
+                     output("", "", "",
+                            "Coloured error of the channel; forms other than augmented answer measurement minus estimate")));
+        lambda.bind<&ColouredError::sigma>(
+            table, add_each(table, "lambda_sigma", states, output("", "", "", "Standard deviation of the coloured error")));
+        lambda.bind<&ColouredError::compensated>(
+            table, add_each(table, "compensated", states,
+                            output("", "", "", "Measurement without its coloured error; of a missing channel the estimate")));
+        innovation.bind<&Innovation::value>(
+            table,
+            add_each(table, "innov", states, output("", "", "", "Innovation of the newest sample; 0 where there was none")));
+        innovation.add<&Innovation::nis>(
+            table,
+            output("nis", "", "",
                    "Normalised innovation squared of the newest sample; its expectation is the number of present channels"));
-        noise_scale =
-            add_each(table, "noise_scale", states,
-                     output("", "", "", noise_group, held, none, "Factor on the variance of the channel's white noise"));
-        fault_probability = add_each(
-            table, "fault_probability", states,
-            output("", "", "", noise_group, held, none, "Probability that the channel's noise is above its healthy level"));
+    }
+
+    void describe_noise(Table& table) {
+        using namespace rows;
+        using aircraft::add_each, aircraft::states;
+        const int scale = noise.bind<&Noise::scale>(
+            table,
+            add_each(table, "noise_scale", states, output("", "", "", "Factor on the variance of the channel's white noise")));
+        const int probability = noise.bind<&Noise::fault_probability>(
+            table, add_each(table, "fault_probability", states,
+                            output("", "", "", "Probability that the channel's noise is above its healthy level")));
         for (int i = 0; i < aircraft::nx; ++i) {
-            for (int row : {noise_scale + i, fault_probability + i}) table.row(row).unit = table.row(row).display_unit = "";
-            table.row(noise_scale + i).start = 1;
+            table.row(scale + i).unit = table.row(scale + i).display_unit = "";
+            table.row(probability + i).unit = table.row(probability + i).display_unit = "";
+            table.row(scale + i).start = 1;
         }
-        separability =
-            table.add(output("separability", "", "", status_group, held, none,
-                             "How differently states and coloured errors move the measurements: below 0.1 they separate poorly"));
-        samples = table.add(output("count.samples", Type::integer, status_group, "Samples used"));
-        missed = table.add(output("count.missed", Type::integer, status_group, "Samples that a coarse communication step lost"));
-        non_finite = table.add(output("count.non_finite", Type::integer, status_group,
-                                      "Infinite measurements taken as missing, and controls that were no numbers"));
-        failed = table.add(output("count.failed", Type::integer, status_group,
-                                  "Samples without an answer: the innovation covariance was singular"));
+    }
+
+    void describe_counts(Table& table) {
+        using namespace rows;
+        counts.add<&Counts::separability>(
+            table, output("separability", "", "",
+                          "How differently states and coloured errors move the measurements: below 0.1 they separate poorly"));
+        counts.add<&Counts::samples>(table, output("count.samples", Type::integer, "Samples used"));
+        counts.add<&Counts::missed>(table,
+                                    output("count.missed", Type::integer, "Samples that a coarse communication step lost"));
+        counts.add<&Counts::non_finite>(table,
+                                        output("count.non_finite", Type::integer,
+                                               "Infinite measurements taken as missing, and controls that were no numbers"));
+        counts.add<&Counts::failed>(
+            table, output("count.failed", Type::integer, "Samples without an answer: the innovation covariance was singular"));
     }
 };
 

@@ -1,0 +1,80 @@
+// A model around one object of the library: its life and its saved state, once for every FMU.
+#pragma once
+
+#include "adapter/model.hpp"
+#include "hnav/hnav.h"
+
+#include <cstring>
+#include <type_traits>
+
+namespace hnav::fmu {
+
+// The calls that an object of the library lives by. One that has no history needs the first alone.
+template <class T, void (*destroy_)(T*), hnav_status (*state_size_)(const T*, std::size_t*) = nullptr,
+          hnav_status (*save_)(const T*, void*, std::size_t) = nullptr,
+          hnav_status (*load_)(T*, const void*, std::size_t) = nullptr>
+struct LibraryObject {
+    using Object = T;
+    static constexpr auto destroy = destroy_;
+    static constexpr auto state_size = state_size_;
+    static constexpr auto save = save_;
+    static constexpr auto load = load_;
+};
+
+// Base: Model or StatelessModel. Calls: a LibraryObject. Memory: what the model remembers beside the object, such as its
+// sampling clocks; eight-byte numbers, saved as they are.
+template <class Base, class Calls, class Memory>
+class LibraryModel : public Base {
+    static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) % 8 == 0);
+    static constexpr bool has_history = Calls::state_size != nullptr;
+
+public:
+    std::size_t state_size() const final {
+        std::size_t bytes = 0;
+        if constexpr (has_history) Calls::state_size(object_, &bytes);
+        return sizeof memory_ + bytes;
+    }
+
+    void save(void* buffer) const final {
+        std::memcpy(buffer, &memory_, sizeof memory_);
+        if constexpr (has_history)
+            Calls::save(object_, static_cast<char*>(buffer) + sizeof memory_, state_size() - sizeof memory_);
+    }
+
+    bool load(const void* buffer, std::size_t bytes) final {
+        if (bytes != state_size()) return false;
+        if constexpr (has_history) {
+            const char* state = static_cast<const char*>(buffer) + sizeof memory_;
+            if (Calls::load(object_, state, bytes - sizeof memory_) != HNAV_OK) return false;
+        }
+        std::memcpy(&memory_, buffer, sizeof memory_);
+        return true;
+    }
+
+    void clear() final {
+        Calls::destroy(object_);
+        object_ = nullptr;
+    }
+
+protected:
+    ~LibraryModel() override { Calls::destroy(object_); }
+
+    // The object by its create call, whose arguments stand between the object's place and that of the reason.
+    template <class Create, class... Arguments>
+    bool make(Message* why, Create create, const Arguments&... arguments) {
+        clear();
+        memory_ = {};
+        return create(&object_, arguments..., why->text, sizeof why->text) == HNAV_OK;
+    }
+
+    typename Calls::Object* object_ = nullptr;
+    Memory memory_{};
+};
+
+// What a call answered, its reason passed on.
+inline bool succeeded(hnav_status status, const char* reason, Message* why) {
+    if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", reason);
+    return status == HNAV_OK;
+}
+
+} // namespace hnav::fmu

@@ -1,0 +1,66 @@
+// When held inputs are a new sample: the one clock of all FMUs, and what belongs to it.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+namespace hnav::fmu {
+
+// Importers add up steps: two times that lie closer than this are one.
+inline double time_tolerance(double t_s) { return 1e-9 * std::fmax(1, std::fabs(t_s)); }
+
+// True once when a command goes up.
+inline bool rising(double level, double* last) {
+    const bool edge = level != 0 && *last == 0;
+    *last = level;
+    return edge;
+}
+
+enum SamplingMode { periodic = 0, counter = 1 };
+constexpr const char* sampling_modes[] = {"periodic", "counter"};
+
+struct NewSample {
+    double t_s;  // when it was measured
+    double lost; // samples between it and the one before it, which no communication point met
+};
+
+// The clock of one sensor. Eight-byte numbers, saved as they are.
+struct SamplingClock {
+    double start_s;
+    double period_s; // of periodic sampling; 0: never
+    double mode;     // SamplingMode
+    double seen;     // counter of the newest sample
+    double due;      // periods from the start until the next sample
+
+    // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark one in counter mode.
+    bool take(double t_s, double now, double t_meas_s, NewSample* sample) {
+        sample->t_s = mode == counter ? t_meas_s : t_s;
+        return mode == counter ? counter_changed(now, &sample->lost) : period_elapsed(t_s, &sample->lost);
+    }
+
+    // The first communication point at or after k periods takes sample k; points that come too late lose samples.
+    bool period_elapsed(double t_s, double* lost) {
+        if (!(period_s > 0)) return false;
+        const double k = std::floor((t_s - start_s + time_tolerance(t_s)) / period_s);
+        if (k < due) return false;
+        *lost = k - due;
+        due = k + 1;
+        return true;
+    }
+
+    // When the next sample is due; infinity when time does not tell.
+    double next_s() const {
+        return mode == periodic && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
+    }
+
+private:
+    // A counter that went up by more than one says that samples came and went between two communication points.
+    bool counter_changed(double now, double* lost) {
+        if (now == seen) return false;
+        *lost = std::fmax(0, now - seen - 1); // a sensor that starts anew has lost nothing
+        seen = now;
+        return true;
+    }
+};
+
+} // namespace hnav::fmu

@@ -1,0 +1,75 @@
+// Inputs and parameters of an FMU of an attitude filter. Beside the sampling, parameters are the options of the C API.
+#pragma once
+
+#include "adapter/option_parameters.hpp"
+
+namespace hnav::fmu {
+
+// Where they stand in the table.
+struct Inputs {
+    struct Sensor {
+        int value, sample, t_meas, valid, period; // value: three components; of the heading aid: heading, sigma
+    } sensor[HNAV_SENSOR_COUNT];
+    int reset, realign;
+    int preset, sampling_mode;
+    int options; // the first of them
+
+    template <class Kind>
+    void describe(Table& table) {
+        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) describe_sensor(table, s);
+        reset = table.add(rows::reset_command());
+        realign = table.add(
+            rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
+        constexpr int preset_count = sizeof Kind::presets / sizeof *Kind::presets;
+        preset = table.add(rows::choice("preset", Kind::presets, preset_count, 0,
+                                        "Set of defaults; parameters that differ from their start values override it"));
+        describe_sampling(table);
+        const typename Kind::Options defaults = Kind::defaults(HNAV_PRESET_DEFAULT);
+        options = add_options(table, Kind::option, &defaults);
+    }
+
+private:
+    void describe_sensor(Table& table, int s) {
+        struct Described {
+            const char *prefix, *value, *unit, *display, *text;
+            double start[3];
+        };
+        constexpr Described described[] = {
+            {"gyro", "rate", "rad/s", "deg/s", "Angular rate in sensor axes", {0, 0, 0}},
+            {"accel",
+             "force",
+             "m/s2",
+             "",
+             "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)",
+             {0, 0, -9.80665}},
+            {"mag", "field", "T", "uT", "Magnetic field in sensor axes", {2e-5, 0, 4.5e-5}},
+            {"aid", "heading", "rad", "deg", "True heading of body x, clockwise from north", {0, 0, 0}},
+        };
+        const Described& d = described[s];
+        const bool aid = s == HNAV_SENSOR_HEADING;
+        Sensor& at = sensor[s];
+        const Variable v = rows::input(rows::Name(d.prefix, d.value), d.unit, d.display, 0, d.text);
+        at.value = aid ? table.add(v) : table.add_vector(v, 3);
+        if (aid)
+            table.add(
+                rows::input(rows::Name(d.prefix, "heading_sigma"), "rad", "deg", 0.05, "Standard deviation of the heading"));
+        else
+            for (int i = 0; i < 3; ++i) table.row(at.value + i).start = d.start[i];
+        at.sample = table.add(rows::sample_counter(rows::Name(d.prefix, "sample")));
+        at.t_meas = table.add(rows::sample_time(rows::Name(d.prefix, "t_meas")));
+        at.valid = table.add(rows::input(rows::Name(d.prefix, "valid"), Type::boolean, !aid, "False: the sample is not used"));
+    }
+
+    void describe_sampling(Table& table) {
+        sampling_mode =
+            table.add(rows::sampling_mode("periodic: inputs are sampled every period; counter: when a sample counter changes"));
+        constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
+        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+            Variable v = rows::parameter(names[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
+            v.display_unit = "ms";
+            sensor[s].period = table.add(v);
+        }
+    }
+};
+
+} // namespace hnav::fmu

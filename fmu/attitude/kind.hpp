@@ -1,0 +1,26 @@
+// What differs between the attitude filters. A Kind is a KindOf and beside it
+//     static constexpr ModelInfo info
+//     static constexpr const char* presets[]                names of the presets, in the order of the C enum
+//     static constexpr int accel_dimension, accel_unit      of the innovation of force
+//     static constexpr bool has_field                       outputs of the magnetic reference and the gyro calibration
+//     static constexpr bool reholds                         Model Exchange can take the backward gyro hold
+//     static void describe_states(StateRows&)
+//     static void keep_on_realign(const double* x, double* replaced)    states that a realignment leaves as they are
+#pragma once
+
+#include "adapter/state_rows.hpp"
+#include "hnav/hnav.h"
+
+namespace hnav::fmu {
+
+// The options of a filter and the calls of the C API that take them.
+template <class Options_, Options_ (*defaults_)(hnav_preset), const hnav_option_info* (*option_)(std::int32_t),
+          hnav_status (*create_)(hnav_filter**, const Options_*, char*, std::size_t)>
+struct KindOf {
+    using Options = Options_;
+    static constexpr auto defaults = defaults_;
+    static constexpr auto option = option_;
+    static constexpr auto create = create_;
+};
+
+} // namespace hnav::fmu

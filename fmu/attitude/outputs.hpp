@@ -1,0 +1,252 @@
+// Outputs of an FMU of an attitude filter: each row and what it shows of the filter's answers.
+#pragma once
+
+#include "adapter/outputs.hpp"
+#include "adapter/rows.hpp"
+#include "hnav/hnav.h"
+
+namespace hnav::fmu {
+
+// Calls of the C API that outputs are read from, so that a step costs only what is asked for.
+enum Group : unsigned {
+    attitude_group = 1,
+    bias_group = 2,
+    posterior_group = 4,
+    innovation_group = 8,
+    covariance_group = 16,
+    status_group = 32,
+    field_group = 64
+};
+
+class FilterOutputs {
+public:
+    template <class Kind>
+    void describe(Table& table) {
+        describe_posterior(table);
+        describe_attitude(table);
+        describe_readiness(table);
+        describe_used<HNAV_SENSOR_GYRO>(table, "gyro");
+        describe_sensor<HNAV_SENSOR_ACCEL, Kind::accel_dimension>(table, "accel", Kind::accel_unit, "");
+        describe_sensor<HNAV_SENSOR_MAG, 3>(table, "mag", "", "");
+        describe_sensor<HNAV_SENSOR_HEADING, 1>(table, "heading", "rad", "deg");
+        describe_status(table);
+        describe_covariance(table);
+        if (Kind::has_field) describe_field(table);
+    }
+
+    // missed: samples that the clocks of the FMU lost.
+    void refresh(const hnav_filter* filter, unsigned groups, double start_s, double missed, double* values) const {
+        attitude_.refresh(groups, values, [&](hnav_attitude* a) {
+            *a = {0, {1, 0, 0, 0}, {0, 0, 0}, 0, {M_PI, M_PI, M_PI}, 0, 0, 0};
+            hnav_filter_attitude(filter, a); // leaves these values before the start
+        });
+        bias_.refresh(groups, values, [&](Bias* b) {
+            hnav_filter_rate(filter, b->rate);
+            hnav_filter_gyro_bias(filter, b->bias, b->sigma);
+        });
+        posterior_.refresh(groups, values, [&](hnav_posterior* p) {
+            *p = {start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
+            if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
+        });
+        for (int s = HNAV_SENSOR_ACCEL; s < HNAV_SENSOR_COUNT; ++s)
+            innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
+                *i = {};
+                i->accepted = 1;
+                hnav_filter_innovation(filter, static_cast<hnav_sensor>(s), i); // stays zero before the first
+            });
+        covariance_.refresh(groups, values, [&](Covariance* c) { read_covariance(filter, c->P); });
+        status_.refresh(groups, values, [&](Status* s) {
+            hnav_filter_get_status(filter, s);
+            s->missed = missed;
+        });
+        field_.refresh(groups, values, [&](Field* f) {
+            double sigma[9];
+            hnav_filter_field(filter, f);
+            hnav_filter_gyro_calibration(filter, f->gyro_calibration, sigma);
+        });
+    }
+
+private:
+    struct Bias {
+        double rate[3], bias[3], sigma[3];
+    };
+    struct Covariance {
+        double P[36];
+    };
+    struct Status : hnav_filter_status {
+        double missed;
+    };
+    struct Field : hnav_field {
+        double gyro_calibration[9];
+    };
+
+    void describe_posterior(Table& table) {
+        using namespace rows;
+        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "ms", "Time of the newest sample used"));
+        const int q = posterior_.add<&hnav_posterior::q_nb>(
+            table, output("post.q", "", "", "Attitude just after that sample, body to navigation, scalar first"));
+        posterior_.add<&hnav_posterior::gyro_bias_rad_s>(
+            table, output("post.bias", "rad/s", "deg/s", "Gyro bias just after that sample"));
+        const int sigma = posterior_.add<&hnav_posterior::sigma>(
+            table, output("post.sigma", "", "",
+                          "Standard deviations just after that sample: rotation about the navigation axes, gyro bias"));
+        for (int i = 0; i < 6; ++i) table.row(sigma + i).unit = i < 3 ? "rad" : "rad/s";
+        start_unknown(table, q, sigma);
+    }
+
+    // What is shown before initialization: no attitude, and any error.
+    static void start_unknown(Table& table, int q, int sigma) {
+        table.row(q).start = 1;
+        for (int i = 0; i < 3; ++i) table.row(sigma + i).start = M_PI;
+    }
+
+    void describe_attitude(Table& table) {
+        using namespace rows;
+        constexpr auto on_q_b = DependsOn::first_states, on_all = DependsOn::all_states;
+        const int q = attitude_.add<&hnav_attitude::q_nb>(
+            table, flow("att.q", "", "", on_q_b, "Attitude now, body to navigation, scalar first"));
+        attitude_.add<&hnav_attitude::euler_rad>(
+            table, flow("att.euler", "rad", "deg", on_q_b, "Roll, pitch, yaw now (rotation order z y x)"));
+        attitude_.add<&hnav_attitude::heading_rad>(
+            table, flow("att.heading", "rad", "deg", on_q_b, "True heading of body x now, clockwise from north"));
+        const int sigma = attitude_.add<&hnav_attitude::sigma_rad>(
+            table, flow("att.sigma", "rad", "deg", on_all,
+                        "Standard deviation of the rotation error about the navigation axes; pi before the start"));
+        start_unknown(table, q, sigma);
+        posterior_.add<&hnav_posterior::near_singular>(
+            table, output("att.near_singular", Type::boolean,
+                          "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
+        bias_.add<&Bias::rate>(table, flow("rate.body", "rad/s", "deg/s", on_q_b, "Angular rate of the body, bias removed"));
+        bias_.add<&Bias::bias>(table, flow("bias.gyro", "rad/s", "deg/s", on_q_b, "Gyro bias"));
+        bias_.add<&Bias::sigma>(table, flow("bias.gyro_sigma", "rad/s", "deg/s", on_all, "Standard deviation of the gyro bias"));
+    }
+
+    void describe_readiness(Table& table) {
+        using namespace rows;
+        status_.add<&Status::started>(table, output("align.started", Type::boolean, "There is an attitude"));
+        posterior_.add<&hnav_posterior::tilt_ready>(
+            table,
+            output("align.tilt_ready", Type::boolean, "Tilt at the newest sample: sigma below the limit, by information gained"));
+        posterior_.add<&hnav_posterior::heading_ready>(
+            table, output("align.heading_ready", Type::boolean,
+                          "Heading at the newest sample: sigma below the limit, by information gained"));
+    }
+
+    template <int sensor>
+    void describe_used(Table& table, const char* name) {
+        status_.add(table, rows::output(rows::Name("count", name, "_used"), Type::integer, "Samples used"),
+                    [](const Status& s, double* row) { *row = static_cast<double>(s.used[sensor]); });
+    }
+
+    template <int sensor, int dimension>
+    void describe_sensor(Table& table, const char* name, const char* unit, const char* display) {
+        using namespace rows;
+        describe_used<sensor>(table, name);
+        Innovation& innovation = innovation_[sensor];
+        const auto add = [&](const Variable& v, Innovation::Show show) {
+            return dimension == 1 ? innovation.add(table, v, show) : innovation.add_vector(table, v, dimension, show);
+        };
+        add(output(Name("innov", name), unit, display,
+                   "Innovation of the last correction: measured minus expected (directions and fields without unit)"),
+            [](const hnav_innovation& i, double* rows) { std::memcpy(rows, i.value, dimension * sizeof(double)); });
+        add(output(Name("innov", name, "_sigma"), unit, display,
+                   "Standard deviation that the filter expects of the innovation, sqrt(S_ii), noise as parametrised"),
+            [](const hnav_innovation& i, double* rows) {
+                for (int k = 0; k < dimension; ++k) rows[k] = std::sqrt(i.S[4 * k]);
+            });
+        innovation.template add<&hnav_innovation::nis>(
+            table, output(Name("nis", name), "", "",
+                          "Normalised innovation squared of the last sample; its expectation is the dimension"));
+        innovation.template add<&hnav_innovation::accepted>(
+            table, output(Name("gate", name, "_ok"), Type::boolean, "The last sample was within its gate"));
+        status_.add(table, output(Name("count", name, "_gated"), Type::integer, "Samples whose noise the gate inflated"),
+                    [](const Status& s, double* row) { *row = static_cast<double>(s.gated[sensor]); });
+    }
+
+    void describe_status(Table& table) {
+        using namespace rows;
+        status_.add(table, output("hinf.gamma_used", "", "", "gamma of the last correction; 0 stands for infinity (off)"),
+                    [](const Status& s, double* row) { *row = std::isfinite(s.gamma_used) ? s.gamma_used : 0; });
+        status_.add<&Status::gamma_margin>(
+            table, output("hinf.margin", "", "", "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
+        status_.add<&Status::decay_rate_1_s>(
+            table, output("hinf.decay_rate", "1/s", "",
+                          "Rate at which the last correction makes the filter forget, in the metric of its own covariance; "
+                          "0 while there is none"));
+        status_.add<&Status::adapted_bias_walk_rad_s_per_sqrt_s>(
+            table, output("adapt.bias_walk", "rad/s/sqrt(s)", "", "Random walk of the gyro bias in use"));
+        status_.add<&Status::corrections>(table, output("count.corrections", Type::integer, "Corrections"));
+        status_.add<&Status::gamma_raised>(
+            table, output("count.gamma_raised", Type::integer, "Corrections whose gamma had to be raised"));
+        status_.add<&Status::covariance_repaired>(
+            table, output("count.covariance_repaired", Type::integer, "Covariances that had to be repaired"));
+        status_.add<&Status::missed>(table,
+                                     output("count.missed", Type::integer, "Samples that a coarse communication step lost"));
+        status_.add<&Status::late>(table, output("count.late", Type::integer, "Samples refused as too old"));
+        status_.add<&Status::non_finite>(table, output("count.non_finite", Type::integer, "Samples refused as not finite"));
+        status_.add<&Status::zero>(table, output("count.zero", Type::integer, "Samples refused as zero vectors"));
+        status_.add<&Status::solver_rhs_evals>(
+            table, output("solver.rhs_evals", Type::integer, "Evaluations of the flow by the integrator inside"));
+    }
+
+    // The upper triangle, row by row.
+    void describe_covariance(Table& table) {
+        const int first = table.add_triangle(
+            rows::flow("cov.P", "", "", DependsOn::all_states, "Covariance of (rotation about the navigation axes, gyro bias)"),
+            6);
+        int row = first;
+        for (int i = 0; i < 6; ++i)
+            for (int j = i; j < 6; ++j) table.row(row++).unit = j < 3 ? "rad2" : i < 3 ? "rad2/s" : "rad2/s2";
+        covariance_.bind(table, first, 21, [](const Covariance& c, double* rows) {
+            for (int i = 0; i < 6; ++i)
+                for (int j = i; j < 6; ++j) *rows++ = c.P[6 * i + j];
+        });
+    }
+
+    static void read_covariance(const hnav_filter* filter, double* P) {
+        if (hnav_filter_covariance(filter, P) == HNAV_OK) return;
+        double bias[3], sigma[3];
+        hnav_filter_gyro_bias(filter, bias, sigma);
+        std::memset(P, 0, 36 * sizeof(double));
+        for (int i = 0; i < 3; ++i) {
+            P[7 * i] = M_PI * M_PI; // no attitude: anything within half a turn
+            P[7 * (i + 3)] = sigma[i] * sigma[i];
+        }
+    }
+
+    void describe_field(Table& table) {
+        using namespace rows;
+        field_.add(table, output("field.strength", "T", "uT", "Strength of the reference field; 0 while there is none"),
+                   [](const Field& f, double* row) { *row = known(f) ? f.strength_tesla : 0; });
+        field_.add(table, output("field.dip", "rad", "deg", "Dip of the reference field below the horizon"),
+                   [](const Field& f, double* row) { *row = known(f) ? f.dip_rad : 0; });
+        field_.add<&Field::latency_s>(
+            table, output("field.latency", "s", "ms", "Estimated delay of the magnetometer behind its time stamps"));
+        field_.add<&Field::latency_sigma_s>(table, output("field.latency_sigma", "s", "ms", "Standard deviation of that delay"));
+        field_.add<&Field::evidence_s>(
+            table, output("field.evidence", "s", "", "Time for which the reference was seen, counted less at rest"));
+        field_.add<&Field::heading_trust_s>(
+            table, output("field.heading_trust", "s", "", "The same for the heading, through changes of reference"));
+        field_.add<&Field::adopted>(table, output("field.adopted", Type::integer, "References taken after the first"));
+        field_.add<&Field::gate>(
+            table, output("field.gate", Type::integer, "Last field: 0 accepted, 1 refused, 2 used with inflated noise"));
+        field_.add<&Field::at_rest>(table, output("rest.detected", Type::boolean, "The body lies still"));
+        field_.bind<&Field::gyro_calibration>(
+            table, table.add_matrix(output("gyro_calibration.S", "", "",
+                                           "Scale and misalignment of the gyroscope: rate = (I - S) reading - bias"),
+                                    3));
+    }
+
+    static bool known(const Field& field) { return !std::isnan(field.strength_tesla); }
+
+    using Innovation = Outputs<hnav_innovation, innovation_group>;
+    Outputs<hnav_attitude, attitude_group> attitude_;
+    Outputs<Bias, bias_group> bias_;
+    Outputs<hnav_posterior, posterior_group> posterior_;
+    Innovation innovation_[HNAV_SENSOR_COUNT]; // none of the gyro
+    Outputs<Covariance, covariance_group> covariance_;
+    Outputs<Status, status_group, 32> status_;
+    Outputs<Field, field_group> field_;
+};
+
+} // namespace hnav::fmu
