@@ -8,13 +8,17 @@ import pytest
 TOP = Path(__file__).resolve().parents[1]
 BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
 PRODUCTS = ("attitude", "ins_error", "calibration", "simulation")
+SHARED_BY_FMUS = ("attitude_filter", "aircraft")
+FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 # Room of the includer: the rooms that it may include from, its own beside them.
 ALLOWED = {
     **{f"c_src/{room}": {room, *below} for room, below in BELOW.items()},
     **{f"c_src/{room}": {room, "hybrid", "maths", "base"} for room in PRODUCTS},
     "c_src/c_api": {"c_api", *PRODUCTS, "hybrid", "maths", "base", "hnav"},
     "c_src/include": {"hnav"},
-    "fmu": {"adapter", "attitude", "aircraft", "hnav"},
+    # An FMU knows the library by its public headers alone, the adapter, and what FMUs of its kind share.
+    **{f"fmu/{room}": {room, "adapter", "hnav"} for room in ("adapter", *SHARED_BY_FMUS, "bench", "fuzz", "tests")},
+    **{f"fmu/{room}": {room, *SHARED_BY_FMUS, "adapter", "hnav"} for room in FMUS},
 }
 ROOMS = {room for rooms in ALLOWED.values() for room in rooms}
 # Inside attitude: the filters know what they share, and not each other.
@@ -37,6 +41,10 @@ def test_a_room_includes_only_what_it_may_know(folder):
             room = name.split("/")[0]
             if room in ROOMS and "/" in name:
                 assert room in ALLOWED[folder], f"{source.relative_to(TOP)} includes {name}"
+
+
+def test_every_folder_of_the_fmus_is_a_room():
+    assert {p.name for p in (TOP / "fmu").iterdir() if p.is_dir()} == {r.split("/")[1] for r in ALLOWED if r.startswith("fmu/")}
 
 
 @pytest.mark.parametrize("room", ALLOWED_IN_ATTITUDE)

@@ -1,5 +1,5 @@
 // The Ahrs FMU: the filter for real sensors.
-#include "attitude/filter_model.hpp"
+#include "attitude_filter/filter_model.hpp"
 
 namespace hnav::fmu {
 namespace {

@@ -1,5 +1,5 @@
 // The Hrekf FMU: the paper's filter.
-#include "attitude/filter_model.hpp"
+#include "attitude_filter/filter_model.hpp"
 
 namespace hnav::fmu {
 namespace {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "adapter/library_model.hpp"
-#include "attitude/inputs.hpp"
-#include "attitude/kind.hpp"
-#include "attitude/outputs.hpp"
+#include "attitude_filter/inputs.hpp"
+#include "attitude_filter/kind.hpp"
+#include "attitude_filter/outputs.hpp"
 
 namespace hnav::fmu {
 
