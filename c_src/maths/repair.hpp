@@ -10,7 +10,7 @@ namespace hnav {
 // A singular covariance is legal (a unit quaternion has no error along itself), so the test is a Cholesky factorisation
 // of P + 1e-12 tr(P) I. True when P had to be repaired: negative eigenvalues are set to zero.
 template <int n>
-inline bool repair(Square<n>& P) {
+bool repair(Square<n>& P) {
     const double shift = 1e-12 * P.trace() + 1e-300; // the zero matrix is legal too
     Square<n> shifted = P;
     shifted.diagonal().array() += shift;

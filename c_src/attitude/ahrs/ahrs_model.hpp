@@ -29,6 +29,8 @@
 
 namespace hnav {
 
+extern template bool repair<20>(Square<20>& P); // covariance_repair.cpp
+
 class AhrsModel {
 public:
     static constexpr int nx = 14; // q 4, G 9, clock: seconds since the last correction

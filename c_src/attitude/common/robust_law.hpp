@@ -8,8 +8,8 @@
 #pragma once
 
 #include "maths/cholesky.hpp"
+#include "maths/eigenvalues.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 
@@ -105,8 +105,7 @@ inline Square<n> inflate_block(const Square<n>& P, int first, const Eigen::Matri
 
     const Eigen::Matrix<double, k, n> LP = D.asDiagonal() * P.template middleRows<k>(first);
     const Square<k> LPL = LP.template middleCols<k>(first) * D.asDiagonal();
-    const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Square<k>>(LPL, Eigen::EigenvaluesOnly).eigenvalues().eval();
-    const double theta = inflation_theta(eigenvalues, interval_s, settings, report);
+    const double theta = inflation_theta(eigenvalues<k>(LPL), interval_s, settings, report);
     if (!(theta > 0)) return P;
 
     Square<k> W = -LPL;

@@ -12,10 +12,6 @@
 #include "maths/covariance.hpp"
 #include "maths/rotation.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <cmath>
-
 namespace hnav {
 
 // Part of a filter's state: numbers only.
@@ -92,13 +88,6 @@ inline void jump_error_map(ErrorMap& e, double interval_s, const Eigen::Matrix<d
 }
 
 // 1/s; 0 before the first correction and while a covariance is singular. Negative when the gains do not belong to P.
-inline double decay_rate(const ErrorMap& e) {
-    if (!(e.interval_s > 0)) return 0;
-    const Eigen::LLT<Square<6>> before(unpack<6>(e.before)), after(unpack<6>(e.after));
-    if (before.info() != Eigen::Success || after.info() != Eigen::Success) return 0;
-    const Square<6> Z = after.matrixL().solve(Eigen::Map<const Square<6>>(e.M) * Square<6>(before.matrixL()));
-    const double largest = Eigen::SelfAdjointEigenSolver<Square<6>>(Z * Z.transpose(), Eigen::EigenvaluesOnly).eigenvalues()[5];
-    return largest > 0 && std::isfinite(largest) ? -0.5 * std::log(largest) / e.interval_s : 0;
-}
+double decay_rate(const ErrorMap& e);
 
 } // namespace hnav

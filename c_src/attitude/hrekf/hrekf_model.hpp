@@ -23,6 +23,8 @@
 
 namespace hnav {
 
+extern template bool repair<7>(Square<7>& P); // covariance_repair.cpp
+
 class HrekfModel {
 public:
     static constexpr int nx = 35;

@@ -1,0 +1,23 @@
+// Eigenvalues of a small symmetric matrix, in ascending order.
+#pragma once
+
+#include "maths/covariance.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace hnav {
+
+// The steps of Eigen's SelfAdjointEigenSolver. Called as a whole it would bring its code for eigenvectors along, which
+// takes five times as long to compile as all of this. Reads the lower triangle.
+template <int n>
+Eigen::Matrix<double, n, 1> eigenvalues(const Square<n>& A) {
+    const Square<n> lower = A.template triangularView<Eigen::Lower>();
+    const double largest = lower.cwiseAbs().maxCoeff();
+    const double scale = largest == 0 ? 1 : largest; // with elements within [-1, 1] no square overflows
+    const Eigen::Tridiagonalization<Square<n>> tridiagonal(lower / scale);
+    Eigen::SelfAdjointEigenSolver<Square<n>> solver;
+    solver.computeFromTridiagonal(tridiagonal.diagonal(), tridiagonal.subDiagonal(), Eigen::EigenvaluesOnly);
+    return solver.eigenvalues() * scale;
+}
+
+} // namespace hnav
