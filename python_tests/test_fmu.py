@@ -495,7 +495,7 @@ def test_a_serialised_state_goes_on_in_another_process(version, tmp_path):
 
 
 @versions
-def test_a_damaged_state_is_refused(version):
+def test_a_damaged_state_is_refused_and_one_of_another_version_is_called_so(version):
     with opened(version) as fmu:
         fmu.initialise()
         set_sample(fmu, 0, 0)
@@ -508,6 +508,9 @@ def test_a_damaged_state_is_refused(version):
             with pytest.raises(HnavError, match="damaged"):
                 fmu.call(f.deserializeFMUState if fmu.fmi3 else f.deSerializeFMUstate, bytes(content))
             content[byte] ^= 1
+        content[7] -= 1
+        with pytest.raises(HnavError, match="another version"):
+            fmu.call(f.deserializeFMUState if fmu.fmi3 else f.deSerializeFMUstate, bytes(content))
 
 
 # --------------------------------------------------------------------------------------------- wrong calls

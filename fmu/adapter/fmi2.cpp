@@ -1,18 +1,18 @@
-// FMI 2.0 by name; what the calls do stands in instance.cpp.
-#include "adapter/instance.hpp"
+// FMI 2.0 by name; what the calls do stands in the files of Instance.
+#include "adapter/entry.hpp"
 
 #include <fmi2Functions.h>
-#include <cstring>
 
 namespace {
 
 using hnav::fmu::Call;
 using hnav::fmu::Instance;
+using hnav::fmu::of;
 using hnav::fmu::Status;
 using hnav::fmu::Type;
+using Snapshot = Instance::Snapshot;
 
-Instance* of(fmi2Component c) { return static_cast<Instance*>(c); }
-fmi2Status to_fmi(Status status) { return status == Status::ok ? fmi2OK : fmi2Error; }
+struct Fmi2 : hnav::fmu::Entry<fmi2Status, fmi2OK, fmi2Error> {};
 
 void log(const Instance& instance, Status status, const char* text) {
     const auto callback = reinterpret_cast<fmi2CallbackLogger>(instance.importer().callback);
@@ -22,25 +22,7 @@ void log(const Instance& instance, Status status, const char* text) {
     std::snprintf(safe, sizeof safe, "%s", text);
     for (char* p = safe; *p; ++p)
         if (*p == '%') *p = ' ';
-    callback(instance.importer().environment, instance.name(), to_fmi(status), "logStatusError", safe);
-}
-
-fmi2Status unsupported(fmi2Component c, const char* name) {
-    return c ? to_fmi(of(c)->fail("%s is not supported by this FMU", name)) : fmi2Error;
-}
-
-template <class T>
-fmi2Status get(fmi2Component c, Type type, const fmi2ValueReference* references, size_t n, T* values) {
-    if (!c) return fmi2Error;
-    if (of(c)->check_array(references, n, values, n) != Status::ok) return fmi2Error;
-    return to_fmi(of(c)->get(type, references, n, values));
-}
-
-template <class T>
-fmi2Status set(fmi2Component c, Type type, const fmi2ValueReference* references, size_t n, const T* values) {
-    if (!c) return fmi2Error;
-    if (of(c)->check_array(references, n, values, n) != Status::ok) return fmi2Error;
-    return to_fmi(of(c)->set(type, references, n, values));
+    callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), "logStatusError", safe);
 }
 
 // FMI 2 has one C type for integers and enumerations, so the row tells which it is.
@@ -60,101 +42,86 @@ extern "C" {
 const char* fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char* fmi2GetVersion(void) { return fmi2Version; }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t, const fmi2String[]) {
-    if (!c || !of(c)->allowed(Call::set_debug_logging)) return fmi2Error;
-    of(c)->logging = loggingOn != fmi2False;
-    return fmi2OK;
+// Errors alone are logged, and they always are.
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean, size_t, const fmi2String[]) {
+    return Fmi2::call(c, &Instance::permit, Call::set_debug_logging);
 }
 
 // ------------------------------------------------------------------------------------------------ life
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String,
-                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean loggingOn) {
+                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean) {
     Instance::Options options;
     options.interface = fmuType == fmi2ModelExchange ? hnav::fmu::model_exchange : hnav::fmu::co_simulation;
     Instance::Importer importer;
     if (functions) importer = {functions->componentEnvironment, reinterpret_cast<void*>(functions->logger), log};
-    Instance* made = Instance::create(instanceName, fmuGUID, options, importer);
-    if (made) made->logging = loggingOn != fmi2False;
-    return made;
+    return Instance::create(instanceName, fmuGUID, options, importer);
 }
 
 void fmi2FreeInstance(fmi2Component c) { delete of(c); }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real startTime, fmi2Boolean stopTimeDefined,
                                fmi2Real stopTime) {
-    if (!c || !of(c)->allowed(Call::enter_initialization)) return fmi2Error;
-    return to_fmi(of(c)->set_up_experiment(startTime, stopTimeDefined != fmi2False, stopTime));
+    return Fmi2::call(c, &Instance::set_up_experiment, startTime, stopTimeDefined != fmi2False, stopTime);
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return c ? to_fmi(of(c)->enter_initialization()) : fmi2Error; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return c ? to_fmi(of(c)->exit_initialization(true)) : fmi2Error; }
-fmi2Status fmi2Terminate(fmi2Component c) { return c ? to_fmi(of(c)->terminate()) : fmi2Error; }
-fmi2Status fmi2Reset(fmi2Component c) { return c ? to_fmi(of(c)->reset()) : fmi2Error; }
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return Fmi2::call(c, &Instance::enter_initialization); }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return Fmi2::call(c, &Instance::exit_initialization, true); }
+fmi2Status fmi2Terminate(fmi2Component c) { return Fmi2::call(c, &Instance::terminate); }
+fmi2Status fmi2Reset(fmi2Component c) { return Fmi2::call(c, &Instance::reset); }
 
 // ------------------------------------------------------------------------------------------------ variables
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
-    return get(c, Type::real, vr, n, value);
+    return Fmi2::get(c, Type::real, vr, n, value, n);
 }
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
-    return set(c, Type::real, vr, n, value);
+    return Fmi2::set(c, Type::real, vr, n, value, n);
 }
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]) {
-    return get(c, Type::boolean, vr, n, value);
+    return Fmi2::get(c, Type::boolean, vr, n, value, n);
 }
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {
-    return set(c, Type::boolean, vr, n, value);
+    return Fmi2::set(c, Type::boolean, vr, n, value, n);
 }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
-    if (!c || of(c)->check_array(vr, n, value, n) != Status::ok) return fmi2Error;
-    if (n == 0) return get(c, Type::integer, vr, n, value);
-    for (size_t i = 0; i < n; ++i)
-        if (get(c, integer_type(c, vr[i]), vr + i, 1, value + i) != fmi2OK) return fmi2Error;
-    return fmi2OK;
+    if (n == 0) return Fmi2::get(c, Type::integer, vr, n, value, n);
+    fmi2Status status = Fmi2::call(c, &Instance::check_array, vr, n, value, n);
+    for (size_t i = 0; i < n && status == fmi2OK; ++i) status = Fmi2::get(c, integer_type(c, vr[i]), vr + i, 1, value + i, 1);
+    return status;
 }
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
-    if (!c || of(c)->check_array(vr, n, value, n) != Status::ok) return fmi2Error;
-    for (size_t i = 0; i < n; ++i)
-        if (set(c, integer_type(c, vr[i]), vr + i, 1, value + i) != fmi2OK) return fmi2Error;
-    return fmi2OK;
+    fmi2Status status = Fmi2::call(c, &Instance::check_array, vr, n, value, n);
+    for (size_t i = 0; i < n && status == fmi2OK; ++i) status = Fmi2::set(c, integer_type(c, vr[i]), vr + i, 1, value + i, 1);
+    return status;
 }
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference[], size_t n, fmi2String[]) {
-    return n == 0 && c ? fmi2OK : unsupported(c, "GetString");
+    return n == 0 && c ? fmi2OK : Fmi2::unsupported(c, "GetString");
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference[], size_t n, const fmi2String[]) {
-    return n == 0 && c ? fmi2OK : unsupported(c, "SetString");
+    return n == 0 && c ? fmi2OK : Fmi2::unsupported(c, "SetString");
 }
 
 // ------------------------------------------------------------------------------------------------ complete state
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
-    return c ? to_fmi(of(c)->take_snapshot(reinterpret_cast<Instance::Snapshot**>(state))) : fmi2Error;
+    return Fmi2::call(c, &Instance::take_snapshot, reinterpret_cast<Snapshot**>(state));
 }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    return c ? to_fmi(of(c)->restore_snapshot(static_cast<Instance::Snapshot*>(state))) : fmi2Error;
+    return Fmi2::call(c, &Instance::restore_snapshot, static_cast<Snapshot*>(state));
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
-    if (!c) return fmi2Error;
-    if (!state) return fmi2OK;
-    Instance::free_snapshot(static_cast<Instance::Snapshot*>(*state));
-    *state = nullptr;
-    return fmi2OK;
+    return Fmi2::call(c, &Instance::release_snapshot, reinterpret_cast<Snapshot**>(state));
 }
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
-    if (!c) return fmi2Error;
-    if (!state || !size) return to_fmi(of(c)->fail("SerializedFMUstateSize got a null pointer"));
-    *size = static_cast<Instance::Snapshot*>(state)->bytes;
-    return fmi2OK;
+    return Fmi2::call(c, &Instance::get_snapshot_bytes, static_cast<Snapshot*>(state), size);
 }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    return c ? to_fmi(of(c)->serialise(static_cast<Instance::Snapshot*>(state), reinterpret_cast<unsigned char*>(bytes), size))
-             : fmi2Error;
+    return Fmi2::call(c, &Instance::serialise, static_cast<Snapshot*>(state), reinterpret_cast<unsigned char*>(bytes), size);
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate* state) {
-    return c ? to_fmi(of(c)->deserialise(reinterpret_cast<const unsigned char*>(bytes), size,
-                                         reinterpret_cast<Instance::Snapshot**>(state)))
-             : fmi2Error;
+    return Fmi2::call(c, &Instance::deserialise, reinterpret_cast<const unsigned char*>(bytes), size,
+                      reinterpret_cast<Snapshot**>(state));
 }
 
 // ------------------------------------------------------------------------------------------------ derivatives
@@ -162,80 +129,79 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown[], size_t nUnknown,
                                         const fmi2ValueReference vKnown[], size_t nKnown, const fmi2Real dvKnown[],
                                         fmi2Real dvUnknown[]) {
-    return c ? to_fmi(of(c)->directional_derivative(vUnknown, nUnknown, vKnown, nKnown, dvKnown, dvUnknown)) : fmi2Error;
+    return Fmi2::call(c, &Instance::directional_derivative, vUnknown, nUnknown, vKnown, nKnown, dvKnown, dvUnknown);
 }
 
 // ------------------------------------------------------------------------------------------------ Model Exchange
 
 fmi2Status fmi2EnterEventMode(fmi2Component c) {
-    return c ? to_fmi(of(c)->change_mode(Call::enter_event_mode, hnav::fmu::event)) : fmi2Error;
+    return Fmi2::call(c, &Instance::change_mode, Call::enter_event_mode, hnav::fmu::event);
 }
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
     if (!c) return fmi2Error;
-    if (!info) return to_fmi(of(c)->fail("NewDiscreteStates got a null pointer"));
+    if (!info) return Fmi2::fail(c, "NewDiscreteStates got a null pointer");
     Instance::Events events;
     const Status status = of(c)->update_discrete_states(&events);
     info->newDiscreteStatesNeeded = info->terminateSimulation = fmi2False;
     info->nominalsOfContinuousStatesChanged = info->valuesOfContinuousStatesChanged = events.states_changed;
     info->nextEventTimeDefined = events.next_event_defined;
     info->nextEventTime = events.next_event_s;
-    return to_fmi(status);
+    return Fmi2::to_fmi(status);
 }
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-    return c ? to_fmi(of(c)->change_mode(Call::enter_continuous_time_mode, hnav::fmu::continuous)) : fmi2Error;
+    return Fmi2::call(c, &Instance::change_mode, Call::enter_continuous_time_mode, hnav::fmu::continuous);
 }
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean* enterEventMode,
                                        fmi2Boolean* terminateSimulation) {
     if (!c) return fmi2Error;
-    if (!enterEventMode || !terminateSimulation) return to_fmi(of(c)->fail("CompletedIntegratorStep got a null pointer"));
+    if (!enterEventMode || !terminateSimulation) return Fmi2::fail(c, "CompletedIntegratorStep got a null pointer");
     *enterEventMode = *terminateSimulation = fmi2False;
-    return to_fmi(of(c)->completed_integrator_step());
+    return Fmi2::call(c, &Instance::permit, Call::completed_integrator_step);
 }
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return c ? to_fmi(of(c)->set_time(time)) : fmi2Error; }
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return Fmi2::call(c, &Instance::set_time, time); }
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
-    return c ? to_fmi(of(c)->set_states(x, nx)) : fmi2Error;
+    return Fmi2::call(c, &Instance::set_states, x, nx);
 }
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
-    return c ? to_fmi(of(c)->get_derivatives(derivatives, nx)) : fmi2Error;
+    return Fmi2::call(c, &Instance::get_derivatives, derivatives, nx);
 }
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t n) {
-    if (!c || !of(c)->allowed(Call::get_continuous_states)) return fmi2Error;
-    return n == 0 ? fmi2OK : to_fmi(of(c)->fail("there are no event indicators, but %zu were asked for", n));
-}
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t n) { return Fmi2::no_event_indicators(c, n); }
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
-    return c ? to_fmi(of(c)->get_states(x, nx)) : fmi2Error;
+    return Fmi2::call(c, &Instance::get_states, x, nx);
 }
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t nx) {
-    return c ? to_fmi(of(c)->get_nominals(nominals, nx)) : fmi2Error;
+    return Fmi2::call(c, &Instance::get_nominals, nominals, nx);
 }
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[],
                                        const fmi2Real[]) {
-    return unsupported(c, "SetRealInputDerivatives");
+    return Fmi2::unsupported(c, "SetRealInputDerivatives");
 }
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference[], size_t, const fmi2Integer[], fmi2Real[]) {
-    return unsupported(c, "GetRealOutputDerivatives");
+    return Fmi2::unsupported(c, "GetRealOutputDerivatives");
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize, fmi2Boolean) {
     if (!c) return fmi2Error;
     Instance::Step step;
-    return to_fmi(of(c)->do_step(currentCommunicationPoint, communicationStepSize, nullptr, &step));
+    return Fmi2::to_fmi(of(c)->do_step(currentCommunicationPoint, communicationStepSize, nullptr, &step));
 }
-fmi2Status fmi2CancelStep(fmi2Component c) { return unsupported(c, "CancelStep"); }
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind, fmi2Status*) { return unsupported(c, "GetStatus"); }
+fmi2Status fmi2CancelStep(fmi2Component c) { return Fmi2::unsupported(c, "CancelStep"); }
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind, fmi2Status*) { return Fmi2::unsupported(c, "GetStatus"); }
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real* value) {
-    if (!c || !value || kind != fmi2LastSuccessfulTime) return unsupported(c, "GetRealStatus");
+    if (!c || !value || kind != fmi2LastSuccessfulTime) return Fmi2::unsupported(c, "GetRealStatus");
     *value = of(c)->time_s();
     return fmi2OK;
 }
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind, fmi2Integer*) {
-    return unsupported(c, "GetIntegerStatus");
+    return Fmi2::unsupported(c, "GetIntegerStatus");
 }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind, fmi2Boolean*) {
-    return unsupported(c, "GetBooleanStatus");
+    return Fmi2::unsupported(c, "GetBooleanStatus");
 }
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) { return unsupported(c, "GetStringStatus"); }
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) {
+    return Fmi2::unsupported(c, "GetStringStatus");
+}
 
 } // extern "C"

@@ -1,22 +1,22 @@
-// FMI 3.0 by name; what the calls do stands in instance.cpp.
-#include "adapter/instance.hpp"
+// FMI 3.0 by name; what the calls do stands in the files of Instance.
+#include "adapter/entry.hpp"
 
 #include <fmi3Functions.h>
-#include <cstring>
 
 namespace {
 
 using hnav::fmu::Call;
 using hnav::fmu::Instance;
+using hnav::fmu::of;
 using hnav::fmu::Status;
 using hnav::fmu::Type;
+using Snapshot = Instance::Snapshot;
 
-Instance* of(fmi3Instance instance) { return static_cast<Instance*>(instance); }
-fmi3Status to_fmi(Status status) { return status == Status::ok ? fmi3OK : fmi3Error; }
+struct Fmi3 : hnav::fmu::Entry<fmi3Status, fmi3OK, fmi3Error> {};
 
 void log(const Instance& instance, Status status, const char* text) {
     if (const auto callback = reinterpret_cast<fmi3LogMessageCallback>(instance.importer().callback))
-        callback(instance.importer().environment, to_fmi(status), "logStatusError", text);
+        callback(instance.importer().environment, Fmi3::to_fmi(status), "logStatusError", text);
 }
 
 Instance::Importer importer(fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback) {
@@ -31,30 +31,10 @@ void intermediate_update(Instance& instance, double t_s) {
              &early_return_time);
 }
 
-// Calls of capabilities that this FMU declares not to have.
-fmi3Status unsupported(fmi3Instance instance, const char* name) {
-    return instance ? to_fmi(of(instance)->fail("%s is not supported by this FMU", name)) : fmi3Error;
-}
-
 // A type without variables: only the empty request is right.
 fmi3Status none_of_type(fmi3Instance instance, size_t n, const char* type) {
     if (!instance) return fmi3Error;
-    return n == 0 ? fmi3OK : to_fmi(of(instance)->fail("there are no variables of type %s", type));
-}
-
-template <class T>
-fmi3Status get(fmi3Instance instance, Type type, const fmi3ValueReference* references, size_t n, T* values, size_t n_values) {
-    if (!instance) return fmi3Error;
-    if (of(instance)->check_array(references, n, values, n_values) != Status::ok) return fmi3Error;
-    return to_fmi(of(instance)->get(type, references, n, values));
-}
-
-template <class T>
-fmi3Status set(fmi3Instance instance, Type type, const fmi3ValueReference* references, size_t n, const T* values,
-               size_t n_values) {
-    if (!instance) return fmi3Error;
-    if (of(instance)->check_array(references, n, values, n_values) != Status::ok) return fmi3Error;
-    return to_fmi(of(instance)->set(type, references, n, values));
+    return n == 0 ? fmi3OK : Fmi3::to_fmi(of(instance)->fail("there are no variables of type %s", type));
 }
 
 } // namespace
@@ -66,35 +46,30 @@ extern "C" {
 
 const char* fmi3GetVersion(void) { return fmi3Version; }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t, const fmi3String*) {
-    if (!instance || !of(instance)->allowed(Call::set_debug_logging)) return fmi3Error;
-    of(instance)->logging = loggingOn;
-    return fmi3OK;
+// Errors alone are logged, and they always are.
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean, size_t, const fmi3String*) {
+    return Fmi3::call(instance, &Instance::permit, Call::set_debug_logging);
 }
 
 // ------------------------------------------------------------------------------------------------ life
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                          fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
+                                          fmi3Boolean, fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage) {
     Instance::Options options;
     options.interface = hnav::fmu::model_exchange;
-    Instance* made = Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));
-    if (made) made->logging = loggingOn;
-    return made;
+    return Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                         fmi3Boolean loggingOn, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+                                         fmi3Boolean, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
                                          const fmi3ValueReference*, size_t, fmi3InstanceEnvironment instanceEnvironment,
                                          fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate) {
     Instance::Options options;
     options.event_mode_used = eventModeUsed;
     options.early_return_allowed = earlyReturnAllowed;
     Instance* made = Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));
-    if (!made) return nullptr;
-    made->logging = loggingOn;
-    made->intermediate_callback = reinterpret_cast<void*>(intermediateUpdate);
+    if (made) made->intermediate_callback = reinterpret_cast<void*>(intermediateUpdate);
     return made;
 }
 
@@ -111,57 +86,56 @@ void fmi3FreeInstance(fmi3Instance instance) { delete of(instance); }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean, fmi3Float64, fmi3Float64 startTime,
                                        fmi3Boolean stopTimeDefined, fmi3Float64 stopTime) {
-    if (!instance || !of(instance)->allowed(Call::enter_initialization)) return fmi3Error;
-    if (of(instance)->set_up_experiment(startTime, stopTimeDefined, stopTime) != Status::ok) return fmi3Error;
-    return to_fmi(of(instance)->enter_initialization());
+    const fmi3Status status = Fmi3::call(instance, &Instance::set_up_experiment, startTime, stopTimeDefined, stopTime);
+    return status == fmi3OK ? Fmi3::call(instance, &Instance::enter_initialization) : status;
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
-    return instance ? to_fmi(of(instance)->exit_initialization(false)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::exit_initialization, false);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
-    return instance ? to_fmi(of(instance)->change_mode(Call::enter_event_mode, hnav::fmu::event)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::change_mode, Call::enter_event_mode, hnav::fmu::event);
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
-    return instance ? to_fmi(of(instance)->change_mode(Call::enter_step_mode, hnav::fmu::step)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::change_mode, Call::enter_step_mode, hnav::fmu::step);
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
-    return instance ? to_fmi(of(instance)->change_mode(Call::enter_continuous_time_mode, hnav::fmu::continuous)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::change_mode, Call::enter_continuous_time_mode, hnav::fmu::continuous);
 }
 
-fmi3Status fmi3Terminate(fmi3Instance instance) { return instance ? to_fmi(of(instance)->terminate()) : fmi3Error; }
-fmi3Status fmi3Reset(fmi3Instance instance) { return instance ? to_fmi(of(instance)->reset()) : fmi3Error; }
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) { return unsupported(instance, "EnterConfigurationMode"); }
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) { return unsupported(instance, "ExitConfigurationMode"); }
+fmi3Status fmi3Terminate(fmi3Instance instance) { return Fmi3::call(instance, &Instance::terminate); }
+fmi3Status fmi3Reset(fmi3Instance instance) { return Fmi3::call(instance, &Instance::reset); }
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) { return Fmi3::unsupported(instance, "EnterConfigurationMode"); }
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) { return Fmi3::unsupported(instance, "ExitConfigurationMode"); }
 
 // ------------------------------------------------------------------------------------------------ variables
 
 fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[], size_t n_values) {
-    return get(i, Type::real, vr, n, values, n_values);
+    return Fmi3::get(i, Type::real, vr, n, values, n_values);
 }
 fmi3Status fmi3GetInt32(fmi3Instance i, const fmi3ValueReference vr[], size_t n, fmi3Int32 values[], size_t n_values) {
-    return get(i, Type::integer, vr, n, values, n_values);
+    return Fmi3::get(i, Type::integer, vr, n, values, n_values);
 }
 fmi3Status fmi3GetInt64(fmi3Instance i, const fmi3ValueReference vr[], size_t n, fmi3Int64 values[], size_t n_values) {
-    return get(i, Type::enumeration, vr, n, values, n_values);
+    return Fmi3::get(i, Type::enumeration, vr, n, values, n_values);
 }
 fmi3Status fmi3GetBoolean(fmi3Instance i, const fmi3ValueReference vr[], size_t n, fmi3Boolean values[], size_t n_values) {
-    return get(i, Type::boolean, vr, n, values, n_values);
+    return Fmi3::get(i, Type::boolean, vr, n, values, n_values);
 }
 fmi3Status fmi3SetFloat64(fmi3Instance i, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[], size_t n_values) {
-    return set(i, Type::real, vr, n, values, n_values);
+    return Fmi3::set(i, Type::real, vr, n, values, n_values);
 }
 fmi3Status fmi3SetInt32(fmi3Instance i, const fmi3ValueReference vr[], size_t n, const fmi3Int32 values[], size_t n_values) {
-    return set(i, Type::integer, vr, n, values, n_values);
+    return Fmi3::set(i, Type::integer, vr, n, values, n_values);
 }
 fmi3Status fmi3SetInt64(fmi3Instance i, const fmi3ValueReference vr[], size_t n, const fmi3Int64 values[], size_t n_values) {
-    return set(i, Type::enumeration, vr, n, values, n_values);
+    return Fmi3::set(i, Type::enumeration, vr, n, values, n_values);
 }
 fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference vr[], size_t n, const fmi3Boolean values[], size_t n_values) {
-    return set(i, Type::boolean, vr, n, values, n_values);
+    return Fmi3::set(i, Type::boolean, vr, n, values, n_values);
 }
 
 #define NO_VARIABLES(T)                                                                                                          \
@@ -193,39 +167,32 @@ fmi3Status fmi3SetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, co
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance i, fmi3ValueReference, size_t*) {
-    return unsupported(i, "GetNumberOfVariableDependencies");
+    return Fmi3::unsupported(i, "GetNumberOfVariableDependencies");
 }
 fmi3Status fmi3GetVariableDependencies(fmi3Instance i, fmi3ValueReference, size_t[], fmi3ValueReference[], size_t[],
                                        fmi3DependencyKind[], size_t) {
-    return unsupported(i, "GetVariableDependencies");
+    return Fmi3::unsupported(i, "GetVariableDependencies");
 }
 
 // ------------------------------------------------------------------------------------------------ complete state
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState* state) {
-    return instance ? to_fmi(of(instance)->take_snapshot(reinterpret_cast<Instance::Snapshot**>(state))) : fmi3Error;
+    return Fmi3::call(instance, &Instance::take_snapshot, reinterpret_cast<Snapshot**>(state));
 }
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
-    return instance ? to_fmi(of(instance)->restore_snapshot(static_cast<Instance::Snapshot*>(state))) : fmi3Error;
+    return Fmi3::call(instance, &Instance::restore_snapshot, static_cast<Snapshot*>(state));
 }
 fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState* state) {
-    if (!instance) return fmi3Error;
-    if (!state) return fmi3OK;
-    Instance::free_snapshot(static_cast<Instance::Snapshot*>(*state));
-    *state = nullptr;
-    return fmi3OK;
+    return Fmi3::call(instance, &Instance::release_snapshot, reinterpret_cast<Snapshot**>(state));
 }
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t* size) {
-    if (!instance) return fmi3Error;
-    if (!state || !size) return to_fmi(of(instance)->fail("SerializedFMUStateSize got a null pointer"));
-    *size = static_cast<Instance::Snapshot*>(state)->bytes;
-    return fmi3OK;
+    return Fmi3::call(instance, &Instance::get_snapshot_bytes, static_cast<Snapshot*>(state), size);
 }
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    return instance ? to_fmi(of(instance)->serialise(static_cast<Instance::Snapshot*>(state), bytes, size)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::serialise, static_cast<Snapshot*>(state), bytes, size);
 }
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState* state) {
-    return instance ? to_fmi(of(instance)->deserialise(bytes, size, reinterpret_cast<Instance::Snapshot**>(state))) : fmi3Error;
+    return Fmi3::call(instance, &Instance::deserialise, bytes, size, reinterpret_cast<Snapshot**>(state));
 }
 
 // ------------------------------------------------------------------------------------------------ derivatives
@@ -235,50 +202,50 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         fmi3Float64 sensitivity[], size_t nSensitivity) {
     if (!instance) return fmi3Error;
     if (nKnowns != nSeed || nUnknowns != nSensitivity)
-        return to_fmi(of(instance)->fail("GetDirectionalDerivative: all variables are scalars, but the array sizes differ"));
-    return to_fmi(of(instance)->directional_derivative(unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity));
+        return Fmi3::fail(instance, "GetDirectionalDerivative: all variables are scalars, but the array sizes differ");
+    return Fmi3::to_fmi(of(instance)->directional_derivative(unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity));
 }
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3ValueReference[], size_t,
                                     const fmi3Float64[], size_t, fmi3Float64[], size_t) {
-    return unsupported(i, "GetAdjointDerivative");
+    return Fmi3::unsupported(i, "GetAdjointDerivative");
 }
 
 // ------------------------------------------------------------------------------------------------ clocks: none
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3Float64[], fmi3IntervalQualifier[]) {
-    return unsupported(i, "GetIntervalDecimal");
+    return Fmi3::unsupported(i, "GetIntervalDecimal");
 }
 fmi3Status fmi3GetIntervalFraction(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3UInt64[], fmi3UInt64[],
                                    fmi3IntervalQualifier[]) {
-    return unsupported(i, "GetIntervalFraction");
+    return Fmi3::unsupported(i, "GetIntervalFraction");
 }
 fmi3Status fmi3GetShiftDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3Float64[]) {
-    return unsupported(i, "GetShiftDecimal");
+    return Fmi3::unsupported(i, "GetShiftDecimal");
 }
 fmi3Status fmi3GetShiftFraction(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3UInt64[], fmi3UInt64[]) {
-    return unsupported(i, "GetShiftFraction");
+    return Fmi3::unsupported(i, "GetShiftFraction");
 }
 fmi3Status fmi3SetIntervalDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3Float64[]) {
-    return unsupported(i, "SetIntervalDecimal");
+    return Fmi3::unsupported(i, "SetIntervalDecimal");
 }
 fmi3Status fmi3SetIntervalFraction(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3UInt64[], const fmi3UInt64[]) {
-    return unsupported(i, "SetIntervalFraction");
+    return Fmi3::unsupported(i, "SetIntervalFraction");
 }
 fmi3Status fmi3SetShiftDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3Float64[]) {
-    return unsupported(i, "SetShiftDecimal");
+    return Fmi3::unsupported(i, "SetShiftDecimal");
 }
 fmi3Status fmi3SetShiftFraction(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3UInt64[], const fmi3UInt64[]) {
-    return unsupported(i, "SetShiftFraction");
+    return Fmi3::unsupported(i, "SetShiftFraction");
 }
 fmi3Status fmi3ActivateModelPartition(fmi3Instance i, fmi3ValueReference, fmi3Float64) {
-    return unsupported(i, "ActivateModelPartition");
+    return Fmi3::unsupported(i, "ActivateModelPartition");
 }
 
 // ------------------------------------------------------------------------------------------------ events
 
 // Nothing is to be evaluated apart from an update: outputs follow the states of the last event.
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-    return instance && of(instance)->allowed(Call::update_discrete_states) ? fmi3OK : fmi3Error;
+    return Fmi3::call(instance, &Instance::permit, Call::update_discrete_states);
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discreteStatesNeedUpdate,
@@ -288,62 +255,59 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discrete
     if (!instance) return fmi3Error;
     if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged ||
         !valuesOfContinuousStatesChanged || !nextEventTimeDefined || !nextEventTime)
-        return to_fmi(of(instance)->fail("UpdateDiscreteStates got a null pointer"));
+        return Fmi3::fail(instance, "UpdateDiscreteStates got a null pointer");
     Instance::Events events;
     const Status status = of(instance)->update_discrete_states(&events);
     *discreteStatesNeedUpdate = *terminateSimulation = fmi3False;
     *nominalsOfContinuousStatesChanged = *valuesOfContinuousStatesChanged = events.states_changed;
     *nextEventTimeDefined = events.next_event_defined;
     *nextEventTime = events.next_event_s;
-    return to_fmi(status);
+    return Fmi3::to_fmi(status);
 }
 
 // ------------------------------------------------------------------------------------------------ Model Exchange
 
-fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
-    return instance ? to_fmi(of(instance)->set_time(time)) : fmi3Error;
-}
+fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) { return Fmi3::call(instance, &Instance::set_time, time); }
 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 states[], size_t n) {
-    return instance ? to_fmi(of(instance)->set_states(states, n)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::set_states, states, n);
 }
 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 states[], size_t n) {
-    return instance ? to_fmi(of(instance)->get_states(states, n)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::get_states, states, n);
 }
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[], size_t n) {
-    return instance ? to_fmi(of(instance)->get_derivatives(derivatives, n)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::get_derivatives, derivatives, n);
 }
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t n) {
-    return instance ? to_fmi(of(instance)->get_nominals(nominals, n)) : fmi3Error;
+    return Fmi3::call(instance, &Instance::get_nominals, nominals, n);
 }
 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64[], size_t n) {
-    if (!instance || !of(instance)->allowed(Call::get_continuous_states)) return fmi3Error;
-    return n == 0 ? fmi3OK : to_fmi(of(instance)->fail("there are no event indicators, but %zu were asked for", n));
+    return Fmi3::no_event_indicators(instance, n);
 }
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
-    if (!n) return to_fmi(of(instance)->fail("GetNumberOfEventIndicators got a null pointer"));
+    if (!n) return Fmi3::fail(instance, "GetNumberOfEventIndicators got a null pointer");
     *n = 0;
     return fmi3OK;
 }
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
-    if (!n) return to_fmi(of(instance)->fail("GetNumberOfContinuousStates got a null pointer"));
+    if (!n) return Fmi3::fail(instance, "GetNumberOfContinuousStates got a null pointer");
     *n = static_cast<size_t>(hnav::fmu::model_info.nx);
     return fmi3OK;
 }
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode,
                                        fmi3Boolean* terminateSimulation) {
     if (!instance) return fmi3Error;
-    if (!enterEventMode || !terminateSimulation) return to_fmi(of(instance)->fail("CompletedIntegratorStep got a null pointer"));
+    if (!enterEventMode || !terminateSimulation) return Fmi3::fail(instance, "CompletedIntegratorStep got a null pointer");
     *enterEventMode = *terminateSimulation = fmi3False;
-    return to_fmi(of(instance)->completed_integrator_step());
+    return Fmi3::call(instance, &Instance::permit, Call::completed_integrator_step);
 }
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance i, const fmi3ValueReference[], size_t, const fmi3Int32[], fmi3Float64[],
                                     size_t) {
-    return unsupported(i, "GetOutputDerivatives");
+    return Fmi3::unsupported(i, "GetOutputDerivatives");
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
@@ -351,7 +315,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Float64* lastSuccessfulTime) {
     if (!instance) return fmi3Error;
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
-        return to_fmi(of(instance)->fail("DoStep got a null pointer"));
+        return Fmi3::fail(instance, "DoStep got a null pointer");
     Instance::Step step;
     const Status status = of(instance)->do_step(currentCommunicationPoint, communicationStepSize,
                                                 of(instance)->intermediate_callback ? intermediate_update : nullptr, &step);
@@ -359,7 +323,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *terminateSimulation = fmi3False;
     *earlyReturn = step.early_return;
     *lastSuccessfulTime = step.last_successful_s;
-    return to_fmi(status);
+    return Fmi3::to_fmi(status);
 }
 
 } // extern "C"

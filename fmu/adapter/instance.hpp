@@ -48,6 +48,7 @@ public:
 
     // Says why and answers false when the call may not come now.
     bool allowed(Call call) const;
+    Status permit(Call call) const { return allowed(call) ? Status::ok : Status::error; }
     Status fail(const char* format, ...) const __attribute__((format(printf, 2, 3)));
 
     // -------------------------------------------------------------------------------------------- life
@@ -76,7 +77,6 @@ public:
     Status get_states(double* x, std::size_t n);
     Status get_derivatives(double* dx, std::size_t n);
     Status get_nominals(double* nominals, std::size_t n);
-    Status completed_integrator_step();
     Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
                                   const double* seed, double* sensitivity);
 
@@ -86,7 +86,8 @@ public:
     }; // followed by the numbers
     Status take_snapshot(Snapshot** snapshot);
     Status restore_snapshot(const Snapshot* snapshot);
-    static void free_snapshot(Snapshot* snapshot) { std::free(snapshot); }
+    Status release_snapshot(Snapshot** snapshot) const;
+    Status get_snapshot_bytes(const Snapshot* snapshot, std::size_t* bytes) const;
     Status serialise(const Snapshot* snapshot, unsigned char* bytes, std::size_t size) const;
     Status deserialise(const unsigned char* bytes, std::size_t size, Snapshot** snapshot) const;
 
@@ -96,7 +97,6 @@ public:
     const Importer& importer() const { return importer_; }
     const char* name() const { return name_; }
     double time_s() const { return time_s_; }
-    bool logging = false;
     void* intermediate_callback = nullptr;
 
     static void format_token(std::uint64_t token, char* text, std::size_t size);
@@ -107,7 +107,15 @@ private:
     Instance() = default;
     void restart();
     Status set_up_check(const char* name, const char* token);
-    Status check_value(int row, double value) const;
+    // The row that an importer names; null when there is none, or none of this type, which is said.
+    const Variable* row_of(unsigned reference) const;
+    const Variable* row_of(unsigned reference, Type type) const;
+    Status check_value(const Variable& row, double value) const;
+    Status check_states(const double* x, std::size_t n) const;
+    Status sum_seeds(const unsigned* knowns, std::size_t n, const double* seed, double* direction) const;
+    Status flow_sensitivity(const unsigned* unknowns, std::size_t n, const double* along, double* sensitivity,
+                            bool* outputs) const;
+    void output_sensitivity(const unsigned* unknowns, std::size_t n, const double* direction, double* x, double* sensitivity);
     double* written() { return values_ + table_.size(); }
     void refresh(unsigned groups);
     std::size_t snapshot_bytes() const;

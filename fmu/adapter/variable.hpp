@@ -42,6 +42,12 @@ struct Variable {
     bool is_state;
 };
 
+// FNV-1a, 64 bits.
+struct Hash {
+    std::uint64_t value = 14695981039346656037ull;
+    void add(unsigned char byte) { value = (value ^ byte) * 1099511628211ull; }
+};
+
 class Table {
 public:
     ~Table() { std::free(rows_); }
@@ -88,14 +94,13 @@ public:
 
     // Stamps names, types and order: an importer with the description of another version is turned away.
     std::uint64_t token() const {
-        std::uint64_t hash = 14695981039346656037ull;
-        const auto mix = [&hash](unsigned char byte) { hash = (hash ^ byte) * 1099511628211ull; };
+        Hash hash;
         for (int i = 0; i < size_; ++i) {
-            for (const char* c = rows_[i].name; *c; ++c) mix(static_cast<unsigned char>(*c));
-            mix(static_cast<unsigned char>(rows_[i].type));
-            mix(static_cast<unsigned char>(rows_[i].causality));
+            for (const char* c = rows_[i].name; *c; ++c) hash.add(static_cast<unsigned char>(*c));
+            hash.add(static_cast<unsigned char>(rows_[i].type));
+            hash.add(static_cast<unsigned char>(rows_[i].causality));
         }
-        return hash;
+        return hash.value;
     }
 
 private:

@@ -1,0 +1,48 @@
+// What describes an FMU, written from its table. Nothing in it depends on the day or the machine: equal sources give equal
+// bytes.
+#pragma once
+
+#include "adapter/model.hpp"
+
+namespace hnav::fmu {
+
+struct Writer {
+    FILE* file;
+    bool fmi3;
+    const Table& table;
+
+    void text(const char* s) const { std::fputs(s, file); }
+
+    // Text of an attribute or element.
+    void escaped(const char* s) const {
+        for (; *s; ++s) switch (*s) {
+            case '<': text("&lt;"); break;
+            case '>': text("&gt;"); break;
+            case '&': text("&amp;"); break;
+            case '"': text("&quot;"); break;
+            default: std::fputc(*s, file);
+            }
+    }
+
+    void attribute(const char* name, const char* value) const {
+        std::fprintf(file, " %s=\"", name);
+        escaped(value);
+        text("\"");
+    }
+    void attribute(const char* name, double value) const { std::fprintf(file, " %s=\"%.17g\"", name, value); }
+    void attribute(const char* name, int value) const { std::fprintf(file, " %s=\"%d\"", name, value); }
+};
+
+// As FMI spells them.
+const char* type_element(Type type, bool fmi3);
+const char* name_of(Causality causality);
+
+// Of parameters and inputs the start value is the importer's to set.
+inline bool has_start(const Variable& v) { return v.causality == Causality::parameter || v.causality == Causality::input; }
+
+void write_model_description(const Writer& w, const char* version);
+void write_terminals(const Writer& w);
+// The page that begins with the file `introduction`; false: it cannot be read.
+bool write_documentation(const Writer& w, const char* introduction);
+
+} // namespace hnav::fmu

@@ -1,0 +1,47 @@
+// What the entry points of both versions of FMI share: an instance behind the importer's pointer, and a status in return.
+#pragma once
+
+#include "adapter/instance.hpp"
+
+namespace hnav::fmu {
+
+inline Instance* of(void* instance) { return static_cast<Instance*>(instance); }
+
+// FmiStatus: the enumeration of the version, with its values for success and failure.
+template <class FmiStatus, FmiStatus ok, FmiStatus error>
+struct Entry {
+    static FmiStatus to_fmi(Status status) { return status == Status::ok ? ok : error; }
+
+    // A call of a method of the instance; without an instance there is nobody to tell.
+    template <class Method, class... Arguments>
+    static FmiStatus call(void* instance, Method method, Arguments... arguments) {
+        return instance ? to_fmi((of(instance)->*method)(arguments...)) : error;
+    }
+
+    static FmiStatus fail(void* instance, const char* text) { return instance ? to_fmi(of(instance)->fail("%s", text)) : error; }
+
+    // Calls of capabilities that no FMU of ours has.
+    static FmiStatus unsupported(void* instance, const char* name) {
+        return instance ? to_fmi(of(instance)->fail("%s is not supported by this FMU", name)) : error;
+    }
+
+    template <class T>
+    static FmiStatus get(void* instance, Type type, const unsigned* references, std::size_t n, T* values, std::size_t n_values) {
+        if (call(instance, &Instance::check_array, references, n, values, n_values) != ok) return error;
+        return to_fmi(of(instance)->get(type, references, n, values));
+    }
+
+    template <class T>
+    static FmiStatus set(void* instance, Type type, const unsigned* references, std::size_t n, const T* values,
+                         std::size_t n_values) {
+        if (call(instance, &Instance::check_array, references, n, values, n_values) != ok) return error;
+        return to_fmi(of(instance)->set(type, references, n, values));
+    }
+
+    static FmiStatus no_event_indicators(void* instance, std::size_t n) {
+        if (!instance || !of(instance)->allowed(Call::get_continuous_states)) return error;
+        return n == 0 ? ok : to_fmi(of(instance)->fail("there are no event indicators, but %zu were asked for", n));
+    }
+};
+
+} // namespace hnav::fmu

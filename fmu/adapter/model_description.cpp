@@ -1,0 +1,242 @@
+// modelDescription.xml of both versions.
+#include "adapter/description.hpp"
+#include "adapter/instance.hpp"
+#include "adapter/units.hpp"
+
+#include <cstring>
+
+namespace hnav::fmu {
+
+const char* type_element(Type type, bool fmi3) {
+    switch (type) {
+    case Type::real: return fmi3 ? "Float64" : "Real";
+    case Type::integer: return fmi3 ? "Int32" : "Integer";
+    case Type::boolean: return "Boolean";
+    default: return "Enumeration";
+    }
+}
+
+const char* name_of(Causality causality) {
+    constexpr const char* names[] = {"independent", "parameter", "calculatedParameter", "input", "output", "local"};
+    return names[static_cast<int>(causality)];
+}
+
+namespace {
+
+const char* const yes = "true";
+
+const char* name_of(Variability variability) {
+    constexpr const char* names[] = {"fixed", "discrete", "continuous"};
+    return names[static_cast<int>(variability)];
+}
+
+bool is_calculated(const Variable& v) {
+    return v.causality == Causality::output || v.causality == Causality::local || v.causality == Causality::calculated;
+}
+
+// ------------------------------------------------------------------------------------------------ head
+
+void write_interfaces(const Writer& w) {
+    if (model_info.model_exchange) {
+        w.text("  <ModelExchange");
+        w.attribute("modelIdentifier", model_info.name);
+        w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
+        w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
+        w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
+        w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
+        w.text("/>\n");
+    }
+    w.text("  <CoSimulation");
+    w.attribute("modelIdentifier", model_info.name);
+    w.attribute("canHandleVariableCommunicationStepSize", yes);
+    w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
+    w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
+    if (w.fmi3) {
+        w.attribute("hasEventMode", yes);
+        w.attribute("providesIntermediateUpdate", yes);
+    }
+    w.text("/>\n");
+}
+
+void write_units(const Writer& w) {
+    w.text("  <UnitDefinitions>\n");
+    for (const Unit& unit : units) {
+        bool used = false;
+        for (int i = 0; i < w.table.size(); ++i) used = used || !std::strcmp(w.table[i].unit, unit.name);
+        if (!used) continue;
+        w.text("    <Unit");
+        w.attribute("name", unit.name);
+        w.text(">");
+        if (unit.has_base) {
+            w.text("<BaseUnit");
+            const struct {
+                const char* name;
+                int exponent;
+            } exponents[] = {{"kg", unit.kg}, {"m", unit.m}, {"s", unit.s}, {"A", unit.A}, {"rad", unit.rad}};
+            for (const auto& e : exponents)
+                if (e.exponent) w.attribute(e.name, e.exponent);
+            w.text("/>");
+            for (const DisplayUnit& display : unit.display) {
+                if (!display.name) break;
+                w.text("<DisplayUnit");
+                w.attribute("name", display.name);
+                w.attribute("factor", display.factor);
+                w.text("/>");
+            }
+        }
+        w.text("</Unit>\n");
+    }
+    w.text("  </UnitDefinitions>\n");
+}
+
+void write_choices(const Writer& w) {
+    bool any = false; // the schema has no empty list
+    for (int i = 0; i < w.table.size(); ++i) {
+        const Variable& v = w.table[i];
+        if (v.type != Type::enumeration) continue;
+        if (!any) w.text("  <TypeDefinitions>\n");
+        any = true;
+        std::fprintf(w.file,
+                     w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>",
+                     v.name);
+        for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"/>", v.choices[k], k);
+        w.text(w.fmi3 ? "</EnumerationType>\n" : "</Enumeration></SimpleType>\n");
+    }
+    if (any) w.text("  </TypeDefinitions>\n");
+}
+
+// ------------------------------------------------------------------------------------------------ variables
+
+// The range of a parameter; what has none says nothing.
+void write_bounds(const Writer& w, const Variable& v) {
+    if (v.causality != Causality::parameter || v.type == Type::boolean) return;
+    if (std::fabs(v.min) < 1e300) w.attribute("min", v.min);
+    if (std::fabs(v.max) < 1e300) w.attribute("max", v.max);
+}
+
+void write_start(const Writer& w, const Variable& v) {
+    if (!has_start(v)) return;
+    if (v.type == Type::boolean) w.attribute("start", v.start != 0 ? "true" : "false");
+    else w.attribute("start", v.start);
+}
+
+void write_type(const Writer& w, const Variable& v) {
+    if (v.type == Type::enumeration) std::fprintf(w.file, " declaredType=\"choice.%s\"", v.name);
+    if (v.type != Type::real) return;
+    if (*v.unit) w.attribute("unit", v.unit);
+    if (*v.display_unit) w.attribute("displayUnit", v.display_unit);
+}
+
+// Attributes of the type: in FMI 2 on the inner element, in FMI 3 on the only one.
+void write_value(const Writer& w, const Variable& v) {
+    write_type(w, v);
+    write_bounds(w, v);
+    write_start(w, v);
+    // FMI 2 counts variables from 1, FMI 3 names them by value reference.
+    if (v.derivative_of >= 0) w.attribute("derivative", w.fmi3 ? v.derivative_of : v.derivative_of + 1);
+    if (v.is_state) w.attribute("reinit", yes);
+}
+
+void write_variables(const Writer& w) {
+    w.text("  <ModelVariables>\n");
+    for (int i = 0; i < w.table.size(); ++i) {
+        const Variable& v = w.table[i];
+        std::fprintf(w.file, "    <%s", w.fmi3 ? type_element(v.type, true) : "ScalarVariable");
+        w.attribute("name", v.name);
+        w.attribute("valueReference", i);
+        w.attribute("description", v.description);
+        w.attribute("causality", name_of(v.causality));
+        w.attribute("variability", name_of(v.variability));
+        if (v.causality == Causality::parameter) w.attribute("initial", "exact");
+        if (is_calculated(v)) w.attribute("initial", "calculated");
+        if (w.fmi3) {
+            write_value(w, v);
+            w.text("/>\n");
+        } else {
+            std::fprintf(w.file, "><%s", type_element(v.type, false));
+            write_value(w, v);
+            w.text("/></ScalarVariable>\n");
+        }
+    }
+    w.text("  </ModelVariables>\n");
+}
+
+// ------------------------------------------------------------------------------------------------ structure
+
+void write_unknown(const Writer& w, const char* element, int row, bool initial) {
+    const int shift = w.fmi3 ? 0 : 1;
+    std::fprintf(w.file, w.fmi3 ? "    <%s valueReference=\"%d\"" : "      <%s index=\"%d\"", element, row + shift);
+    if (!initial) {
+        const Variable& v = w.table[row];
+        const int count = v.depends_on == DependsOn::nothing        ? 0
+                          : v.depends_on == DependsOn::first_states ? model_info.first_states
+                                                                    : model_info.nx;
+        w.text(" dependencies=\"");
+        int written = 0;
+        for (int i = 0; i < w.table.size() && written < count; ++i)
+            if (w.table[i].is_state) std::fprintf(w.file, written++ ? " %d" : "%d", i + shift);
+        w.text("\"");
+    }
+    w.text("/>\n");
+}
+
+void write_structure(const Writer& w) {
+    const auto each = [&](const char* element, bool initial, auto&& wanted) {
+        for (int i = 0; i < w.table.size(); ++i)
+            if (wanted(w.table[i])) write_unknown(w, element, i, initial);
+    };
+    const auto outputs = [](const Variable& v) { return v.causality == Causality::output; };
+    const auto derivatives = [](const Variable& v) { return v.derivative_of >= 0; };
+    w.text("  <ModelStructure>\n");
+    if (w.fmi3) {
+        each("Output", false, outputs);
+        each("ContinuousStateDerivative", false, derivatives);
+        each("InitialUnknown", true, is_calculated);
+    } else {
+        w.text("    <Outputs>\n");
+        each("Unknown", false, outputs);
+        w.text("    </Outputs>\n");
+        if (model_info.nx > 0) { // the schema has no empty list
+            w.text("    <Derivatives>\n");
+            each("Unknown", false, derivatives);
+            w.text("    </Derivatives>\n");
+        }
+        w.text("    <InitialUnknowns>\n");
+        each("Unknown", true, is_calculated);
+        w.text("    </InitialUnknowns>\n");
+    }
+    w.text("  </ModelStructure>\n");
+}
+
+} // namespace
+
+void write_model_description(const Writer& w, const char* version) {
+    char token[64];
+    Instance::format_token(w.table.token(), token, sizeof token);
+    w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription");
+    w.attribute("fmiVersion", w.fmi3 ? "3.0" : "2.0");
+    w.attribute("modelName", model_info.name);
+    w.attribute(w.fmi3 ? "instantiationToken" : "guid", token);
+    w.attribute("description", model_info.description);
+    w.attribute("version", version);
+    w.attribute("license", "BSD-3-Clause");
+    w.attribute("generationTool", "hnav");
+    w.attribute("variableNamingConvention", "structured");
+    if (!w.fmi3) w.attribute("numberOfEventIndicators", 0);
+    w.text(">\n");
+    write_interfaces(w);
+    write_units(w);
+    write_choices(w);
+    w.text("  <LogCategories><Category name=\"logStatusError\" description=\"What was wrong with a call\"/></LogCategories>\n");
+    w.text("  <DefaultExperiment");
+    w.attribute("startTime", 0.0);
+    w.attribute("stopTime", model_info.stop_s);
+    w.attribute("tolerance", 1e-8);
+    w.attribute("stepSize", model_info.step_s);
+    w.text("/>\n");
+    write_variables(w);
+    write_structure(w);
+    w.text("</fmiModelDescription>\n");
+}
+
+} // namespace hnav::fmu

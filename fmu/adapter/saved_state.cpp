@@ -1,0 +1,126 @@
+// The complete state of an instance, taken, given back, and as bytes.
+#include "adapter/instance.hpp"
+
+#include <cstring>
+
+namespace hnav::fmu {
+
+// Plain numbers: header, values, the importer's states, the model. Good in another process with the same binary.
+struct Instance::Header {
+    std::uint64_t magic, checksum;
+    // Everything from here on is covered by the checksum.
+    std::uint64_t token, bytes;
+    std::uint64_t interface, event_mode_used, mode, has_model;
+    double time_s, start_s, stop_s;
+};
+
+namespace {
+
+constexpr std::uint64_t snapshot_magic = 0x3354415453564e48ull; // "HNVSTAT3": the last character counts versions
+constexpr std::uint64_t version_bits = 0xffull << 56;
+constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and checksum
+
+std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
+    Hash hash;
+    for (std::size_t i = 0; i < size; ++i) hash.add(bytes[i]);
+    return hash.value;
+}
+
+} // namespace
+
+std::size_t Instance::snapshot_bytes() const {
+    return sizeof(Header) + (2 * table_.size() + model_info.nx) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
+}
+
+Status Instance::take_snapshot(Snapshot** snapshot) {
+    if (!allowed(Call::fmu_state)) return Status::error;
+    if (!snapshot) return fail("GetFMUState got a null pointer");
+    const std::size_t bytes = snapshot_bytes();
+    if (!*snapshot || (*snapshot)->bytes != bytes) {
+        auto* fresh = static_cast<Snapshot*>(std::realloc(*snapshot, sizeof(Snapshot) + bytes));
+        if (!fresh) return fail("no memory for the state of the FMU");
+        *snapshot = fresh;
+        fresh->bytes = bytes;
+    }
+    auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
+    Header header{snapshot_magic, 0,       table_.token(), bytes,  options_.interface, options_.event_mode_used, mode_,
+                  has_model_,     time_s_, start_s_,       stop_s_};
+    std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
+    std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_info.nx * sizeof(double));
+    if (has_model_) model_->save(place + bytes - model_->state_size());
+    std::memcpy(place, &header, sizeof header);
+    header.checksum = checksum(place + unchecked_bytes, bytes - unchecked_bytes);
+    std::memcpy(place, &header, sizeof header);
+    return Status::ok;
+}
+
+Status Instance::restore_snapshot(const Snapshot* snapshot) {
+    if (!allowed(Call::fmu_state)) return Status::error;
+    if (!snapshot) return fail("SetFMUState got a null pointer");
+    const auto* place = reinterpret_cast<const unsigned char*>(snapshot + 1);
+    Header header;
+    std::memcpy(&header, place, sizeof header);
+    if (header.interface != options_.interface || header.event_mode_used != static_cast<std::uint64_t>(options_.event_mode_used))
+        return fail("this state was taken from an instance of another interface");
+    const double* values = reinterpret_cast<const double*>(place + sizeof header);
+    std::memcpy(values_, values, 2 * table_.size() * sizeof(double));
+    std::memcpy(states_, values + 2 * table_.size(), model_info.nx * sizeof(double));
+    Message why;
+    if (header.has_model) {
+        const std::size_t used = sizeof header + (2 * table_.size() + model_info.nx) * sizeof(double);
+        if (!model_->initialise(values_, written(), header.start_s, options_.interface == model_exchange, &why) ||
+            !model_->load(place + used, header.bytes - used)) {
+            restart();
+            return fail("the state does not fit this instance: %s", why.text);
+        }
+        std::memcpy(values_, values, table_.size() * sizeof(double));
+    } else model_->clear();
+    has_model_ = header.has_model != 0;
+    mode_ = static_cast<Mode>(header.mode);
+    time_s_ = header.time_s;
+    start_s_ = header.start_s;
+    stop_s_ = header.stop_s;
+    stale_ = ~0u;
+    return Status::ok;
+}
+
+Status Instance::release_snapshot(Snapshot** snapshot) const {
+    if (!snapshot) return Status::ok;
+    std::free(*snapshot);
+    *snapshot = nullptr;
+    return Status::ok;
+}
+
+Status Instance::get_snapshot_bytes(const Snapshot* snapshot, std::size_t* bytes) const {
+    if (!snapshot || !bytes) return fail("SerializedFMUStateSize got a null pointer");
+    *bytes = snapshot->bytes;
+    return Status::ok;
+}
+
+Status Instance::serialise(const Snapshot* snapshot, unsigned char* bytes, std::size_t size) const {
+    if (!snapshot || !bytes) return fail("SerializeFMUState got a null pointer");
+    if (size < snapshot->bytes) return fail("SerializeFMUState got %zu bytes, the state has %zu", size, snapshot->bytes);
+    std::memcpy(bytes, snapshot + 1, snapshot->bytes);
+    return Status::ok;
+}
+
+Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snapshot** snapshot) const {
+    if (!snapshot || !bytes) return fail("DeserializeFMUState got a null pointer");
+    Header header;
+    if (size < sizeof header) return fail("a state has more than %zu bytes", size);
+    std::memcpy(&header, bytes, sizeof header);
+    if (header.magic != snapshot_magic && (header.magic | version_bits) == (snapshot_magic | version_bits))
+        return fail("this state was saved by another version of the FMU");
+    if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
+        header.bytes < sizeof header + (2 * table_.size() + model_info.nx) * sizeof(double) ||
+        header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
+        return fail("these bytes are no state of this FMU, or damaged");
+    auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));
+    if (!fresh) return fail("no memory for the state of the FMU");
+    fresh->bytes = header.bytes;
+    std::memcpy(fresh + 1, bytes, header.bytes);
+    *snapshot = fresh;
+    return Status::ok;
+}
+
+} // namespace hnav::fmu
