@@ -111,9 +111,24 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
     dip_figures(raw, s, &dip_before, &c->dip_spread_before_rad);
 }
 
-// middle: mean of the field, scale: what z was divided by.
-Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
-                 MagnetometerCalibration* c) {
+// The rotation between field and force, where gravity shows one: the correction turned by it takes the place of the symmetric
+// one. A force that stays far from one angle to the field is not gravity. A rotation that explains little of the scatter has
+// been fitted to what else is in it (places with another field, accelerations), and one that is badly known does harm: chips
+// are rarely misaligned by much.
+void turn_by_gravity(const MagnetometerSettings& settings, double loss_sigma, const Ellipsoid& ellipsoid,
+                     const Alignment& alignment, Samples& s, Correction* correction, MagnetometerCalibration* c) {
+    Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
+    refine(loss_sigma, true, s, &turned);
+    const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
+    c->aligned = turned.M.determinant() > 0 && sigma <= settings.max_direction_sigma_rad &&
+                 dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(*correction, s));
+    if (!c->aligned) return;
+    *correction = turned;
+    c->direction_sigma_rad = sigma;
+}
+
+// The ellipsoid through the samples, refined, and turned by gravity where that is known.
+Refusal find_correction(const MagnetometerSettings& settings, Samples& s, Correction* correction, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values weight = s.weight(), residual = s.residual(), scratch = s.scratch(), angle = s.angle();
@@ -124,47 +139,50 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
     const bool fits = fit_ellipsoid(z, loss_sigma, weight, residual, scratch, &ellipsoid);
     c->condition = ellipsoid.condition;
     c->ambiguity = ellipsoid.ambiguity;
-    if (c->condition > settings.condition_limit || c->ambiguity > settings.ambiguity_limit) return Refusal::ill_conditioned;
+    if (c->condition > settings.max_condition || c->ambiguity > settings.max_ambiguity) return Refusal::ill_conditioned;
     if (!fits) return Refusal::not_an_ellipsoid;
     for (Index i = 0; i < s.count; ++i) u.col(i) = ellipsoid.root * (z.col(i) - ellipsoid.centre);
 
-    Correction correction{ellipsoid.root, ellipsoid.centre, 0};
+    *correction = {ellipsoid.root, ellipsoid.centre, 0};
     Alignment alignment{};
-    const Values trust = s.trust();
-    c->aligned = c->force_samples >= settings.samples_least && align(u, s.a(), trust, loss_sigma, angle, scratch, &alignment) &&
-                 alignment.condition <= settings.condition_limit;
-    refine(loss_sigma, false, s, &correction);
-    if (!(correction.M.allFinite() && correction.o.allFinite() && correction.M.determinant() > 0))
+    c->aligned = c->force_samples >= settings.min_samples && align(u, s.a(), s.trust(), loss_sigma, angle, scratch, &alignment) &&
+                 alignment.condition <= settings.max_condition;
+    refine(loss_sigma, false, s, correction);
+    if (!(correction->M.allFinite() && correction->o.allFinite() && correction->M.determinant() > 0))
         return Refusal::not_an_ellipsoid;
-    correction.M = symmetric_factor(correction.M);
-    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, correction);
-    if (c->aligned) {
-        Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
-        refine(loss_sigma, true, s, &turned);
-        const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
-        // A force that stays far from one angle to the field is not gravity. A rotation that explains little of the
-        // scatter has been fitted to what else is in it (places with another field, accelerations), and one that is
-        // badly known does harm: chips are rarely misaligned by much.
-        c->aligned = turned.M.determinant() > 0 && sigma <= settings.direction_sigma_limit_rad &&
-                     dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(correction, s));
-        if (c->aligned) {
-            correction = turned;
-            c->direction_sigma_rad = sigma;
-        }
-    }
+    correction->M = symmetric_factor(correction->M);
+    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, *correction);
+    if (c->aligned) turn_by_gravity(settings, loss_sigma, ellipsoid, alignment, s, correction, c);
+    return Refusal::none;
+}
 
+// Whether the correction can be believed, by its shape, its uncertainty, and what it makes of the samples.
+Refusal judge_correction(const MagnetometerSettings& settings, const Vector3& middle_z, const Correction& correction, Samples& s,
+                         MagnetometerCalibration* c) {
+    const Columns z = s.z();
+    Columns u = s.u();
+    Values residual = s.residual();
     const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
     c->axis_ratio = inverse_axes[0] / inverse_axes[2];
-    if (!(c->axis_ratio <= settings.axis_ratio_limit)) return Refusal::stretched;
-    if (!(c->direction_sigma_rad <= settings.direction_sigma_limit_rad)) return Refusal::uncertain;
+    if (!(c->axis_ratio <= settings.max_axis_ratio)) return Refusal::stretched;
+    if (!(c->direction_sigma_rad <= settings.max_direction_sigma_rad)) return Refusal::uncertain;
 
     for (Index i = 0; i < s.count; ++i) {
         u.col(i) = correction.M * (z.col(i) - correction.o);
         residual[i] = u.col(i).norm() - 1;
     }
-    judge(settings.outlier_sigma, middle / scale, s, z, c);
-    if (c->coverage < settings.coverage_limit) return Refusal::little_coverage;
+    judge(settings.outlier_sigma, middle_z, s, z, c);
+    if (c->coverage < settings.min_coverage) return Refusal::little_coverage;
     if (c->residual_after > c->residual_before) return Refusal::worse;
+    return Refusal::none;
+}
+
+// middle: mean of the field, scale: what z was divided by.
+Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
+                 MagnetometerCalibration* c) {
+    Correction correction{};
+    if (const Refusal why = find_correction(settings, s, &correction, c); why != Refusal::none) return why;
+    if (const Refusal why = judge_correction(settings, middle / scale, correction, s, c); why != Refusal::none) return why;
 
     // The ellipsoid has no unit: a determinant of 1 keeps the strength on the mean over all directions.
     const double size = std::cbrt(correction.M.determinant());
@@ -205,7 +223,7 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
     if (sphere.axes < 3) return true;
     const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
     c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::centre_and_radius, s, correction);
-    return c->direction_sigma_rad <= settings.direction_sigma_limit_rad;
+    return c->direction_sigma_rad <= settings.max_direction_sigma_rad;
 }
 
 } // namespace
@@ -222,7 +240,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     Vector3 middle;
     double scale;
     normalise(s, &middle, &scale);
-    if (s.count < settings.samples_least) {
+    if (s.count < settings.min_samples) {
         *refusal = Refusal::too_few_samples;
         return false;
     }
@@ -235,7 +253,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     drop_rests(new_attitude, s);
     c->used_samples = s.count;
     c->force_samples = static_cast<Index>(s.trust().sum());
-    if (s.count < settings.samples_least) {
+    if (s.count < settings.min_samples) {
         *refusal = Refusal::too_little_motion;
         return false;
     }

@@ -15,13 +15,13 @@ namespace hnav {
 struct MagnetometerSettings {
     bool robust;             // samples beyond outlier_sigma lose their weight
     double outlier_sigma;    // in robust standard deviations
-    double condition_limit;
-    double ambiguity_limit;
-    double coverage_limit;
-    double axis_ratio_limit;
-    double direction_sigma_limit_rad;
+    double max_condition;
+    double max_ambiguity;
+    double min_coverage;
+    double max_axis_ratio;
+    double max_direction_sigma_rad;
     double force_tolerance;
-    Index samples_least;
+    Index min_samples;
     bool allow_hard_iron_only;
 };
 
