@@ -12,7 +12,7 @@ import weakref
 from pathlib import Path
 
 import numpy as np
-from cffi import FFI
+from cffi import FFI, CDefError, FFIError
 
 from studies.compare.names import Names
 
@@ -52,11 +52,21 @@ class Library:
     def function(self, name: str):
         """By its old or its new name. Raises KeyError."""
         if name not in self._functions:
-            known = [c for c in self.names.candidates("call", name) if hasattr(self._lib, c)]
+            known = [c for c in self.names.candidates("call", name) if self.has_function(c)]
             if not known:
                 raise KeyError(f"there is no call {name}")
             self._functions[name] = getattr(self._lib, known[0])
         return self._functions[name]
+
+    def has_function(self, name: str) -> bool:
+        """By this name, not another."""
+        return hasattr(self._lib, name)
+
+    def has_type(self, name: str) -> bool:
+        try:
+            return bool(self.ffi.typeof(name))
+        except (CDefError, FFIError):
+            return False
 
     def argument(self, function: str, index: int):
         """A zero struct for a pointer argument of a function."""
