@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from studies.compare.inputs import Samples, trial, tumbling, with_gaps
+from studies.compare.inputs import Samples
 from studies.compare.native import Log, Object, Options
+from studies.compare.scenario import Arrays, Named, Settings, Source, given, made, of_trial
 from studies.compare.side import Side
 
-Arrays = dict[str, np.ndarray]
-Scenario = Callable[[Side], Arrays]
 CHUNK = 1000  # rows of a batch after which everything else is read too
 HEADING_EVERY, HEADING_SIGMA_RAD = 100, 0.03
 INNOVATING = {"accel": 1, "mag": 2, "heading": 3}
@@ -21,10 +21,10 @@ OUTPUTS = {
 }  # fmt: skip
 SOLVERS = ("erkstep", "adams", "closed_form", "euler")
 GAMMA_MODES = ("off", "fixed", "relative", "kl")
-MOUNTED = {"navigation_frame": "enu", "declination_rad": 0.1, "q_body_sensor": [0.8, 0.1, -0.3, 0.2]}
+MOUNTED: Settings = {"navigation_frame": "enu", "declination_rad": 0.1, "q_body_sensor": [0.8, 0.1, -0.3, 0.2]}
 
 
-def open_filter(side: Side, filter: str, preset: str = "default", **settings) -> Object:
+def open_filter(side: Side, filter: str, preset: str = "default", **settings: Any) -> Object:
     options = Options(side.library, filter, preset, **settings)
     return Object(side.library, "filter", f"hnav_{filter}_create", options.struct)
 
@@ -59,11 +59,10 @@ class Reader:
                 log.add(f"{name}.{i}", array.copy())
 
 
-def batch(target: Object, samples: Samples, call: str = "run", chunk: int = CHUNK, only: tuple[str, ...] = ()) -> Arrays:
+def batch(target: Object, samples: Samples, call: str = "run", chunk: int = CHUNK) -> Arrays:
     """hnav_filter_run or _smooth over all rows; between the chunks of a run everything else is read."""
     n, library, reader = len(samples.t_s), target.library, Reader(target)
-    wanted = {name: width for name, width in OUTPUTS.items() if not only or name in only}
-    outputs = {name: np.full((n, width), np.nan) for name, width in wanted.items()}
+    outputs: Arrays = {name: np.full((n, width), np.nan) for name, width in OUTPUTS.items()}
     outputs["ready"] = np.zeros((n, 2), np.uint8)
     statuses = []
     for first in range(0, n, chunk):
@@ -77,6 +76,12 @@ def batch(target: Object, samples: Samples, call: str = "run", chunk: int = CHUN
         if call == "run":
             reader.note()
     return outputs | {"status": np.array(statuses)} | reader.log.columns()
+
+
+def recorded(
+    side: Side, filter: str, source: Source, call: str = "run", chunk: int = CHUNK, preset: str = "default", **settings: Any
+) -> Arrays:
+    return batch(open_filter(side, filter, preset, **settings), source(side), call, chunk)
 
 
 # --------------------------------------------------------------------------------------------- sample by sample
@@ -114,15 +119,17 @@ class Stepper:
         return self.reader.log.columns()
 
 
-def stepwise(side: Side, filter: str, samples: Samples, heading: bool = False, **settings) -> Arrays:
+def stepwise(side: Side, filter: str, source: Source, heading: bool = False, **settings: Any) -> Arrays:
+    samples = source(side)
     stepper = Stepper(open_filter(side, filter, **settings), samples)
     for i in range(len(samples.t_s)):
         stepper.row(i, heading)
     return stepper.columns()
 
 
-def between_samples(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def between_samples(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
     """Looks ahead between samples too, and the clock of the caller need not be that of the samples."""
+    samples = source(side)
     stepper = Stepper(open_filter(side, filter, **settings), samples)
     for i, t_s in enumerate(samples.t_s.tolist()):
         stepper.row(i)
@@ -131,8 +138,9 @@ def between_samples(side: Side, filter: str, samples: Samples, **settings) -> Ar
     return stepper.columns()
 
 
-def late_fields(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def late_fields(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
     """Fields arrive 40 ms and more after they were measured, some of them too late for the horizon."""
+    samples = source(side)
     stepper = Stepper(open_filter(side, filter, horizon_s=0.1, queue_capacity=256, **settings), samples)
     times, rng = samples.t_s.tolist(), np.random.default_rng(11)
     arrivals: dict[int, list[int]] = {}
@@ -147,9 +155,10 @@ def late_fields(side: Side, filter: str, samples: Samples, **settings) -> Arrays
     return stepper.columns()
 
 
-def saved_and_loaded(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def saved_and_loaded(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
     """Every second and a bit the filter is saved with samples waiting, and another one goes on."""
-    stepper, found = Stepper(open_filter(side, filter, horizon_s=0.05, **settings), samples), {}
+    samples = source(side)
+    stepper, found = Stepper(open_filter(side, filter, horizon_s=0.05, **settings), samples), Arrays()
     for i in range(len(samples.t_s)):
         if i % 130 == 100:
             state = stepper.target.save()
@@ -166,8 +175,9 @@ def _joined(first: Arrays, second: Arrays) -> Arrays:
     }
 
 
-def started_anew(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def started_anew(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
     """realign after a third, reset after two thirds."""
+    samples = source(side)
     stepper, n = Stepper(open_filter(side, filter, **settings), samples), len(samples.t_s)
     for i in range(n):
         if i in (n // 3, 2 * n // 3):
@@ -177,9 +187,10 @@ def started_anew(side: Side, filter: str, samples: Samples, **settings) -> Array
     return stepper.columns()
 
 
-def refused_samples(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def refused_samples(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
     """Zero vectors, infinities, times that run backwards, late samples, a full queue."""
-    stepper, zero = Stepper(open_filter(side, filter, queue_capacity=16, **settings), samples), np.zeros(3)
+    samples, zero = source(side), np.zeros(3)
+    stepper = Stepper(open_filter(side, filter, queue_capacity=16, **settings), samples)
     target, pointer = stepper.target, stepper.target.library.pointer
     wrong = {"push_accel": zero, "push_mag": zero, "push_gyro": np.array([np.inf, 0, 0])}
     for i, t_s in enumerate(samples.t_s.tolist()):
@@ -200,19 +211,16 @@ def refused_samples(side: Side, filter: str, samples: Samples, **settings) -> Ar
 # --------------------------------------------------------------------------------------------- the list
 
 
-def scenarios(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+def scenarios(trials: list[int]) -> Iterator[Named]:
     for filter in ("ahrs", "hrekf"):
         for number in trials:
-            yield (
-                f"c/{filter}/trial/{number:02d}",
-                lambda side, f=filter, n=number: batch(open_filter(side, f, navigation_frame="enu"), trial(side.inputs, n)),
-            )
+            yield f"c/{filter}/trial/{number:02d}", given(recorded, filter, of_trial(number), navigation_frame="enu")
         yield from _variants(filter, trials)
         yield from _happenings(filter)
     yield from _smoothers(trials)
 
 
-AHRS_VARIANTS = {
+AHRS_VARIANTS: dict[str, Settings] = {
     **{f"solver_{s}": {"solver": s} for s in SOLVERS},
     **{f"gamma_{g}": {"gamma_mode": g, "start_sigma_heading_rad": 0.5} for g in GAMMA_MODES},
     "euler_coarse": {"solver": "euler", "euler_step_s": 0.002},
@@ -228,11 +236,11 @@ AHRS_VARIANTS = {
     "evidence": {"trust_s": 5.0, "candidate_first_s": 1.0, "ready_evidence_s": 2.0, "mag_gate": 2.0},
     "noise": {"gyro_noise_rad_per_sqrt_s": 1e-3, "velocity_noise_m_s_per_sqrt_hz": 0.3, "heading_gate_nis": 3.0},
 }
-PRECISE = {
+PRECISE: Settings = {
     "gyro_noise_rad_per_sqrt_s": 1e-3, "gyro_bias_walk_rad_s_per_sqrt_s": 1e-4, "accel_noise_per_sqrt_hz": 5e-4,
     "mag_noise_per_sqrt_hz": 5e-4, "start_sigma_bias_rad_s": 0.05, "accel_gate_nis": 13.9, "mag_gate_nis": 13.9,
 }  # fmt: skip
-HREKF_VARIANTS = {
+HREKF_VARIANTS: dict[str, Settings] = {
     **{f"{g}_{s}": {"gamma_mode": g, "solver": s} for g in GAMMA_MODES for s in SOLVERS},
     **{f"paper_{g}_{s}": {"preset": "paper", "gamma_mode": g, "solver": s} for g in GAMMA_MODES for s in SOLVERS},
     **{f"adaptation_{a}": {"adaptation": a, **PRECISE} for a in ("off", "paper", "corrected")},
@@ -256,60 +264,37 @@ VARIANTS = {"ahrs": AHRS_VARIANTS, "hrekf": HREKF_VARIANTS}
 CROPS = {7: (5.0, 35.0), 31: (40.0, 60.0)}  # trial: seconds
 
 
-def _variants(filter: str, trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+def _variants(filter: str, trials: list[int]) -> Iterator[Named]:
     for name, settings in VARIANTS[filter].items():
-        yield (
-            f"c/{filter}/made/{name}",
-            lambda side, f=filter, s=settings: batch(open_filter(side, f, **s), with_gaps(tumbling(40)), chunk=50),
-        )
-        for number, (start, stop) in CROPS.items():
+        yield f"c/{filter}/made/{name}", given(recorded, filter, made(40), chunk=50, **settings)
+        for number, (start_s, stop_s) in CROPS.items():
             if number in trials:
-                yield (
-                    f"c/{filter}/crop/{number:02d}/{name}",
-                    lambda side, f=filter, s=settings, n=number, a=start, b=stop: batch(
-                        open_filter(side, f, **s), trial(side.inputs, n).cut(a, b), chunk=200
-                    ),
-                )
+                crop = of_trial(number, start_s, stop_s)
+                yield f"c/{filter}/crop/{number:02d}/{name}", given(recorded, filter, crop, chunk=200, **settings)
 
 
-def _happenings(filter: str) -> Iterator[tuple[str, Scenario]]:
+def _happenings(filter: str) -> Iterator[Named]:
     drivers = {
         "steps": stepwise, "between": between_samples, "late": late_fields, "save_load": saved_and_loaded,
         "realign_reset": started_anew, "refused": refused_samples,
     }  # fmt: skip
-    settings = {"default": {}, "closed_form": {"solver": "closed_form"}, "kl": {"gamma_mode": "kl"}}
+    settings: dict[str, Settings] = {"default": {}, "closed_form": {"solver": "closed_form"}, "kl": {"gamma_mode": "kl"}}
     if filter == "hrekf":
         settings["adapting"] = {"adaptation": "corrected", "gamma_mode": "relative"}
     for name, driver in drivers.items():
         for label, chosen in settings.items():
-            yield (
-                f"c/{filter}/{name}/{label}",
-                lambda side, d=driver, f=filter, c=chosen: d(side, f, with_gaps(tumbling(12)), **c),
-            )
+            yield f"c/{filter}/{name}/{label}", given(driver, filter, made(12), **chosen)
     for label, chosen in settings.items():
-        yield f"c/{filter}/heading/{label}", lambda side, f=filter, c=chosen: stepwise(side, f, tumbling(20), heading=True, **c)
+        yield f"c/{filter}/heading/{label}", given(stepwise, filter, made(20, gaps=False), heading=True, **chosen)
     no_field = {"start_field_wait_s": 1.0} if filter == "ahrs" else {}
-    yield (
-        f"c/{filter}/heading/without_field",
-        lambda side, f=filter: stepwise(side, f, _without_field(tumbling(10)), heading=True, **no_field),
-    )
+    yield f"c/{filter}/heading/without_field", given(stepwise, filter, made(10, field=False), heading=True, **no_field)
 
 
-def _without_field(samples: Samples) -> Samples:
-    return Samples(samples.t_s, samples.rate, samples.force, np.full_like(samples.field, np.nan), samples.heading)
-
-
-def _smoothers(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
-    for label, settings in {"default": {}, "closed_form": {"solver": "closed_form"}, "frames": MOUNTED}.items():
-        yield (
-            f"c/ahrs/smooth/made/{label}",
-            lambda side, s=settings: batch(open_filter(side, "ahrs", **s), with_gaps(tumbling(40)), "smooth", chunk=10**9),
-        )
+def _smoothers(trials: list[int]) -> Iterator[Named]:
+    whole: Settings = {"call": "smooth", "chunk": 10**9}
+    settings: dict[str, Settings] = {"default": {}, "closed_form": {"solver": "closed_form"}, "frames": MOUNTED}
+    for label, chosen in settings.items():
+        yield f"c/ahrs/smooth/made/{label}", given(recorded, "ahrs", made(40), **whole, **chosen)
     for number in trials:
-        yield (
-            f"c/ahrs/smooth/{number:02d}",
-            lambda side, n=number: batch(
-                open_filter(side, "ahrs", navigation_frame="enu"), trial(side.inputs, n).cut(0, 60), "smooth", chunk=10**9
-            ),
-        )
-    yield "c/hrekf/smooth", lambda side: batch(open_filter(side, "hrekf"), tumbling(3), "smooth", chunk=10**9)
+        yield f"c/ahrs/smooth/{number:02d}", given(recorded, "ahrs", of_trial(number, 0, 60), navigation_frame="enu", **whole)
+    yield "c/hrekf/smooth", given(recorded, "hrekf", made(3), **whole)

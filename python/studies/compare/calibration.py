@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studies.compare.attitude import Arrays, Scenario
-from studies.compare.inputs import trial
 from studies.compare.native import MESSAGE_BYTES, Options
+from studies.compare.scenario import Arrays, Named, Settings, Source, given, of_trial
 from studies.compare.side import Side
 
 DISTORTION = np.array([[1.1, 0.04, -0.02], [0.03, 0.95, 0.05], [0.01, -0.03, 1.02]])
+Vectors = NDArray[Any]
+Recording = tuple[Vectors, Vectors | None]
 OFFSET = np.array([12.0, -30.0, 8.0])
 
 
-def turned(n: int = 400, seed: int = 1, noise: float = 0.2, plane: bool = False, cone_deg: float = 180.0) -> tuple:
+def turned(n: int = 400, seed: int = 1, noise: float = 0.2, plane: bool = False, cone_deg: float = 180.0) -> Recording:
     """field (n x 3, microtesla) and force (n x 3) of a sensor that is turned about all axes, or in one plane or cone."""
     rng = np.random.default_rng(seed)
     attitude = Rotation.random(n, random_state=seed)
@@ -29,7 +32,7 @@ def turned(n: int = 400, seed: int = 1, noise: float = 0.2, plane: bool = False,
     return np.ascontiguousarray(field), force
 
 
-def calibrate(side: Side, field: np.ndarray, force: np.ndarray | None, **settings) -> Arrays:
+def calibrate(side: Side, field: Vectors, force: Vectors | None, **settings: Any) -> Arrays:
     library = side.library
     options = Options(library, "magnetometer", **settings)
     answer = library.argument("hnav_calibrate_magnetometer", 4)
@@ -41,7 +44,7 @@ def calibrate(side: Side, field: np.ndarray, force: np.ndarray | None, **setting
     return {"status": np.array([status])} | {name: np.array(numbers[name]) for name in numbers.dtype.names}
 
 
-def _outliers() -> tuple[np.ndarray, np.ndarray]:
+def _outliers() -> Recording:
     field, force = turned()
     field[::17] += 4.0
     field[5::40] = np.nan
@@ -49,7 +52,7 @@ def _outliers() -> tuple[np.ndarray, np.ndarray]:
 
 
 # How the recording is made, and the options.
-CASES = {
+CASES: dict[str, tuple[Callable[[], Recording], Settings]] = {
     "good": (turned, {}),
     "without_force": (lambda: (turned()[0], None), {}),
     "outliers": (_outliers, {}),
@@ -65,15 +68,18 @@ CASES = {
 }
 
 
-def scenarios(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+def _of_made(side: Side, make: Callable[[], Recording], **settings: Any) -> Arrays:
+    return calibrate(side, *make(), **settings)
+
+
+def _of_trial(side: Side, source: Source, **settings: Any) -> Arrays:
+    samples = source(side)
+    field, force = (np.ascontiguousarray(rows[::8]) for rows in (samples.field, samples.force))
+    return calibrate(side, field, force, **settings)
+
+
+def scenarios(trials: list[int]) -> Iterator[Named]:
     for name, (make, settings) in CASES.items():
-        yield f"c/calibration/{name}", lambda side, m=make, s=settings: calibrate(side, *m(), **s)
+        yield f"c/calibration/{name}", given(_of_made, make, **settings)
     for number in trials:
-        yield f"c/calibration/trial/{number:02d}", lambda side, n=number: _of_trial(side, n)
-
-
-def _of_trial(side: Side, number: int) -> Arrays:
-    samples = trial(side.inputs, number)
-    return calibrate(
-        side, np.ascontiguousarray(samples.field[::8]), np.ascontiguousarray(samples.force[::8]), allow_hard_iron_only=1
-    )
+        yield f"c/calibration/trial/{number:02d}", given(_of_trial, of_trial(number), allow_hard_iron_only=1)

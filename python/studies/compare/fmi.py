@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import ctypes as C
+import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from studies.compare.attitude import HEADING_EVERY, HEADING_SIGMA_RAD, MOUNTED, Arrays, Scenario
+from studies.compare.attitude import HEADING_EVERY, HEADING_SIGMA_RAD, MOUNTED
 from studies.compare.fmu import Fmu, Values
-from studies.compare.inputs import Samples, trial, tumbling, with_gaps
+from studies.compare.inputs import Samples
+from studies.compare.scenario import Arrays, Named, Settings, Source, given, made, of_trial
 from studies.compare.side import Side
 from studies.compare.simulation import CONSUMER, DELIVERY, FAULTS, TUMBLING
 
 VERSIONS = (2, 3)
 SENSORS = {"gyro": ("gyro.rate", "rate"), "accel": ("accel.force", "force"), "mag": ("mag.field", "field")}
-COUNTED = {"sampling_mode": "counter"}
-EXCHANGED_S = 20.0
+COUNTED: Settings = {"sampling_mode": "counter"}
+EXCHANGED, EXCHANGED_S = (7, 31), 20.0  # trials
+Signal = Callable[[float], float]
 TRUTH = [f"truth.{name}[{i}]" for name, n in (("q", 4), ("rate", 3), ("force", 3), ("field", 3)) for i in range(1, n + 1)]
 READINGS = [f"{value}[{i}]" for value, _ in SENSORS.values() for i in (1, 2, 3)] + [
     f"{sensor}.{what}" for sensor in SENSORS for what in ("sample", "t_meas", "valid")
 ]
 
 
-def open_fmu(side: Side, name: str, version: int, exchange: bool = False, **parameters) -> Fmu:
+def open_fmu(side: Side, name: str, version: int, exchange: bool = False, **parameters: Any) -> Fmu:
     fmu = Fmu(side.fmu(name, version), side.names, exchange)
     fmu.set(parameters)
     return fmu
@@ -33,7 +38,7 @@ class Recorder:
     """All outputs of an FMU, row after row."""
 
     def __init__(self, fmu: Fmu):
-        self._fmu, self._values, self._rows = fmu, Values(fmu, fmu.of_causality("output")), []
+        self._fmu, self._values, self._rows = fmu, Values(fmu, fmu.of_causality("output")), list[NDArray[Any]]()
 
     def note(self) -> None:
         self._rows.append(self._values.get())
@@ -74,8 +79,6 @@ def communication_points(t_s: np.ndarray) -> list[float]:
 
 def follow(fmu: Fmu, samples: Samples, heading: bool = False) -> Arrays:
     """A communication point at every sample."""
-    if heading:
-        fmu.set({"aid.valid": True})
     fmu.initialise(float(samples.t_s[0]))
     delivery, recorder, points = Delivery(fmu, samples, heading), Recorder(fmu), communication_points(samples.t_s)
     recorder.note()
@@ -84,6 +87,11 @@ def follow(fmu: Fmu, samples: Samples, heading: bool = False) -> Arrays:
         fmu.fmu.doStep(points[k], points[k + 1] - points[k])
         recorder.note()
     return recorder.columns()
+
+
+def follow_with_heading(fmu: Fmu, samples: Samples) -> Arrays:
+    fmu.set({"aid.valid": True})
+    return follow(fmu, samples, heading=True)
 
 
 def on_a_grid(fmu: Fmu, samples: Samples, step_s: float = 0.0125) -> Arrays:
@@ -125,9 +133,11 @@ def commands_and_states(fmu: Fmu, samples: Samples) -> Arrays:
     return recorder.columns()
 
 
-def closed(run: Callable[..., Arrays], fmu: Fmu, *arguments, **options) -> Arrays:
-    with fmu:
-        return run(fmu, *arguments, **options)
+def of_filter(side: Side, run: Callable[..., Arrays], name: str, version: int, source: Source, **parameters: Any) -> Arrays:
+    """An attitude filter that takes samples by counter and time stamp, unless the parameters say otherwise."""
+    exchanged = run is exchange_samples
+    with open_fmu(side, name, version, exchanged, **COUNTED | parameters) as fmu:
+        return run(fmu, source(side))
 
 
 # --------------------------------------------------------------------------------------------- Model Exchange
@@ -138,7 +148,7 @@ def exchange(fmu: Fmu, points: list[float], before_event: Callable[[int], None])
     fmu.initialise(points[0])
     f, nx, recorder = fmu.fmu, fmu.states(), Recorder(fmu)
     solver = fmu.solver(points[0]) if nx else None
-    states, derivatives, along = [], [], []
+    states, derivatives, along = ([] for _ in range(3))
     for k in range(len(points) - 1):
         before_event(k)
         next_s, now = fmu.update_discrete_states(), points[k]
@@ -146,7 +156,7 @@ def exchange(fmu: Fmu, points: list[float], before_event: Callable[[int], None])
         while True:
             end = min(points[k + 1], next_s)
             f.enterContinuousTimeMode()
-            if nx:
+            if solver:
                 states.append(_vector(f.getContinuousStates, nx))
                 derivatives.append(_vector(f.getContinuousStateDerivatives if fmu.fmi3 else f.getDerivatives, nx))
                 if k % 50 == 0:
@@ -165,7 +175,7 @@ def exchange(fmu: Fmu, points: list[float], before_event: Callable[[int], None])
     return recorder.columns() | (found if nx else {})
 
 
-def _vector(call, n: int) -> np.ndarray:
+def _vector(call: Callable[..., None], n: int) -> NDArray[Any]:
     values = (C.c_double * n)()
     call(values, n)
     return np.array(values)
@@ -176,27 +186,28 @@ def exchange_samples(fmu: Fmu, samples: Samples) -> Arrays:
     return exchange(fmu, communication_points(samples.t_s), delivery.deliver)
 
 
-def exchange_alone(fmu: Fmu, stop_s: float = 10.0, step_s: float = 0.04) -> Arrays:
-    """Without inputs."""
-    return exchange(fmu, (step_s * np.arange(round(stop_s / step_s) + 1)).tolist(), lambda k: None)
+def exchange_alone(side: Side, name: str, version: int, **parameters: Any) -> Arrays:
+    """Without inputs, 10 s."""
+    with open_fmu(side, name, version, exchange=True, **parameters) as fmu:
+        return exchange(fmu, (0.04 * np.arange(251)).tolist(), lambda k: None)
 
 
 # --------------------------------------------------------------------------------------------- everything else
 
 
 def alone(
-    fmu: Fmu, stop_s: float = 20.0, step_s: float = 0.01, inputs: dict[str, Callable[[float], float]] | None = None
+    side: Side, name: str, version: int, stop_s: float, step_s: float, inputs: dict[str, Signal], **parameters: Any
 ) -> Arrays:
     """Co-Simulation with inputs that are functions of time."""
-    fmu.initialise(0.0)
-    inputs = inputs or {}
-    values, recorder = Values(fmu, inputs), Recorder(fmu)
-    recorder.note()
-    for k in range(round(stop_s / step_s)):
-        values.set(np.array([signal(k * step_s) for signal in inputs.values()]))
-        fmu.fmu.doStep(k * step_s, (k + 1) * step_s - k * step_s)
+    with open_fmu(side, name, version, **parameters) as fmu:
+        fmu.initialise(0.0)
+        values, recorder = Values(fmu, inputs), Recorder(fmu)
         recorder.note()
-    return recorder.columns()
+        for k in range(round(stop_s / step_s)):
+            values.set(np.array([signal(k * step_s) for signal in inputs.values()]))
+            fmu.fmu.doStep(k * step_s, (k + 1) * step_s - k * step_s)
+            recorder.note()
+        return recorder.columns()
 
 
 def chain(
@@ -234,7 +245,7 @@ def chain(
 def describe(side: Side, name: str, version: int) -> Arrays:
     """What the model description says of each variable, and of what the FMU can do."""
     with open_fmu(side, name, version) as fmu:
-        about, found = fmu.description, {}
+        about, found = fmu.description, Arrays()
         for v in about.modelVariables:
             choices = [item.name for item in (v.declaredType.items or [])] if v.declaredType else []
             said = [v.type, v.causality, v.variability, v.initial, v.unit, v.start, v.min, v.max, v.nominal, *choices]
@@ -248,101 +259,74 @@ def describe(side: Side, name: str, version: int) -> Arrays:
 # --------------------------------------------------------------------------------------------- the list
 
 
-def scenarios(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+def scenarios(trials: list[int]) -> Iterator[Named]:
     for version in VERSIONS:
-        yield from _descriptions(version)
+        for name in ALL:
+            yield f"fmi{version}/description/{name}", given(describe, name, version)
         for name in ("Ahrs", "Hrekf"):
             yield from _attitude(version, name, trials)
-        yield from _others(version)
+        yield from _simulated(version)
+        for axis in AXES:
+            yield from _aircraft(version, axis)
 
 
 ALL = (
     "Ahrs", "Hrekf", "Turntable", "ImuMagSensor", "AircraftInsLateral", "AircraftInsLongitudinal", "InsErrorFilterLateral",
     "InsErrorFilterLongitudinal",
 )  # fmt: skip
-
-
-def _descriptions(version: int) -> Iterator[tuple[str, Scenario]]:
-    for name in ALL:
-        yield f"fmi{version}/description/{name}", lambda side, n=name: describe(side, n, version)
-
-
-SETTINGS = {
+SETTINGS: dict[str, Settings] = {
     "closed_form": {"solver": "closed_form"}, "kl": {"gamma_mode": "kl"}, "euler": {"solver": "euler", "gamma_mode": "fixed"},
     "relative_adams": {"solver": "adams", "gamma_mode": "relative"}, "frames": MOUNTED, "forward": {"gyro_hold": "forward"},
     "start_mean": {"start_samples": 5}, "horizon": {"horizon_s": 0.05},
 }  # fmt: skip
+OF_HREKF: dict[str, Settings] = {"paper": {"preset": "paper"}, "adapting": {"adaptation": "corrected", "gamma_mode": "kl"}}
 
 
-def _attitude(version: int, name: str, trials: list[int]) -> Iterator[tuple[str, Scenario]]:
-    def opened(side: Side, exchange: bool = False, **parameters) -> Fmu:
-        return open_fmu(side, name, version, exchange, **COUNTED, **parameters)
-
+def _attitude(version: int, name: str, trials: list[int]) -> Iterator[Named]:
+    cs, me = f"fmi{version}/cs/{name}", f"fmi{version}/me/{name}"
     for number in trials:
-        yield (
-            f"fmi{version}/cs/{name}/trial/{number:02d}",
-            lambda side, n=number: closed(follow, opened(side, navigation_frame="enu"), trial(side.inputs, n)),
-        )
-    settings = dict(SETTINGS)
-    if name == "Hrekf":
-        settings |= {"paper": {"preset": "paper"}, "adapting": {"adaptation": "corrected", "gamma_mode": "kl"}}
-    for label, chosen in settings.items():
-        yield (
-            f"fmi{version}/cs/{name}/made/{label}",
-            lambda side, s=chosen: closed(follow, opened(side, **s), with_gaps(tumbling(20)), heading=True),
-        )
-    yield f"fmi{version}/cs/{name}/commands_and_states", lambda side: closed(commands_and_states, opened(side), tumbling(10))
-    yield f"fmi{version}/cs/{name}/grid", lambda side: closed(on_a_grid, opened(side), with_gaps(tumbling(20)))
-    yield (
-        f"fmi{version}/cs/{name}/periodic",
-        lambda side: closed(follow, open_fmu(side, name, version, sampling_mode="periodic"), tumbling(20)),
-    )
-    for number in [n for n in (7, 31) if n in trials]:
-        yield (
-            f"fmi{version}/me/{name}/trial/{number:02d}",
-            lambda side, n=number: closed(
-                exchange_samples, opened(side, exchange=True), trial(side.inputs, n).cut(0, EXCHANGED_S)
-            ),
-        )
-    yield (
-        f"fmi{version}/me/{name}/made",
-        lambda side: closed(exchange_samples, opened(side, exchange=True), with_gaps(tumbling(8))),
-    )
+        source = of_trial(number)
+        yield f"{cs}/trial/{number:02d}", given(of_filter, follow, name, version, source, navigation_frame="enu")
+    for label, settings in (SETTINGS | (OF_HREKF if name == "Hrekf" else {})).items():
+        yield f"{cs}/made/{label}", given(of_filter, follow_with_heading, name, version, made(20), **settings)
+    yield f"{cs}/commands_and_states", given(of_filter, commands_and_states, name, version, made(10))
+    yield f"{cs}/grid", given(of_filter, on_a_grid, name, version, made(20))
+    yield f"{cs}/periodic", given(of_filter, follow, name, version, made(20, gaps=False), sampling_mode="periodic")
+    for number in [n for n in EXCHANGED if n in trials]:
+        yield f"{me}/trial/{number:02d}", given(of_filter, exchange_samples, name, version, of_trial(number, 0, EXCHANGED_S))
+    yield f"{me}/made", given(of_filter, exchange_samples, name, version, made(8))
 
 
-def _others(version: int) -> Iterator[tuple[str, Scenario]]:
-    cs, me = f"fmi{version}/cs", f"fmi{version}/me"
-    yield f"{cs}/chain/default", lambda side: chain(side, version, {}, {}, {})
+def _simulated(version: int) -> Iterator[Named]:
     late = {"horizon_s": 0.3, "queue_capacity": 256}
-    yield f"{cs}/chain/faults", lambda side: chain(side, version, TUMBLING, CONSUMER | DELIVERY | FAULTS, late)
-    yield f"{cs}/Turntable", lambda side: closed(alone, open_fmu(side, "Turntable", version, **TUMBLING))
-    yield f"{me}/Turntable", lambda side: closed(exchange_alone, open_fmu(side, "Turntable", version, True, **TUMBLING))
-    for axis, channels, controls in (
-        ("Lateral", ("beta", "p", "r", "phi"), ("aileron", "rudder")), ("Longitudinal", ("u", "w", "q", "theta"), ("elevator",))
-    ):  # fmt: skip
-        plant, filter = f"AircraftIns{axis}", f"InsErrorFilter{axis}"
-        yield (
-            f"{cs}/{plant}",
-            lambda side, p=plant, c=controls: closed(
-                alone, open_fmu(side, p, version, seed=4), 60, 0.05, {f"command.{n}": lambda t: 0.01 * np.sin(t) for n in c}
-            ),
-        )
-        yield f"{me}/{plant}", lambda side, p=plant: closed(exchange_alone, open_fmu(side, p, version, True, seed=4))
-        for form in ("mdkf", "amdkf", "differenced", "augmented", "plain"):
-            parameters = {"form": form} | ({"noise_scaling": "none"} if form in ("mdkf", "amdkf") else {})
-            yield (
-                f"{cs}/{filter}/{form}",
-                lambda side, f=filter, c=channels, u=controls, p=parameters: closed(
-                    alone, open_fmu(side, f, version, **p), 60, 0.1, _measurements(c, u)
-                ),
-            )
-        yield f"{me}/{filter}", lambda side, f=filter: closed(exchange_alone, open_fmu(side, f, version, True))
+    yield f"fmi{version}/cs/chain/default", given(chain, version, {}, {}, {})
+    yield f"fmi{version}/cs/chain/faults", given(chain, version, TUMBLING, CONSUMER | DELIVERY | FAULTS, late)
+    yield f"fmi{version}/cs/Turntable", given(alone, "Turntable", version, 20, 0.01, {}, **TUMBLING)
+    yield f"fmi{version}/me/Turntable", given(exchange_alone, "Turntable", version, **TUMBLING)
 
 
-def _measurements(channels: tuple[str, ...], controls: tuple[str, ...]) -> dict[str, Callable[[float], float]]:
+AXES = {"Lateral": (("beta", "p", "r", "phi"), ("aileron", "rudder")), "Longitudinal": (("u", "w", "q", "theta"), ("elevator",))}
+
+
+def _aircraft(version: int, axis: str) -> Iterator[Named]:
+    channels, controls = AXES[axis]
+    plant, filter = f"AircraftIns{axis}", f"InsErrorFilter{axis}"
+    commands: dict[str, Signal] = {f"command.{name}": lambda t: 0.01 * math.sin(t) for name in controls}
+    yield f"fmi{version}/cs/{plant}", given(alone, plant, version, 60, 0.05, commands, seed=4)
+    yield f"fmi{version}/me/{plant}", given(exchange_alone, plant, version, seed=4)
+    measured = _measurements(channels, controls)
+    for form in ("mdkf", "amdkf", "differenced", "augmented", "plain"):
+        parameters = {"form": form} | ({"noise_scaling": "none"} if form in ("mdkf", "amdkf") else {})
+        yield f"fmi{version}/cs/{filter}/{form}", given(alone, filter, version, 60, 0.1, measured, **parameters)
+    yield f"fmi{version}/me/{filter}", given(exchange_alone, filter, version)
+
+
+def _measurements(channels: tuple[str, ...], controls: tuple[str, ...]) -> dict[str, Signal]:
     """Signals of a flight that nobody flew; the second channel is missing for a while."""
-    signals = {
-        f"z.{name}": lambda t, i=i: 0.05 * np.sin((1 + i) * t) + 0.01 * np.cos(37 * t + i) for i, name in enumerate(channels)
-    }
-    signals |= {f"u.{name}": lambda t: 0.02 * np.sign(np.sin(t)) for name in controls}
+
+    def measured(i: int) -> Signal:
+        return lambda t: 0.05 * math.sin((1 + i) * t) + 0.01 * math.cos(37 * t + i)
+
+    signals = {f"z.{name}": measured(i) for i, name in enumerate(channels)}
+    signals |= {f"u.{name}": lambda t: math.copysign(0.02, math.sin(t)) for name in controls}
     return signals | {f"present.{channels[1]}": lambda t: not 20 < t < 25}

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from studies.compare import attitude, calibration, ins_error
-from studies.compare.fmi import TRUTH, Values, open_fmu
+from studies.compare.fmi import TRUTH, open_fmu
+from studies.compare.fmu import Values
 from studies.compare.inputs import Samples
 from studies.compare.old_revision import TOP
 from studies.compare.side import Side

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from studies.compare.attitude import Arrays, Reader, Scenario, open_filter
-from studies.compare.inputs import Samples, tumbling
+from studies.compare.attitude import Reader, open_filter
 from studies.compare.native import Object
+from studies.compare.scenario import Arrays, Named, Settings, Source, given, made
 from studies.compare.side import Side
 
 
@@ -58,7 +59,8 @@ class Flow:
         return status
 
 
-def flow_and_jump(side: Side, filter: str, samples: Samples, **settings) -> Arrays:
+def flow_and_jump(side: Side, filter: str, source: Source, **settings: Any) -> Arrays:
+    samples = source(side)
     target = open_filter(side, filter, **settings)
     flow, reader, rng = Flow(target), Reader(target), np.random.default_rng(3)
     flow.x, log, pointer = flow.read("get_x"), reader.log, target.library.pointer
@@ -82,12 +84,14 @@ def flow_and_jump(side: Side, filter: str, samples: Samples, **settings) -> Arra
     return log.columns()
 
 
-def scenarios() -> Iterator[tuple[str, Scenario]]:
-    chosen = {
-        "hrekf": {"default": {"gyro_hold": "forward"}, "kl": {"gamma_mode": "kl", "gyro_hold": "forward"}},
+def scenarios() -> Iterator[Named]:
+    chosen: dict[str, dict[str, Settings]] = {
+        "hrekf": {
+            "default": {"gyro_hold": "forward"}, "kl": {"gamma_mode": "kl", "gyro_hold": "forward"},
+            "adapting": {"adaptation": "corrected", "gamma_mode": "fixed", "gyro_hold": "forward"},
+        },
         "ahrs": {"default": {}, "relative": {"gamma_mode": "relative", "start_sigma_heading_rad": 0.5}},
-    }
-    chosen["hrekf"]["adapting"] = {"adaptation": "corrected", "gamma_mode": "fixed", "gyro_hold": "forward"}
+    }  # fmt: skip
     for filter, settings in chosen.items():
         for label, values in settings.items():
-            yield f"c/{filter}/hybrid_view/{label}", lambda side, f=filter, v=values: flow_and_jump(side, f, tumbling(8), **v)
+            yield f"c/{filter}/hybrid_view/{label}", given(flow_and_jump, filter, made(8, gaps=False), **values)

@@ -5,24 +5,27 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from studies.compare.attitude import Arrays, Scenario
 from studies.compare.native import Log, Object, Options
 from studies.compare.old_revision import TOP
+from studies.compare.scenario import Arrays, Named, Settings, given
 from studies.compare.side import Side
 
 FORMS = ("mdkf", "amdkf", "differenced", "augmented", "plain")
 SCALINGS = ("none", "paper_match", "gated_match", "hmm")
 PRINTED = ("mdkf", "amdkf")
 STEPS = 300
-Model = dict[str, object]  # the fields of hnav_ins_error_model
+Model = dict[str, Any]  # the fields of hnav_ins_error_model
 
 
-def aircraft_data(axis: str) -> dict:
-    return json.loads((TOP / "models/aircraft" / f"f4c_{axis}.json").read_text())
+def aircraft_data(axis: str) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads((TOP / "models/aircraft" / f"f4c_{axis}.json").read_text())
+    return data
 
 
 def aircraft_model(axis: str, continuous: bool = False) -> Model:
@@ -49,7 +52,7 @@ def full_model(seed: int = 3) -> Model:
     """Three states, two channels, nothing diagonal but Qv."""
     rng = np.random.default_rng(seed)
 
-    def covariance(n: int) -> np.ndarray:
+    def covariance(n: int) -> NDArray[Any]:
         root = rng.normal(size=(n, n))
         return root @ root.T + 0.1 * np.eye(n)
 
@@ -63,7 +66,7 @@ def full_model(seed: int = 3) -> Model:
     }  # fmt: skip
 
 
-def flight(model: Model, steps: int = STEPS, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+def flight(model: Model, steps: int = STEPS, seed: int = 1) -> tuple[NDArray[Any], NDArray[Any]]:
     """u (steps x nu) and z (steps x nz): noise around what the controls do, with a channel that is bad for a while."""
     rng = np.random.default_rng(seed)
     nx, nu, nz = (model[name] for name in ("nx", "nu", "nz"))
@@ -81,7 +84,7 @@ def flight(model: Model, steps: int = STEPS, seed: int = 1) -> tuple[np.ndarray,
     return np.ascontiguousarray(u), z
 
 
-def with_missing(z: np.ndarray, seed: int = 2) -> np.ndarray:
+def with_missing(z: NDArray[Any], seed: int = 2) -> NDArray[Any]:
     rng = np.random.default_rng(seed)
     z = np.where(rng.random(z.shape) < 0.15, np.nan, z)
     z[40:44] = np.nan
@@ -91,13 +94,13 @@ def with_missing(z: np.ndarray, seed: int = 2) -> np.ndarray:
 # --------------------------------------------------------------------------------------------- drivers
 
 
-def model_struct(side: Side, model: Model):
+def model_struct(side: Side, model: Model) -> Any:
     struct = side.library.argument("hnav_ins_error_filter_create", 2)
     side.library.assign(struct, model)
     return struct
 
 
-def open_filter(side: Side, model: Model, **settings) -> Object:
+def open_filter(side: Side, model: Model, **settings: Any) -> Object:
     options = Options(side.library, "ins_error", **settings)
     return Object(side.library, "ins_error_filter", "hnav_ins_error_filter_create", options.struct, model_struct(side, model))
 
@@ -125,10 +128,10 @@ class Reader:
         self.log.struct("info", self._info)
 
 
-def batch(side: Side, model: Model, z: np.ndarray, u: np.ndarray, **settings) -> Arrays:
+def batch(side: Side, model: Model, z: NDArray[Any], u: NDArray[Any], **settings: Any) -> Arrays:
     target, library, n = open_filter(side, model, **settings), side.library, len(z)
     nx, nz = model["nx"], model["nz"]
-    outputs = {name: np.full((n, nz), np.nan) for name in ("lambda", "lambda_sigma", "compensated", "innovation")}
+    outputs: Arrays = {name: np.full((n, nz), np.nan) for name in ("lambda", "lambda_sigma", "compensated", "innovation")}
     outputs |= {name: np.full((n, nz), np.nan) for name in ("noise_scale", "fault_probability")}
     outputs |= {"x": np.full((n, nx), np.nan), "sigma": np.full((n, nx), np.nan)}
     outputs |= {"covariance": np.full((n, nx, nx), np.nan), "nis": np.full(n, np.nan)}
@@ -139,7 +142,7 @@ def batch(side: Side, model: Model, z: np.ndarray, u: np.ndarray, **settings) ->
     return outputs | {"status": np.array([status]), "warning": np.array([target.text("warning")])}
 
 
-def stepwise(side: Side, model: Model, z: np.ndarray, u: np.ndarray, other: Model | None = None, **settings) -> Arrays:
+def stepwise(side: Side, model: Model, z: NDArray[Any], u: NDArray[Any], other: Model | None = None, **settings: Any) -> Arrays:
     """Step after step by a mask of what is present; saved and loaded after a third, reset after two thirds, from the middle
     on with the matrices of the other model."""
     library, n = side.library, len(z)
@@ -168,7 +171,7 @@ def stepwise(side: Side, model: Model, z: np.ndarray, u: np.ndarray, other: Mode
 # --------------------------------------------------------------------------------------------- the list
 
 
-def settings_of() -> Iterator[tuple[str, dict]]:
+def settings_of() -> Iterator[tuple[str, Settings]]:
     for form, scaling in product(FORMS, SCALINGS):
         if form not in PRINTED or scaling == "none":
             yield f"{form}_{scaling}", {"form": form, "noise_scaling": scaling}
@@ -187,16 +190,13 @@ def models() -> dict[str, Model]:
     }  # fmt: skip
 
 
-def scenarios() -> Iterator[tuple[str, Scenario]]:
+def scenarios() -> Iterator[Named]:
     for label, model in models().items():
         u, z = flight(model)
         for name, settings in settings_of():
-            yield f"c/ins_error/run/{label}/{name}", lambda side, m=model, u=u, z=z, s=settings: batch(side, m, z, u, **s)
-            yield (
-                f"c/ins_error/missing/{label}/{name}",
-                lambda side, m=model, u=u, z=z, s=settings: batch(side, m, with_missing(z), u, **s),
-            )
+            yield f"c/ins_error/run/{label}/{name}", given(batch, model, z, u, **settings)
+            yield f"c/ins_error/missing/{label}/{name}", given(batch, model, with_missing(z), u, **settings)
     model, other = full_model(), full_model(4)
     u, z = flight(model)
     for name, settings in settings_of():
-        yield f"c/ins_error/steps/{name}", lambda side, s=settings: stepwise(side, model, with_missing(z), u, other, **s)
+        yield f"c/ins_error/steps/{name}", given(stepwise, model, with_missing(z), u, other, **settings)

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from studies.compare import attitude, calibration, fmi, hybrid_view, ins_error, simulation, tables, twins
-from studies.compare.attitude import Scenario
+from studies.compare.scenario import Named
 
 
-def all_scenarios(inputs: Path) -> Iterator[tuple[str, Scenario]]:
+def all_scenarios(inputs: Path) -> Iterator[Named]:
     """inputs: the folder of the prepared recordings; without recordings the scenarios of made motion remain."""
     trials = sorted(int(re.sub(r"\D", "", path.stem)) for path in inputs.glob("trial_*.npz"))
     yield from tables.scenarios()

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from studies.compare.attitude import Arrays, Scenario
 from studies.compare.ins_error import aircraft_data
 from studies.compare.native import Log, Object, Options
+from studies.compare.scenario import Arrays, Named, Settings, given
 from studies.compare.side import Side
 
 SENSORS = (0, 1, 2)  # gyroscope, accelerometer, magnetometer
-TUMBLING = {
+TUMBLING: Settings = {
     "roll.motion": "sine", "roll.amplitude_rad": 0.7, "roll.period_s": 3.0, "pitch.motion": "step", "pitch.start_s": 2.0,
     "pitch.amplitude_rad": 0.5, "pitch.rate_rad_s": 0.3, "yaw.motion": "triangle", "yaw.amplitude_rad": 1.0,
     "yaw.rate_rad_s": 0.5, "roll.unknown_rad": 0.1, "pitch.unknown_rad": 0.1, "yaw.unknown_rad": 1.0,
@@ -20,11 +21,11 @@ TUMBLING = {
 }  # fmt: skip
 
 
-def open_table(side: Side, **settings) -> Object:
+def open_table(side: Side, **settings: Any) -> Object:
     return Object(side.library, "turntable", "hnav_turntable_create", Options(side.library, "turntable", **settings).struct)
 
 
-def turntable(side: Side, **settings) -> Arrays:
+def turntable(side: Side, **settings: Any) -> Arrays:
     table, library = open_table(side, **settings), side.library
     log, truth, corner = Log(library), library.argument("hnav_turntable_at", 2), library.ffi.new("double *")
     rng = np.random.default_rng(4)
@@ -45,7 +46,7 @@ def turntable(side: Side, **settings) -> Arrays:
 
 # --------------------------------------------------------------------------------------------- sensors
 
-CONSUMER = {
+CONSUMER: Settings = {
     "gyro.noise_deg_per_sqrt_h": 0.5, "gyro.bias_instability_rad_s": 1e-4, "gyro.random_walk_deg_per_h_per_sqrt_h": 5.0,
     "gyro.bias_rad_s": [0.01, -0.02, 0.005], "gyro.bias_sigma_rad_s": 0.01, "gyro.drift_rad_s2": [1e-5, 0, -1e-5],
     "gyro.drift_sigma_rad_s2": 1e-5, "gyro.scale_factor": [0.01, 0, -0.01], "gyro.scale_factor_sigma": 0.01,
@@ -60,12 +61,12 @@ CONSUMER = {
     "mag.hard_iron_sigma_tesla": 1e-6, "mag.soft_iron": [0.02, 0, 0.01, 0, -0.01, 0, 0, 0.01, 0.03], "mag.soft_iron_sigma": 0.01,
     "mag.range_tesla": 5e-5, "mag.resolution_tesla": 1e-7, "seed": 5,
 }  # fmt: skip
-DELIVERY = {
+DELIVERY: Settings = {
     "gyro.latency_s": 0.004, "gyro.jitter_s": 0.002, "gyro.dropout": 0.05, "gyro.period_s": 0.01, "accel.period_s": 0.013,
     "accel.latency_s": 0.02, "accel.jitter_s": 0.004, "accel.dropout": 0.1, "mag.period_s": 0.05, "mag.latency_s": 0.2,
     "mag.dropout": 0.2, "seed": 6, "gyro.noise_deg_per_sqrt_h": 0.5,
 }  # fmt: skip
-FAULTS = {
+FAULTS: Settings = {
     "fault.mag_disturbance.start_s": 2.0, "fault.mag_disturbance.stop_s": 4.0,
     "fault.mag_disturbance.field_n_tesla": [1e-5, 0, 5e-6], "fault.mag_disturbance.strength_tesla": 2e-5,
     "fault.outliers.start_s": 1.0, "fault.outliers.stop_s": 8.0, "fault.outliers.probability": 0.1,
@@ -76,15 +77,20 @@ FAULTS = {
     "fault.noise_increase.start_s": 4.0, "fault.noise_increase.stop_s": 9.0, "fault.noise_increase.gyro_factor": 5.0,
     "fault.noise_increase.accel_factor": 3.0, "fault.noise_increase.mag_factor": 4.0,
 }  # fmt: skip
-SENSOR_SETTINGS = {"exact": {}, "consumer": CONSUMER, "delivery": DELIVERY, "faults": CONSUMER | DELIVERY | FAULTS}
+SENSOR_SETTINGS: dict[str, Settings] = {
+    "exact": {},
+    "consumer": CONSUMER,
+    "delivery": DELIVERY,
+    "faults": CONSUMER | DELIVERY | FAULTS,
+}
 
 
-def open_sensor(side: Side, **settings) -> Object:
+def open_sensor(side: Side, **settings: Any) -> Object:
     options = Options(side.library, "imu_mag_sensor", **settings)
     return Object(side.library, "imu_mag_sensor", "hnav_imu_mag_sensor_create", options.struct, 0.1)
 
 
-def sensor(side: Side, **settings) -> Arrays:
+def sensor(side: Side, **settings: Any) -> Arrays:
     """On the tumbling table for 10 s at uneven steps; saved and loaded at 3 s, reset at 7 s."""
     table, target, library = open_table(side, **TUMBLING), open_sensor(side, **settings), side.library
     truth = library.argument("hnav_turntable_at", 2)
@@ -114,7 +120,7 @@ def sensor(side: Side, **settings) -> Arrays:
 # --------------------------------------------------------------------------------------------- aircraft
 
 
-def aircraft_fields(axis: str) -> dict:
+def aircraft_fields(axis: str) -> dict[str, Any]:
     """The fields of hnav_aircraft_model of an F-4C, with a gravity error and faults."""
     data = aircraft_data(axis)
     A, B = np.array(data["A_1_s"]), np.array(data["B_1_s"])
@@ -132,7 +138,7 @@ def aircraft_fields(axis: str) -> dict:
     }  # fmt: skip
 
 
-def open_aircraft(side: Side, axis: str, **settings) -> Object:
+def open_aircraft(side: Side, axis: str, **settings: Any) -> Object:
     library = side.library
     options = Options(library, "aircraft", **settings)
     model = library.argument("hnav_aircraft_create", 2)
@@ -140,18 +146,19 @@ def open_aircraft(side: Side, axis: str, **settings) -> Object:
     return Object(library, "aircraft", "hnav_aircraft_create", options.struct, model)
 
 
-def aircraft(side: Side, axis: str, **settings) -> Arrays:
+def aircraft(side: Side, axis: str, **settings: Any) -> Arrays:
     """200 samples in one call, then sample by sample with commands; saved and loaded on the way, then the same flight
     from its beginning."""
     target, library, data = open_aircraft(side, axis, **settings), side.library, aircraft_data(axis)
     n, m = len(data["A_1_s"]), len(data["inputs"])
     widths = {"x": n, "lambda": n, "z": n, "u": m, "noise_factor": n}
-    rows = {name: np.zeros((200, width)) for name, width in widths.items()}
+    rows: Arrays = {name: np.zeros((200, width)) for name, width in widths.items()}
     sample = library.argument("hnav_aircraft_get_sample", 1)
     library.assign(sample, rows)
-    found = {"run.status": np.array([target.status("run", 200, library.ffi.NULL, sample)])}
+    found: Arrays = {"run.status": np.array([target.status("run", 200, library.ffi.NULL, sample)])}
     found |= {f"run.{name}": values for name, values in rows.items()}
-    row, log, rng = {name: np.zeros(width) for name, width in widths.items()}, Log(library), np.random.default_rng(9)
+    row: Arrays = {name: np.zeros(width) for name, width in widths.items()}
+    log, rng = Log(library), np.random.default_rng(9)
     library.assign(sample, row)
     for k in range(150):
         if k == 50:
@@ -180,13 +187,14 @@ def _filter_model(target: Object, n: int, m: int) -> Arrays:
 # --------------------------------------------------------------------------------------------- the list
 
 
-def scenarios() -> Iterator[tuple[str, Scenario]]:
-    for name, settings in {"default": {}, "tumbling": TUMBLING, "seed": TUMBLING | {"seed": 3}}.items():
-        yield f"c/turntable/{name}", lambda side, s=settings: turntable(side, **s)
+def scenarios() -> Iterator[Named]:
+    tables: dict[str, Settings] = {"default": {}, "tumbling": TUMBLING, "seed": TUMBLING | {"seed": 3}}
+    for name, settings in tables.items():
+        yield f"c/turntable/{name}", given(turntable, **settings)
     for name, settings in SENSOR_SETTINGS.items():
         for seed in (0, 5):
-            yield f"c/imu_mag_sensor/{name}/{seed}", lambda side, s=settings, n=seed: sensor(side, **s | {"seed": n})
-    chosen = {"default": {}, "euler": {"euler_colour": 1}, "exact": {"exact_process_noise": 1, "seed": 12}}
+            yield f"c/imu_mag_sensor/{name}/{seed}", given(sensor, **settings | {"seed": seed})
+    flights: dict[str, Settings] = {"default": {}, "euler": {"euler_colour": 1}, "exact": {"exact_process_noise": 1, "seed": 12}}
     for axis in ("lateral", "longitudinal"):
-        for name, settings in chosen.items():
-            yield f"c/aircraft/{axis}/{name}", lambda side, a=axis, s=settings: aircraft(side, a, **s)
+        for name, settings in flights.items():
+            yield f"c/aircraft/{axis}/{name}", given(aircraft, axis, **settings)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from studies.compare.attitude import Arrays, Scenario
 from studies.compare.native import Options, option_rows
+from studies.compare.scenario import Arrays, Named, given
 from studies.compare.side import Side
 
 PRESETS = {"ahrs": ("default",), "hrekf": ("default", "paper"), "ins_error": ("",), "turntable": ("",), "imu_mag_sensor": ("",)}
@@ -15,7 +15,7 @@ PRESETS = {"ahrs": ("default",), "hrekf": ("default", "paper"), "ins_error": (""
 
 def options(side: Side, kind: str) -> Arrays:
     """Every option by its new name."""
-    found, names = {}, side.names
+    found, names = Arrays(), side.names
     for row in option_rows(side.library, kind).values():
         name = names.canonical("option", row.name)
         found[f"{name}.unit"] = np.array(row.unit)
@@ -32,7 +32,7 @@ def magnetometer_defaults(side: Side) -> Arrays:
     return {name: np.array(numbers[name]) for name in numbers.dtype.names}
 
 
-def scenarios() -> Iterator[tuple[str, Scenario]]:
+def scenarios() -> Iterator[Named]:
     for kind in PRESETS:
-        yield f"c/options/{kind}", lambda side, k=kind: options(side, k)
+        yield f"c/options/{kind}", given(options, kind)
     yield "c/options/magnetometer", magnetometer_defaults

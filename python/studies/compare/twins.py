@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from studies.compare.attitude import PRECISE, Arrays, Scenario
-from studies.compare.inputs import trial, tumbling
-from studies.compare.ins_error import flight, models, settings_of, with_missing
+from studies.compare.attitude import PRECISE
+from studies.compare.ins_error import Model, flight, models, settings_of, with_missing
 from studies.compare.native import option_rows
+from studies.compare.scenario import Arrays, Named, Settings, Source, given, made, of_trial
 from studies.compare.side import Side
 
-HREKF_SETTINGS = {
+HREKF_SETTINGS: dict[str, Settings] = {
     "hekf": {}, "fixed": {"gamma_mode": "fixed", "gamma": 0.3}, "relative": {"gamma_mode": "relative"}, "kl": {"gamma_mode": "kl"},
     "weighted": {"gamma_mode": "kl", "gamma_weight_bias": 0.1}, "adaptation_paper": {"adaptation": "paper", "adaptation_gain": 0.1},
     "adaptation_corrected": {"adaptation": "corrected"}, "backward": {"gyro_hold": "backward"},
@@ -22,7 +23,8 @@ HREKF_SETTINGS = {
 }  # fmt: skip
 
 
-def hrekf(side: Side, settings: dict, samples) -> Arrays:
+def hrekf(side: Side, source: Source, **settings: Any) -> Arrays:
+    samples = source(side)
     names = option_rows(side.library, "hrekf")
     chosen = {side.names.find("option", name, names): value for name, value in (PRECISE | settings).items()}
     options = side.module("hnav.native.library").Options("hrekf", **chosen)
@@ -30,7 +32,7 @@ def hrekf(side: Side, settings: dict, samples) -> Arrays:
     return dict(zip(("q_nb", "gyro_bias", "sigma"), run))
 
 
-def ins_error(side: Side, model: dict, settings: dict) -> Arrays:
+def ins_error(side: Side, model: Model, **settings: Any) -> Arrays:
     u, z = flight(model)
     wrapper = side.module("hnav.filters.ins_error")
     fields = {name: value for name, value in model.items() if isinstance(value, np.ndarray) or name == "interval_s"}
@@ -42,7 +44,7 @@ def ins_error(side: Side, model: dict, settings: dict) -> Arrays:
 def system(side: Side, name: str, stop_s: float | None = None, seed: int | None = None, **chosen: str) -> Arrays:
     """Everything that the components of a system put out; the names of components and variables are the new ones."""
     run = side.module("hnav.systems.simulation").simulate(name, seed=seed, stop_s=stop_s, record=("*",), **chosen)
-    found = {"t_s": run.t_s, "failure": np.array(run.about["failure"])}
+    found: Arrays = {"t_s": run.t_s, "failure": np.array(run.about["failure"])}
     for full, values in run.columns.items():
         component, _, variable = full.partition(".")
         found[f"{side.names.canonical('component', component)}.{side.names.canonical('variable', variable)}"] = values
@@ -55,21 +57,21 @@ SCENARIOS = (
 )  # fmt: skip
 
 
-def scenarios(trials: list[int]) -> Iterator[tuple[str, Scenario]]:
+def scenarios(trials: list[int]) -> Iterator[Named]:
     for name, settings in HREKF_SETTINGS.items():
-        yield f"twin/hrekf/{name}", lambda side, s=settings: hrekf(side, s, tumbling(1))
+        yield f"twin/hrekf/{name}", given(hrekf, made(1, gaps=False), **settings)
     if 7 in trials:
-        yield "twin/hrekf/trial/07", lambda side: hrekf(side, {}, trial(side.inputs, 7).cut(20, 21))
+        yield "twin/hrekf/trial/07", given(hrekf, of_trial(7, 20, 21))
     for label, model in models().items():
         for name, settings in settings_of():
-            yield f"twin/ins_error/{label}/{name}", lambda side, m=model, s=settings: ins_error(side, m, s)
+            yield f"twin/ins_error/{label}/{name}", given(ins_error, model, **settings)
     for scenario in SCENARIOS:
-        yield f"system/turntable/{scenario}", lambda side, s=scenario: system(side, "turntable", 20, scenario=s)
+        yield f"system/turntable/{scenario}", given(system, "turntable", 20, scenario=scenario)
     for grade in ("consumer", "industrial", "tactical"):
-        yield f"system/turntable/grade/{grade}", lambda side, g=grade: system(side, "turntable", 10, grade=g)
-    yield "system/turntable", lambda side: system(side, "turntable")
+        yield f"system/turntable/grade/{grade}", given(system, "turntable", 10, grade=grade)
+    yield "system/turntable", given(system, "turntable")
     for seed in (1, 2):
-        yield f"system/turntable/seed/{seed}", lambda side, n=seed: system(side, "turntable", 10, n)
-        yield f"system/aircraft/seed/{seed}", lambda side, n=seed: system(side, "aircraft", None, n)
-    yield "system/aircraft", lambda side: system(side, "aircraft")
-    yield "system/filter", lambda side: system(side, "filter", 5)
+        yield f"system/turntable/seed/{seed}", given(system, "turntable", 10, seed)
+        yield f"system/aircraft/seed/{seed}", given(system, "aircraft", None, seed)
+    yield "system/aircraft", given(system, "aircraft")
+    yield "system/filter", given(system, "filter", 5)
