@@ -1,4 +1,7 @@
-"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base."""
+"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base.
+
+The plain data of include/hnav, types.h and the options, belong to nobody: every room may include them.
+"""
 
 import re
 from pathlib import Path
@@ -14,12 +17,14 @@ FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 ALLOWED = {
     **{f"c_src/{room}": {room, *below} for room, below in BELOW.items()},
     **{f"c_src/{room}": {room, "hybrid", "maths", "base"} for room in PRODUCTS},
-    "c_src/c_api": {"c_api", *PRODUCTS, "hybrid", "maths", "base", "hnav"},
+    "c_src/options": {"options", "base"},
+    "c_src/c_api": {"c_api", *PRODUCTS, "options", "hybrid", "maths", "base", "hnav"},
     "c_src/include": {"hnav"},
     # An FMU knows the library by its public headers alone, the adapter, and what FMUs of its kind share.
     **{f"fmu/{room}": {room, "adapter", "hnav"} for room in ("adapter", *SHARED_BY_FMUS, "bench", "fuzz", "tests")},
     **{f"fmu/{room}": {room, *SHARED_BY_FMUS, "adapter", "hnav"} for room in FMUS},
 }
+PLAIN_DATA = re.compile(r"hnav/(types|options/\w+)\.h")
 ROOMS = {room for rooms in ALLOWED.values() for room in rooms}
 # Inside attitude: the filters know what they share, and not each other.
 ALLOWED_IN_ATTITUDE = {"common": {"common"}, "ahrs": {"ahrs", "common"}, "hrekf": {"hrekf", "common"}}
@@ -39,12 +44,19 @@ def test_a_room_includes_only_what_it_may_know(folder):
     for source in sources(TOP / folder):
         for name in includes(source):
             room = name.split("/")[0]
-            if room in ROOMS and "/" in name:
+            if room in ROOMS and "/" in name and not PLAIN_DATA.fullmatch(name):
                 assert room in ALLOWED[folder], f"{source.relative_to(TOP)} includes {name}"
 
 
 def test_every_folder_of_the_fmus_is_a_room():
     assert {p.name for p in (TOP / "fmu").iterdir() if p.is_dir()} == {r.split("/")[1] for r in ALLOWED if r.startswith("fmu/")}
+
+
+def test_plain_data_depend_on_nothing_but_plain_data():
+    for header in [
+        p for p in sources(TOP / "c_src/include") if PLAIN_DATA.fullmatch(p.relative_to(TOP / "c_src/include").as_posix())
+    ]:
+        assert all(PLAIN_DATA.fullmatch(name) for name in includes(header) if name.startswith("hnav/")), header
 
 
 @pytest.mark.parametrize("room", ALLOWED_IN_ATTITUDE)

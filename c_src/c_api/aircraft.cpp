@@ -2,6 +2,7 @@
 #include "hnav/simulation.h"
 
 #include "c_api/message.hpp"
+#include "options/lists.hpp"
 #include "simulation/aircraft_flight.hpp"
 
 #include <cstdlib>
@@ -19,8 +20,6 @@ struct hnav_aircraft : hnav::KeptMessage<320> {
 };
 
 namespace {
-
-constexpr std::uint64_t aircraft_cookie = 0x686e61760001'0101ull; // "hnav", options layout, plant
 
 // Checks the entries of a model one after the other and keeps the first complaint.
 struct Check : hnav::CallersMessage {
@@ -49,18 +48,11 @@ struct Check : hnav::CallersMessage {
             status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, least, hnav::largest_dimension);
     }
 
-    void flag(const char* name, int value) {
-        if (status == HNAV_OK && value != 0 && value != 1)
-            status = fail(HNAV_ERROR_OPTION, "%s = %d is impossible: it must be 0 or 1", name, value);
-    }
-
     static constexpr double no_bound = 1e300;
 };
 
 void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& is) {
     constexpr double any = -Check::no_bound;
-    is.flag("euler_colour", o.euler_colour);
-    is.flag("exact_process_noise", o.exact_process_noise);
     is.size("nx", m.nx, 1);
     is.size("nu", m.nu, 0);
     if (is.status != HNAV_OK) return;
@@ -107,7 +99,7 @@ void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircra
     f.nx = m.nx;
     f.nu = m.nu;
     f.interval_s = m.interval_s;
-    f.seed = o.seed;
+    f.seed = static_cast<std::uint64_t>(o.seed);
     f.aircraft.assign(m.nx, m.nu, m.A_1_s, m.B_1_s, m.process_noise_per_sqrt_s, m.interval_s, o.exact_process_noise != 0);
     for (int i = 0; i < m.nx; ++i) {
         const auto process = [&](const hnav_gauss_markov& e) {
@@ -185,12 +177,6 @@ constexpr std::size_t saved_bytes = sizeof(SavedHeader) + sizeof(AircraftFlight:
 
 extern "C" {
 
-hnav_aircraft_options hnav_aircraft_defaults(void) {
-    hnav_aircraft_options o{};
-    o.cookie = aircraft_cookie;
-    return o;
-}
-
 hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options, const hnav_aircraft_model* model,
                                  char* message, size_t message_size) {
     Check is{{message, message_size}};
@@ -199,10 +185,8 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     if (!aircraft) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
     else if (!options) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     else if (!model) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
-    else if (options->cookie != aircraft_cookie)
-        is.status =
-            is.fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_aircraft_defaults of hnav %s", hnav_version());
-    else check(*options, *model, is);
+    else is.status = is.check_options(options, hnav::aircraft_options);
+    if (is.status == HNAV_OK) check(*options, *model, is);
     if (is.status != HNAV_OK) return is.status;
 
     void* memory = std::malloc(sizeof(hnav_aircraft));

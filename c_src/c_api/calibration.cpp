@@ -1,7 +1,9 @@
 // The C boundary of the calibration: checks samples and options, and puts every refusal into words.
 #include "calibration/magnetometer.hpp"
 
-#include "hnav/hnav.h"
+#include "c_api/message.hpp"
+#include "hnav/calibration.h"
+#include "options/lists.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -10,27 +12,10 @@ namespace {
 
 using hnav::Refusal;
 
-constexpr std::uint64_t magnetometer_cookie = 0x686e61760001'0101ull; // "hnav", options layout 1, calibration 1
 constexpr double deg = M_PI / 180;
 constexpr double largest_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
 
 bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
-
-// The name of the first option out of its range, or null.
-const char* impossible(const hnav_magnetometer_options& o) {
-    // Written so that NaN is outside.
-    if (!(o.outlier_sigma >= 1 && o.outlier_sigma <= 100)) return "outlier_sigma must be in [1, 100]";
-    if (!(o.condition_limit > 1)) return "condition_limit must be above 1";
-    if (!(o.ambiguity_limit > 0 && o.ambiguity_limit <= 1)) return "ambiguity_limit must be in (0, 1]";
-    if (!(o.coverage_limit >= 0 && o.coverage_limit < 1)) return "coverage_limit must be in [0, 1)";
-    if (!(o.axis_ratio_limit > 1)) return "axis_ratio_limit must be above 1";
-    if (!(o.direction_sigma_limit_rad > 0)) return "direction_sigma_limit_rad must be above 0";
-    if (!(o.force_tolerance > 0 && o.force_tolerance <= 1)) return "force_tolerance must be in (0, 1]";
-    if (o.samples_least < 13) return "samples_least must be at least 13, the number of unknowns";
-    if (o.robust != 0 && o.robust != 1) return "robust must be 0 or 1";
-    if (o.allow_hard_iron_only != 0 && o.allow_hard_iron_only != 1) return "allow_hard_iron_only must be 0 or 1";
-    return nullptr;
-}
 
 void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
               size_t size) {
@@ -118,37 +103,15 @@ void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration
 
 extern "C" {
 
-hnav_magnetometer_options hnav_magnetometer_defaults(void) {
-    hnav_magnetometer_options o{};
-    o.cookie = magnetometer_cookie;
-    o.outlier_sigma = 3;
-    o.condition_limit = 1e3;
-    o.ambiguity_limit = 0.1;
-    o.coverage_limit = 0.05;
-    o.axis_ratio_limit = 3;
-    // Indoors, where the field differs from place to place, the true error came out several times larger than stated
-    // (BROAD against optical truth), and a chip as it comes is good to a degree or two.
-    o.direction_sigma_limit_rad = 0.5 * deg;
-    o.force_tolerance = 0.05;
-    o.samples_least = 50;
-    o.robust = 1;
-    return o;
-}
-
 hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,
                                         const hnav_magnetometer_options* options, hnav_magnetometer_calibration* calibration,
                                         char* message, size_t message_size) {
-    const auto say = [&](hnav_status status, const char* format, auto... arguments) {
-        if (message && message_size > 0) std::snprintf(message, message_size, format, arguments...);
-        return status;
-    };
-    if (message && message_size > 0) message[0] = '\0';
-    if (!field) return say(HNAV_ERROR_NULL_ARGUMENT, "field is null");
-    if (!calibration) return say(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!field) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "field is null");
+    if (!calibration) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
     const hnav_magnetometer_options o = options ? *options : hnav_magnetometer_defaults();
-    if (o.cookie != magnetometer_cookie)
-        return say(HNAV_ERROR_OPTIONS_STAMP, "options were not made by hnav_magnetometer_defaults of hnav %s", hnav_version());
-    if (const char* reason = impossible(o)) return say(HNAV_ERROR_OPTION, "%s", reason);
+    if (const hnav_status status = caller.check_options(&o, hnav::magnetometer_options)) return status;
 
     for (const double* rows : {field, force_b_m_s2}) {
         const char* name = rows == field ? "field" : "force_b_m_s2";
@@ -157,10 +120,11 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
             if (missing(v)) continue;
             for (int k = 0; k < 3; ++k) {
                 if (!std::isfinite(v[k]))
-                    return say(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
+                    return caller.fail(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1],
+                                       v[2]);
                 if (std::fabs(v[k]) > largest_reading)
-                    return say(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k],
-                               largest_reading);
+                    return caller.fail(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k],
+                                       largest_reading);
             }
         }
     }
@@ -183,11 +147,11 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     describe(refusal, c, o, reason, sizeof reason);
     if (answered) {
         store(c, calibration);
-        return say(HNAV_OK, "%s", reason);
+        return caller.fail(HNAV_OK, "%s", reason);
     }
     const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.samples_least;
-    return say(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
-               tried_hard_iron ? "; nor is hard iron alone determined" : "");
+    return caller.fail(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
+                       tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }
 
 } // extern "C"

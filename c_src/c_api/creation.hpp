@@ -4,7 +4,8 @@
 
 #include "attitude/common/start.hpp"
 #include "c_api/attitude_filter.hpp"
-#include "c_api/option_table.hpp"
+#include "c_api/message.hpp"
+#include "options/lists.hpp"
 
 namespace hnav {
 
@@ -29,9 +30,7 @@ StartSettings start_of(const Options& o, const Frames& frames) {
 }
 
 struct Creation : CallersMessage {
-    OptionTable table;
-    std::uint64_t cookie;
-    const char* defaults; // the call that makes the options
+    const OptionList& list;
 
     // Null pointers, the stamp, the range of every field, quaternions of no length.
     template <class Options>
@@ -40,7 +39,7 @@ struct Creation : CallersMessage {
         if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
         *filter = nullptr;
         if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-        const hnav_status status = check_options(options, options->cookie, cookie, defaults, table);
+        const hnav_status status = check_options(options, list);
         if (status != HNAV_OK) return status;
         if (Quaternion(options->start_q_nb).norm() < 0.1)
             return fail(HNAV_ERROR_OPTION, "start_q_nb is no attitude: its length is below 0.1");
@@ -61,7 +60,7 @@ struct Creation : CallersMessage {
         e.atol = o.solver_atol;
         e.horizon_s = o.horizon_s;
         e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
-        e.fingerprint = fingerprint(table, &o);
+        e.fingerprint = fingerprint(list, &o);
         *filter = AttitudeFilter<Model>::make(model, frames, o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD, e);
         return *filter ? HNAV_OK
                        : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);

@@ -2,7 +2,8 @@
 #include "simulation/imu_mag_sensor.hpp"
 
 #include "c_api/message.hpp"
-#include "c_api/simulation_options.hpp"
+#include "hnav/simulation.h"
+#include "options/lists.hpp"
 #include "simulation/streams.hpp"
 
 #include <cstdlib>
@@ -152,20 +153,6 @@ bool finite(const double* v, int n) {
 
 extern "C" {
 
-hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void) {
-    hnav_imu_mag_sensor_options o{};
-    o.cookie = hnav::imu_mag_sensor_cookie;
-    o.gyro.period_s = o.accel.period_s = o.mag.period_s = 0.01;
-    o.fault.stuck.axis = 1;
-    o.fault.noise_increase.gyro_factor = o.fault.noise_increase.accel_factor = o.fault.noise_increase.mag_factor = 1;
-    return o;
-}
-
-const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index) {
-    const hnav::OptionTable table = hnav::imu_mag_sensor_option_table();
-    return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
-}
-
 hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_imu_mag_sensor_options* options, double start_s,
                                        char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
@@ -173,9 +160,7 @@ hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_
     if (!sensor) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "sensor is null");
     *sensor = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    const hnav::OptionTable table = hnav::imu_mag_sensor_option_table();
-    hnav_status status =
-        caller.check_options(options, options->cookie, hnav::imu_mag_sensor_cookie, "hnav_imu_mag_sensor_defaults", table);
+    hnav_status status = caller.check_options(options, hnav::imu_mag_sensor_options);
     if (status == HNAV_OK) status = check_time(caller, "gyro", options->gyro);
     if (status == HNAV_OK) status = check_time(caller, "accel", options->accel);
     if (status == HNAV_OK) status = check_time(caller, "mag", options->mag);
@@ -187,7 +172,7 @@ hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_
     fill_models(*options, start_s, self->models);
     std::uint64_t start_word;
     std::memcpy(&start_word, &start_s, sizeof start_word);
-    self->stamp = hnav::fingerprint(table, options) ^ (start_word * 1099511628211ull);
+    self->stamp = hnav::fingerprint(hnav::imu_mag_sensor_options, options) ^ (start_word * 1099511628211ull);
     hnav_imu_mag_sensor_reset(self);
     *sensor = self;
     return HNAV_OK;

@@ -3,6 +3,7 @@
 
 #include "c_api/message.hpp"
 #include "ins_error/ins_error_filter.hpp"
+#include "options/lists.hpp"
 
 #include <cmath>
 #include <cstdarg>
@@ -149,29 +150,6 @@ void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, st
 
 extern "C" {
 
-hnav_ins_error_options hnav_ins_error_defaults(void) {
-    hnav_ins_error_options o{};
-    o.cookie = hnav::ins_error_cookie;
-    o.form = HNAV_INS_ERROR_AUGMENTED;
-    o.noise_scaling = HNAV_NOISE_SCALING_HMM;
-    o.window = 20;
-    o.gate_alpha = 1e-3;
-    // Variances of 1, 4, 16, 64, 256: noise of up to sixteen times the healthy sigma, at steps of two.
-    o.hmm_levels = 5;
-    o.hmm_level_ratio = 4;
-    o.hmm_fault_probability = 1e-3;
-    o.hmm_recovery_probability = 2e-3;
-    o.hmm_drift_probability = 1e-2;
-    o.lag = 0;
-    o.joseph = 1;
-    return o;
-}
-
-const hnav_option_info* hnav_ins_error_option(int32_t index) {
-    const hnav::OptionTable table = hnav::ins_error_option_table();
-    return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
-}
-
 hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const hnav_ins_error_options* options,
                                          const hnav_ins_error_model* model, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
@@ -180,9 +158,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     *filter = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!model) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
-    const hnav::OptionTable table = hnav::ins_error_option_table();
-    const hnav_status status =
-        caller.check_options(options, options->cookie, hnav::ins_error_cookie, "hnav_ins_error_defaults", table);
+    const hnav_status status = caller.check_options(options, hnav::ins_error_options);
     if (status != HNAV_OK) return status;
 
     const hnav::ModelData data = data_of(*model);
@@ -211,7 +187,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
         return caller.fail(status_of(why), "%s", why.text);
     }
     self->filter->create();
-    self->fingerprint = hnav::fingerprint(table, options) ^ (self->filter->model.fingerprint() * 3);
+    self->fingerprint = hnav::fingerprint(hnav::ins_error_options, options) ^ (self->filter->model.fingerprint() * 3);
     *filter = self;
     return HNAV_OK;
 }

@@ -1,7 +1,7 @@
 // The one line that says what was wrong: kept in an object, or written where the caller of a create call wants it.
 #pragma once
 
-#include "c_api/option_table.hpp"
+#include "base/option_list.hpp"
 
 #include <cstdarg>
 #include <cstddef>
@@ -47,19 +47,33 @@ struct CallersMessage {
         return status;
     }
 
-    // The stamp of the options and the range of every field. stamp: their cookie; defaults: the call that sets it.
-    hnav_status check_options(const void* options, std::uint64_t stamp, std::uint64_t cookie, const char* defaults,
-                              const OptionTable& table) const {
-        if (stamp != cookie)
-            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s of hnav %s", defaults, hnav_version());
+    // The stamp of the options and the range of every field.
+    hnav_status check_options(const void* options, const OptionList& list) const {
+        if (const hnav_status status = check_origin(options, list)) return status;
         int component;
         double value;
-        const hnav_option_info* row = find_impossible(table, options, &component, &value);
+        const hnav_option_info* row = find_impossible(list, options, &component, &value);
         if (!row) return HNAV_OK;
         char index[16] = "";
         if (row->count > 1) std::snprintf(index, sizeof index, "[%d]", component);
-        return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g]", row->name, index, value,
-                    row->min_is_open ? '(' : '[', row->min, row->max);
+        return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g%c", row->name, index, value,
+                    row->min_is_open ? '(' : '[', row->min, row->max, row->max_is_open ? ')' : ']');
+    }
+
+    hnav_status check_origin(const void* options, const OptionList& list) const {
+        const Version made = version_of(options);
+        switch (origin_of(list, options)) {
+        case Origin::here: return HNAV_OK;
+        case Origin::other_version:
+            return fail(HNAV_ERROR_OPTIONS_STAMP,
+                        "options were made by %s of hnav %d.%d.%d, this is hnav %s: make them anew by the library that is used",
+                        list.defaults_call, made.major, made.minor, made.patch, hnav_version());
+        case Origin::other_list:
+            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were made by another call than %s, which this object needs",
+                        list.defaults_call);
+        default:
+            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s: begin with what it returns", list.defaults_call);
+        }
     }
 };
 

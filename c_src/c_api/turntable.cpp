@@ -1,6 +1,7 @@
 // The C boundary of the turntable.
 #include "c_api/message.hpp"
-#include "c_api/simulation_options.hpp"
+#include "hnav/simulation.h"
+#include "options/lists.hpp"
 #include "simulation/motion.hpp"
 #include "simulation/random.hpp"
 #include "simulation/streams.hpp"
@@ -44,26 +45,6 @@ void store(const hnav::Truth& from, double t_s, hnav_truth* truth) {
 
 extern "C" {
 
-hnav_turntable_options hnav_turntable_defaults(void) {
-    hnav_turntable_options o{};
-    o.cookie = hnav::turntable_cookie;
-    for (hnav_axis_options* axis : {&o.roll, &o.pitch, &o.yaw}) {
-        axis->rate_rad_s = 10 * M_PI / 180;
-        axis->period_s = 10;
-    }
-    o.yaw.motion = HNAV_MOTION_TRIANGLE;
-    o.yaw.amplitude_rad = 60 * M_PI / 180;
-    o.gravity_m_s2 = 9.80665;
-    o.field_strength_tesla = 5e-5;
-    o.field_dip_rad = 60 * M_PI / 180;
-    return o;
-}
-
-const hnav_option_info* hnav_turntable_option(int32_t index) {
-    const hnav::OptionTable table = hnav::turntable_option_table();
-    return index >= 0 && index < table.count ? &table.rows[index] : nullptr;
-}
-
 hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
                                   size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
@@ -71,8 +52,7 @@ hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_o
     if (!table) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
     *table = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    const hnav_status status = caller.check_options(options, options->cookie, hnav::turntable_cookie, "hnav_turntable_defaults",
-                                                    hnav::turntable_option_table());
+    const hnav_status status = caller.check_options(options, hnav::turntable_options);
     if (status != HNAV_OK) return status;
     void* memory = std::malloc(sizeof(hnav_turntable));
     if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");

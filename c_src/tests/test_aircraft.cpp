@@ -326,7 +326,7 @@ TEST(Aircraft, EveryImpossibleEntryIsRefusedByName) {
         {"faults.factor[1]", HNAV_ERROR_OPTION, [](auto&, auto&, auto& d) { d.faults[1].factor = -1; }},
         {"euler_colour = 2", HNAV_ERROR_OPTION, [](auto&, auto& o, auto&) { o.euler_colour = 2; }},
         {"exact_process_noise = -1", HNAV_ERROR_OPTION, [](auto&, auto& o, auto&) { o.exact_process_noise = -1; }},
-        {"hnav_aircraft_defaults", HNAV_ERROR_OPTIONS_STAMP, [](auto&, auto& o, auto&) { o.cookie = 0; }},
+        {"hnav_aircraft_defaults", HNAV_ERROR_OPTIONS_STAMP, [](auto&, auto& o, auto&) { o.stamp = 0; }},
         {"beyond what numbers hold", HNAV_ERROR_OPTION,
          [](auto& m, auto&, auto& d) {
              d.A[0] = -1e300;

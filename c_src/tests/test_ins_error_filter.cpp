@@ -475,7 +475,7 @@ TEST(InsErrorFilter, EveryImpossibleOptionIsRefusedByName) {
         EXPECT_EQ(std::string(message).find(row->name), 0u) << message;
     }
     hnav_ins_error_options o = hnav_ins_error_defaults();
-    o.cookie = 0;
+    o.stamp = 0;
     EXPECT_EQ(hnav_ins_error_filter_create(&filter, &o, &view, message, sizeof message), HNAV_ERROR_OPTIONS_STAMP);
     EXPECT_EQ(hnav_ins_error_filter_create(&filter, nullptr, &view, nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
     o = hnav_ins_error_defaults();

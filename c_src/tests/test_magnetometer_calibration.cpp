@@ -369,7 +369,7 @@ TEST(MagnetometerCalibrationRefuses, NullPointers) {
 
 TEST(MagnetometerCalibrationRefuses, OptionsWithoutStampOrOutOfRange) {
     const Recording r = record({}, 1);
-    expect_refusal(calibrate(r, true, [](auto& o) { o.cookie = 0; }), HNAV_ERROR_OPTIONS_STAMP, "hnav_magnetometer_defaults");
+    expect_refusal(calibrate(r, true, [](auto& o) { o.stamp = 0; }), HNAV_ERROR_OPTIONS_STAMP, "hnav_magnetometer_defaults");
     const struct {
         const char* name;
         std::function<void(hnav_magnetometer_options&)> change;

@@ -10,29 +10,6 @@ namespace hnav::fmu {
 
 using OptionAt = const hnav_option_info* (*)(std::int32_t);
 
-// The value of one component of an option.
-inline double option_value(const hnav_option_info& option, const void* options, int component) {
-    const char* field = static_cast<const char*>(options) + option.offset;
-    if (option.kind == HNAV_OPTION_REAL) {
-        double value;
-        std::memcpy(&value, field + component * sizeof value, sizeof value);
-        return value;
-    }
-    std::int32_t value;
-    std::memcpy(&value, field, sizeof value);
-    return value;
-}
-
-inline void set_option(const hnav_option_info& option, void* options, int component, double value) {
-    char* field = static_cast<char*>(options) + option.offset;
-    if (option.kind == HNAV_OPTION_REAL) {
-        std::memcpy(field + component * sizeof value, &value, sizeof value);
-        return;
-    }
-    const auto integer = static_cast<std::int32_t>(value);
-    std::memcpy(field, &integer, sizeof integer);
-}
-
 // The row of one component, its start value taken from options.
 inline Variable option_row(const hnav_option_info& option, const void* options, int component) {
     Variable v = variable(option.name, Type::real, Causality::parameter, Variability::fixed, option.description);
@@ -47,7 +24,7 @@ inline Variable option_row(const hnav_option_info& option, const void* options, 
     v.choice_count = option.choice_count;
     v.min = option.min;
     v.max = option.max;
-    v.start = option_value(option, options, component);
+    v.start = hnav_option_value(&option, options, component);
     return v;
 }
 
@@ -64,8 +41,8 @@ inline void take_options(OptionAt option_at, int first, double* values, const do
     int row = first;
     for (int k = 0; const hnav_option_info* option = option_at(k); ++k)
         for (int i = 0; i < option->count; ++i, ++row) {
-            if (written[row] != 0) set_option(*option, options, i, values[row]);
-            values[row] = option_value(*option, options, i);
+            if (written[row] != 0) hnav_set_option_value(option, options, i, values[row]);
+            values[row] = hnav_option_value(option, options, i);
         }
 }
 

@@ -5,6 +5,8 @@
 #ifndef HNAV_ATTITUDE_H
 #define HNAV_ATTITUDE_H
 
+#include "hnav/options/ahrs.h"
+#include "hnav/options/hrekf.h"
 #include "hnav/types.h"
 
 #ifdef __cplusplus
@@ -13,189 +15,15 @@ extern "C" {
 
 /* ------------------------------------------------------------------------------------------------ options */
 
-typedef enum hnav_adaptation {
-    HNAV_ADAPTATION_OFF = 0,
-    HNAV_ADAPTATION_PAPER = 1,    /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
-    HNAV_ADAPTATION_CORRECTED = 2 /* divided by the interval, with the covariance terms, annealed, bounded */
-} hnav_adaptation;
-
-/* Options of the paper's filter (HEKF, HREKF). Make them with hnav_hrekf_defaults, then change what you need.
- * hnav_hrekf_option() tells unit, range and meaning of every field at run time. */
-typedef struct hnav_hrekf_options {
-    uint64_t cookie; /* set by hnav_hrekf_defaults */
-
-    /* Process noise, as densities: covariance per second is the square. */
-    double gyro_noise_rad_per_sqrt_s;         /* angle random walk */
-    double gyro_bias_walk_rad_s_per_sqrt_s;   /* rate random walk of the bias */
-    double quaternion_noise_per_sqrt_s;       /* on all four components alike: the paper's L = I; 0 otherwise */
-
-    /* Measurement noise, as densities: one sample that stands for an interval T has variance density^2 / T. */
-    double accel_noise_per_sqrt_hz; /* of the direction of specific force */
-    double mag_noise_per_sqrt_hz;   /* of the field in units of the reference strength */
-    double interval_limit_s;        /* longest interval that one sample may stand for; the first stands for none */
-
-    /* Robust law. */
-    double gamma;                   /* FIXED */
-    double gamma_relative_rate_1_s; /* RELATIVE: rho = 1 - exp(-rate T) */
-    double gamma_kl_rate_1_s;       /* KL: nats per second */
-    double gamma_weight_attitude;   /* L on the quaternion */
-    double gamma_weight_bias;       /* L on the bias */
-
-    /* Robbins-Monro adaptation of the bias walk. */
-    double adaptation_gain;                         /* alpha; the floor of the annealed alpha when CORRECTED */
-    double adaptation_floor_rad_s_per_sqrt_s;       /* the adapted bias walk stays within these bounds (CORRECTED) */
-    double adaptation_cap_rad_s_per_sqrt_s;
-
-    /* Start. */
-    double start_q_nb[4];              /* ATTITUDE; in navigation_frame */
-    double start_heading_rad;          /* HEADING: true heading of body x, clockwise from north */
-    double start_gyro_bias_rad_s[3];
-    double start_sigma_tilt_rad;
-    double start_sigma_heading_rad;
-    double start_sigma_bias_rad_s;
-
-    /* Reference field, when GIVEN. */
-    double reference_strength_tesla;
-    double reference_dip_rad;          /* positive when the field points down (northern hemisphere) */
-
-    /* Gates: a sample whose normalised innovation squared exceeds the limit is used with inflated noise. 0 = never.
-     * They work while tilt (force), or tilt and heading (field, heading) are ready: a gate that rejects for long lets
-     * sigma grow until it opens. Set accel_gate_nis to 13.9 (99.7 % of chi square) when the noise above is that of the
-     * sensors; the default belongs to the default noise. */
-    double accel_gate_nis;
-    double mag_gate_nis;
-    double heading_gate_nis;
-
-    /* Ready: sigma below this, and at least as much information gained since the start. */
-    double ready_tilt_rad;
-    double ready_heading_rad;
-
-    /* Interface. */
-    double declination_rad;            /* true heading = magnetic heading + declination */
-    double q_body_sensor[4];           /* mounting: turns sensor vectors into the body frame */
-
-    /* Integrator. */
-    double solver_rtol;
-    double solver_atol;                /* relative to the nominal size of each state */
-    double euler_step_s;
-
-    /* Late samples. */
-    double horizon_s;                  /* how far behind the newest used sample a sample may still come */
-
-    int32_t gyro_hold;                 /* hnav_gyro_hold */
-    int32_t gamma_mode;                /* hnav_gamma_mode */
-    int32_t adaptation;                /* hnav_adaptation */
-    int32_t start_mode;                /* hnav_start_mode */
-    int32_t start_samples;             /* samples of each sensor averaged for the start */
-    int32_t reference_mode;            /* hnav_reference_mode */
-    int32_t navigation_frame;          /* hnav_navigation_frame */
-    int32_t solver;                    /* hnav_solver */
-    int32_t queue_capacity;            /* instants that may wait, including those within the horizon */
-} hnav_hrekf_options;
-
+/* The AHRS has HNAV_PRESET_DEFAULT alone. */
+HNAV_API hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset);
 HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
 
-/* Options of the AHRS, the filter for real sensors; hnav_ahrs_option() tells unit, range and meaning. Fields named
- * as in hnav_hrekf_options mean the same. Densities: a quantity that stands for an interval T has variance density^2 / T.
- * Fields are in units of the strength of the reference. */
-typedef struct hnav_ahrs_options {
-    uint64_t cookie; /* set by hnav_ahrs_defaults */
-
-    /* Gyroscope. */
-    double gyro_noise_rad_per_sqrt_s;
-    double gyro_rate_noise_sqrt_s;          /* noise that grows with the rate: density = this x |rate| */
-    double gyro_bias_walk_rad_s_per_sqrt_s;
-
-    /* Accelerometer: velocity stays bounded. */
-    double velocity_noise_m_s_per_sqrt_hz;
-    double unseen_acceleration_m_s2;        /* while samples of force are missing */
-    double unseen_turn_factor;              /* while samples of rate are missing, of its usual change */
-
-    /* Magnetometer. */
-    double mag_azimuth_noise_per_sqrt_hz;   /* across the reference */
-    double mag_intensity_noise_per_sqrt_hz; /* horizontal and vertical intensity */
-    double mag_rest_factor;                 /* of both variances at rest, where distortions do not average out */
-    double reference_walk_per_sqrt_s;
-
-    double correction_interval_s;           /* samples are gathered and corrected so often, at the sample nearest */
-    double interval_limit_s;
-
-    /* Rest. */
-    double rest_rate_rad_s;                 /* deviation of the rate from its running mean */
-    double rest_force_m_s2;
-    double rest_mean_rate_rad_s;            /* on each axis */
-    double rest_duration_s;
-    double rest_filter_s;                   /* time constant of the running means */
-    double rest_bias_noise_rad_s_per_sqrt_hz;
-
-    /* Magnetic reference. */
-    double mag_gate;                        /* distance of the intensities */
-    double mag_gate_longest_s;
-    double mag_gate_share;                  /* a field is refused no longer than this times the time the reference served */
-    double turning_rad_s;                   /* evidence counts fully above this root mean square rate */
-    double still_weight;                    /* and by this weight below */
-    double candidate_radius;
-    double candidate_mean_s;
-    double candidate_first_s;               /* evidence that replaces a reference without any */
-    double candidate_share;                 /* else this share of the reference's evidence */
-    double trust_s;                         /* evidence after which a new field no longer turns the heading */
-    double turn_least_rad;                  /* least error of heading that a new field corrects at once */
-    double turn_sigmas;
-    double turn_sigma_rad;                  /* added to a heading that was turned */
-
-    /* Robust law, while heading is not ready. */
-    double gamma;
-    double gamma_relative_rate_1_s;
-    double gamma_kl_rate_1_s;
-
-    /* Start. */
-    double start_q_nb[4];
-    double start_heading_rad;
-    double start_gyro_bias_rad_s[3];
-    double start_field_wait_s;              /* start level with an unknown heading if no field has come by then */
-    double start_sigma_tilt_rad;
-    double start_sigma_heading_rad;
-    double start_sigma_bias_rad_s;
-    double start_sigma_velocity_m_s;
-    double start_sigma_reference;
-    double start_sigma_latency_s;           /* of the magnetometer behind its time stamps */
-    double start_sigma_gyro_scale;
-    double start_sigma_gyro_misalignment_rad;
-
-    double reference_strength_tesla;
-    double reference_dip_rad;
-
-    double heading_gate_nis;
-    double ready_tilt_rad;
-    double ready_heading_rad;
-    double ready_evidence_s;                /* and the field has agreed with the reference for so long, */
-    double ready_calm_s;                    /* and nothing has spoken against it for so long */
-
-    double declination_rad;
-    double q_body_sensor[4];
-    double output_latency_s;                /* attitude is shown as it will be this much later at the present rate */
-
-    double solver_rtol;
-    double solver_atol;
-    double euler_step_s;
-    double horizon_s;
-
-    int32_t gyro_hold;
-    int32_t gamma_mode;
-    int32_t start_mode;
-    int32_t start_samples;
-    int32_t reference_mode;
-    int32_t navigation_frame;
-    int32_t solver;
-    int32_t queue_capacity;
-} hnav_ahrs_options;
-
-/* HNAV_PRESET_DEFAULT is the one preset. */
-HNAV_API hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset);
-
 /* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_hrekf_option(int32_t index);
 HNAV_API const hnav_option_info* hnav_ahrs_option(int32_t index);
+HNAV_API const hnav_option_info* hnav_hrekf_option(int32_t index);
+HNAV_API const hnav_preset_info* hnav_ahrs_preset(int32_t index);
+HNAV_API const hnav_preset_info* hnav_hrekf_preset(int32_t index);
 
 /* ------------------------------------------------------------------------------------------------ life */
 

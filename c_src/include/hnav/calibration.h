@@ -3,34 +3,21 @@
  * axes of the field and those of the force. An ellipsoid is fitted (Li and Griffiths 2004), gravity gives the rotation
  * that it leaves open, both are refined together (Kok, Hol, Schon, Gustafsson, Luinge 2012), outliers lose their weight.
  *
- *     corrected = matrix (field - offset)
- *
- * All thresholds are free of units. Make the options with hnav_magnetometer_defaults, then change what you need. */
+ *     corrected = matrix (field - offset) */
 #ifndef HNAV_CALIBRATION_H
 #define HNAV_CALIBRATION_H
 
+#include "hnav/options/magnetometer.h"
 #include "hnav/types.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef struct hnav_magnetometer_options {
-    uint64_t cookie;              /* set by hnav_magnetometer_defaults */
-    double outlier_sigma;         /* beyond this many robust standard deviations a sample is an outlier; [1, 100] */
-    double condition_limit;       /* refuse the full fit when condition exceeds it; > 1 */
-    double ambiguity_limit;       /* refuse it when ambiguity exceeds it; (0, 1] */
-    double coverage_limit;        /* refuse it when coverage is below; [0, 1) */
-    double axis_ratio_limit;      /* refuse it when axis_ratio exceeds it; > 1 */
-    double direction_sigma_limit_rad; /* do without the rotation, then refuse, when direction_sigma_rad exceeds it; > 0 */
-    double force_tolerance;       /* a force is gravity when its length is this near to the median, relative; (0, 1] */
-    int32_t samples_least;        /* attitudes needed, and attitudes with gravity for the rotation; >= 13 */
-    int32_t robust;               /* 1: outliers lose their weight; 0: plain least squares */
-    int32_t allow_hard_iron_only; /* 1: where the full fit is refused, answer with the offset alone */
-    int32_t reserved;             /* 0 */
-} hnav_magnetometer_options;
-
 HNAV_API hnav_magnetometer_options hnav_magnetometer_defaults(void);
+
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_magnetometer_option(int32_t index);
 
 typedef enum hnav_magnetometer_fit {
     HNAV_MAGNETOMETER_FULL = 0,          /* offset and matrix, rotation included */

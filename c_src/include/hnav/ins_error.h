@@ -17,6 +17,7 @@
 #ifndef HNAV_INS_ERROR_H
 #define HNAV_INS_ERROR_H
 
+#include "hnav/options/ins_error.h"
 #include "hnav/types.h"
 
 #ifdef __cplusplus
@@ -24,39 +25,6 @@ extern "C" {
 #endif
 
 typedef struct hnav_ins_error_filter hnav_ins_error_filter;
-
-typedef enum hnav_ins_error_form {
-    HNAV_INS_ERROR_MDKF = 0, /* measurement differencing as printed; its estimate is one step late */
-    HNAV_INS_ERROR_AMDKF = 1, /* the same with covariance matching over a window, as printed */
-    HNAV_INS_ERROR_DIFFERENCED = 2, /* differencing with the correlation where it belongs; exact when v = 0 */
-    HNAV_INS_ERROR_AUGMENTED = 3, /* lambda as states: optimal */
-    HNAV_INS_ERROR_PLAIN = 4 /* Kalman filter that takes lambda for white noise of covariance Lambda0 */
-} hnav_ins_error_form;
-
-typedef enum hnav_noise_scaling { /* of Qv, by channel; not for the printed forms */
-                                  HNAV_NOISE_SCALING_NONE = 0,
-                                  HNAV_NOISE_SCALING_PAPER_MATCH =
-                                      1, /* innovation covariance matching over a window, never below 1 */
-                                  HNAV_NOISE_SCALING_GATED_MATCH =
-                                      2, /* the same behind a chi-square test of conditional innovations */
-                                  HNAV_NOISE_SCALING_HMM = 3 /* a hidden Markov chain over noise levels */
-} hnav_noise_scaling;
-
-/* Make them with hnav_ins_error_defaults; hnav_ins_error_option() tells unit, range and meaning at run time. */
-typedef struct hnav_ins_error_options {
-    uint64_t cookie; /* set by hnav_ins_error_defaults */
-    double gate_alpha; /* GATED_MATCH: false alarms per test of a window */
-    double hmm_level_ratio; /* HMM: levels 1, r, r^2, ... of the variance */
-    double hmm_fault_probability; /* healthy to faulty, per step, shared by the faulty levels */
-    double hmm_recovery_probability; /* faulty to healthy, per step */
-    double hmm_drift_probability; /* faulty to the neighbouring faulty levels, per step, together */
-    int32_t form; /* hnav_ins_error_form */
-    int32_t noise_scaling; /* hnav_noise_scaling */
-    int32_t window; /* M, steps: AMDKF, PAPER_MATCH, GATED_MATCH */
-    int32_t hmm_levels;
-    int32_t lag; /* 1: outputs are of the step before the newest sample, smoothed by it */
-    int32_t joseph; /* 1: covariance in Joseph's form; the printed forms have none */
-} hnav_ins_error_options;
 
 /* AUGMENTED, HMM, no lag, Joseph. */
 HNAV_API hnav_ins_error_options hnav_ins_error_defaults(void);

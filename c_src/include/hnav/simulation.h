@@ -7,6 +7,9 @@
 #define HNAV_SIMULATION_H
 
 #include "hnav/ins_error.h"
+#include "hnav/options/aircraft.h"
+#include "hnav/options/imu_mag_sensor.h"
+#include "hnav/options/turntable.h"
 #include "hnav/types.h"
 
 #ifdef __cplusplus
@@ -63,16 +66,9 @@ typedef struct hnav_aircraft_model {
     const hnav_noise_fault* faults;         /* nx; null: none */
 } hnav_aircraft_model;
 
-typedef struct hnav_aircraft_options {
-    uint64_t cookie;             /* set by hnav_aircraft_defaults */
-    uint64_t seed;
-    int32_t euler_colour;        /* 1: lambda by 1 - dt/tau, as the paper prints; 0: exact, exp(-dt/tau) */
-    int32_t exact_process_noise; /* 1: w integrated over the interval, which correlates the states (Van Loan 1978);
-                                    0: independent noise of variance density times interval */
-} hnav_aircraft_options;
-
-/* Seed 0, exact colour, independent noise. */
 HNAV_API hnav_aircraft_options hnav_aircraft_defaults(void);
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_aircraft_option(int32_t index);
 
 /* Refused, with a message that names the entry: sizes out of range (SIZE), null (NULL_ARGUMENT) or non-finite
  * (NON_FINITE) entries; numbers out of range, an A that grows, dt/tau of 2 or more in Euler's form (all OPTION). */
@@ -137,37 +133,6 @@ typedef struct hnav_truth {
  *     hnav_turntable_at(table, t_s, &truth); */
 typedef struct hnav_turntable hnav_turntable;
 
-typedef enum hnav_motion {
-    HNAV_MOTION_CONSTANT = 0, /* angle_rad */
-    HNAV_MOTION_STEP = 1,     /* from start_s it turns by amplitude_rad at rate_rad_s, then stands */
-    HNAV_MOTION_SINE = 2,     /* from start_s: angle_rad + amplitude_rad sin(2 pi (t - start_s)/period_s) */
-    HNAV_MOTION_TRIANGLE = 3  /* from start_s to and fro between angle_rad +- amplitude_rad at rate_rad_s */
-} hnav_motion;
-
-typedef struct hnav_axis_options {
-    double angle_rad;     /* before start_s, and the middle of sine and triangle */
-    double amplitude_rad; /* may be negative: the other way first */
-    double rate_rad_s;    /* STEP, TRIANGLE; above 0 */
-    double period_s;      /* SINE; above 0 */
-    double start_s;
-    double unknown_rad;   /* the axis stands off by an angle drawn from seed, uniform within +- this */
-    int32_t motion;       /* hnav_motion */
-    int32_t reserved;     /* 0 */
-} hnav_axis_options;
-
-/* hnav_turntable_option() tells unit, range and meaning of every field. */
-typedef struct hnav_turntable_options {
-    uint64_t cookie; /* set by hnav_turntable_defaults */
-    hnav_axis_options roll, pitch, yaw;
-    double gravity_m_s2;
-    double field_strength_tesla;
-    double field_dip_rad;   /* positive when the field points down */
-    double declination_rad; /* of the field, east of true north */
-    int32_t seed;           /* of unknown_rad */
-    int32_t reserved;       /* 0 */
-} hnav_turntable_options;
-
-/* The experiment of the filter's source: yaw to and fro between +-60 deg at 10 deg/s, level; 50 uT with a dip of 60 deg. */
 HNAV_API hnav_turntable_options hnav_turntable_defaults(void);
 /* Rows 0, 1, ...; null beyond the last. */
 HNAV_API const hnav_option_info* hnav_turntable_option(int32_t index);
@@ -209,111 +174,6 @@ HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const
  *     hnav_imu_mag_sensor_reading(sensor, HNAV_SENSOR_GYRO, &reading); */
 typedef struct hnav_imu_mag_sensor hnav_imu_mag_sensor;
 
-typedef struct hnav_gyro_options {
-    double period_s;
-    double latency_s;             /* from sample to delivery, at most 30 periods */
-    double jitter_s;              /* the sample is due uniformly within +- this of its time; below half a period */
-    double dropout;               /* probability that a sample is never delivered */
-    double noise_deg_per_sqrt_h;  /* angle random walk */
-    double bias_instability_rad_s;
-    double random_walk_deg_per_h_per_sqrt_h; /* rate random walk */
-    double bias_rad_s[3];
-    double bias_sigma_rad_s;      /* turn-on */
-    double drift_rad_s2[3];
-    double drift_sigma_rad_s2;
-    double scale_factor[3];       /* 0: exact */
-    double scale_factor_sigma;
-    double misalignment_rad[6];   /* xy xz yx yz zx zy: of y seen in x, ... */
-    double misalignment_sigma_rad;
-    double g_sensitivity_deg_per_h_per_g; /* of each axis to the force along it */
-    double range_rad_s;           /* readings end there; 0: unlimited */
-    double resolution_rad_s;      /* readings are multiples of it; 0: continuous */
-} hnav_gyro_options;
-
-typedef struct hnav_accel_options {
-    double period_s, latency_s, jitter_s, dropout;
-    double noise_ug_per_sqrt_hz;
-    double bias_instability_m_s2;
-    double random_walk_ug_per_sqrt_h;
-    double bias_m_s2[3];
-    double bias_sigma_m_s2;
-    double drift_m_s3[3];
-    double drift_sigma_m_s3;
-    double scale_factor[3];
-    double scale_factor_sigma;
-    double misalignment_rad[6];
-    double misalignment_sigma_rad;
-    double range_m_s2;
-    double resolution_m_s2;
-} hnav_accel_options;
-
-typedef struct hnav_mag_options {
-    double period_s, latency_s, jitter_s, dropout;
-    double noise_nt_per_sqrt_hz;
-    double bias_instability_tesla;
-    double random_walk_nt_per_sqrt_h;
-    double bias_tesla[3];
-    double bias_sigma_tesla;
-    double drift_tesla_s[3];
-    double drift_sigma_tesla_s;
-    double scale_factor[3];
-    double scale_factor_sigma;
-    double misalignment_rad[6];
-    double misalignment_sigma_rad;
-    double hard_iron_tesla[3];    /* iron and currents that turn with the sensor */
-    double hard_iron_sigma_tesla;
-    double soft_iron[9];          /* 3 x 3, row-major; 0: none */
-    double soft_iron_sigma;
-    double range_tesla;
-    double resolution_tesla;
-} hnav_mag_options;
-
-typedef enum hnav_stuck_sensor {
-    HNAV_STUCK_NONE = 0,
-    HNAV_STUCK_GYRO = 1,
-    HNAV_STUCK_ACCEL = 2,
-    HNAV_STUCK_MAG = 3
-} hnav_stuck_sensor;
-
-/* Faults work on samples stamped in [start_s, stop_s). An empty window: no fault. */
-typedef struct hnav_sensor_faults {
-    struct {
-        double start_s, stop_s;
-        double field_n_tesla[3];  /* added to the field outside, in navigation axes */
-        double strength_tesla;    /* and this much in a direction drawn from seed */
-    } mag_disturbance;
-    struct {
-        double start_s, stop_s;
-        double probability;       /* of each sample of each sensor */
-        double gyro_sigma_rad_s, accel_sigma_m_s2, mag_sigma_tesla; /* normal, on all three axes */
-    } outliers;
-    struct {
-        double start_s, stop_s;
-        int32_t sensor;           /* hnav_stuck_sensor */
-        int32_t axis;             /* 1 to 3: repeats its last reading */
-    } stuck;
-    struct {
-        double start_s, stop_s;
-        double gyro_rad_s[3], accel_m_s2[3], mag_tesla[3];
-    } bias_jump;
-    struct {
-        double start_s, stop_s;
-        double gyro_factor, accel_factor, mag_factor; /* on the white noise */
-    } noise_increase;
-} hnav_sensor_faults;
-
-/* hnav_imu_mag_sensor_option() tells unit, range and meaning of every field. */
-typedef struct hnav_imu_mag_sensor_options {
-    uint64_t cookie; /* set by hnav_imu_mag_sensor_defaults */
-    hnav_gyro_options gyro;
-    hnav_accel_options accel;
-    hnav_mag_options mag;
-    hnav_sensor_faults fault;
-    int32_t seed;
-    int32_t reserved; /* 0 */
-} hnav_imu_mag_sensor_options;
-
-/* Sensors without any error, 100 Hz. */
 HNAV_API hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void);
 /* Rows 0, 1, ...; null beyond the last. */
 HNAV_API const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index);

@@ -1,5 +1,4 @@
-/* What every header of hnav begins with: status codes, version, the sensors, the choices that filters share, and the
- * description of an option. */
+/* What every header of hnav begins with: status codes, version, the sensors, and the description of an option. */
 #ifndef HNAV_TYPES_H
 #define HNAV_TYPES_H
 
@@ -48,10 +47,17 @@ typedef enum hnav_status {
 /* One line of English for a status; never null. */
 HNAV_API const char* hnav_status_text(hnav_status status);
 
-/* "MAJOR.MINOR.PATCH" */
+/* ------------------------------------------------------------------------------------------------ version */
+
+/* Of these headers; within one minor version, structs stay as they are. */
+#define HNAV_VERSION_MAJOR 0
+#define HNAV_VERSION_MINOR 1
+#define HNAV_VERSION_PATCH 0
+
+/* "MAJOR.MINOR.PATCH" of the library that is linked. */
 HNAV_API const char* hnav_version(void);
 
-/* ------------------------------------------------------------------------------------------------ choices that filters share */
+/* ------------------------------------------------------------------------------------------------ sensors */
 
 typedef enum hnav_sensor {
     HNAV_SENSOR_GYRO = 0,
@@ -61,60 +67,50 @@ typedef enum hnav_sensor {
 } hnav_sensor;
 enum { HNAV_SENSOR_COUNT = 4 };
 
-typedef enum hnav_start_mode {
-    HNAV_START_TRIAD = 0,    /* tilt from force, heading from field (or from a heading sample if that comes first) */
-    HNAV_START_ATTITUDE = 1, /* start_q_nb, at the first sample */
-    HNAV_START_HEADING = 2   /* tilt from force, heading start_heading_rad */
-} hnav_start_mode;
-
-typedef enum hnav_reference_mode {
-    HNAV_REFERENCE_LEARNT = 0, /* strength and dip of the field from the samples of the start */
-    HNAV_REFERENCE_GIVEN = 1   /* reference_strength_tesla and reference_dip_rad */
-} hnav_reference_mode;
-
-typedef enum hnav_navigation_frame { HNAV_FRAME_NED = 0, HNAV_FRAME_ENU = 1 } hnav_navigation_frame;
-
-typedef enum hnav_solver {
-    HNAV_SOLVER_ERKSTEP = 0,     /* SUNDIALS ARKODE, Dormand-Prince 5(4) */
-    HNAV_SOLVER_ADAMS = 1,       /* SUNDIALS CVODE, Adams-Moulton, fixed-point iteration */
-    HNAV_SOLVER_CLOSED_FORM = 2, /* exact for a held rate */
-    HNAV_SOLVER_EULER = 3        /* the paper's: forward Euler in sub-steps of euler_step_s */
-} hnav_solver;
-
-typedef enum hnav_gyro_hold {
-    HNAV_GYRO_HOLD_FORWARD = 0, /* the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees */
-    HNAV_GYRO_HOLD_BACKWARD = 1 /* it acts on (t_k-1, t_k]: recordings of integrating gyros */
-} hnav_gyro_hold;
-
-typedef enum hnav_gamma_mode {
-    HNAV_GAMMA_OFF = 0,      /* gamma infinite: the hybrid extended Kalman filter (HEKF) */
-    HNAV_GAMMA_FIXED = 1,    /* the paper's constant gamma */
-    HNAV_GAMMA_RELATIVE = 2, /* 1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T) */
-    HNAV_GAMMA_KL = 3        /* from a tolerance on relative entropy per second (Levy and Nikoukhah 2013) */
-} hnav_gamma_mode;
-
 /* ------------------------------------------------------------------------------------------------ options */
 
-typedef enum hnav_preset {
-    HNAV_PRESET_DEFAULT = 0, /* real sensors, one setting for all */
-    HNAV_PRESET_PAPER = 1    /* the source paper's Q and R, two Euler steps per sample at 100 Hz, P0 and gamma fitted */
-} hnav_preset;
+/* Whatever is made from options is made from a struct hnav_..._options of hnav/options. Its defaults call fills it, then the
+ * fields that matter are changed by name:
+ *
+ *     hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+ *     options.declination_rad = 0.061;
+ *
+ * Programs that know the names at run time only, such as readers of settings, find them in the rows of hnav_..._option. */
 
 typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
 
-/* One row of the option table: create checks by it, the FMU takes its parameters from it, Python its names. */
+/* One option: create checks by it, the FMU takes its parameter from it, Python its name. Rows belong to the library. */
 typedef struct hnav_option_info {
-    const char* name;           /* the field of the options struct */
-    const char* unit;           /* "rad", "1/s", ...; "" when it has none */
-    const char* description;    /* one sentence */
-    const char* const* choices; /* CHOICE: names of 0, 1, ... in the order of the enum; null otherwise */
-    size_t offset;              /* of the field in the struct, bytes */
-    double min, max;            /* inclusive, for each component */
-    int32_t count;              /* components: 1, 3 or 4 */
+    const char* name;                       /* the field of the options struct; "yaw.motion" for one of a struct inside */
+    const char* group;                      /* "noise", "start", ... */
+    const char* unit;                       /* "rad", "1/s", ...; "" when it has none */
+    const char* description;                /* one sentence */
+    const char* reason;                     /* why the default is what it is */
+    const char* const* choices;             /* CHOICE: names of 0, 1, ... in the order of the enum; null otherwise */
+    const char* const* choice_descriptions; /* what each of them means */
+    const double* default_values;           /* count of them, of the first preset; of a choice its number */
+    size_t offset;                          /* of the field in the struct, bytes */
+    double min, max;                        /* for each component */
+    int32_t count;                          /* components: 1, or the length of an array */
     int32_t choice_count;
-    hnav_option_kind kind;      /* REAL fields are double, the others int32_t */
-    int32_t min_is_open;        /* 1 when min itself is excluded */
+    hnav_option_kind kind;                  /* REAL fields are double, the others int32_t */
+    int32_t min_is_open, max_is_open;       /* 1 when min or max itself is excluded */
+    int32_t advanced;                       /* 0 for the dozen that one meets first */
 } hnav_option_info;
+
+/* A set of values that a defaults call can fill in. */
+typedef struct hnav_preset_info {
+    const char* name;        /* "default", "paper" */
+    const char* description; /* one sentence */
+    int32_t value;           /* of hnav_preset */
+} hnav_preset_info;
+
+/* One component of an option as a number, whatever its kind; NaN when the row has no such component or a pointer is null.
+ * options: a struct of the options that the row is of. */
+HNAV_API double hnav_option_value(const hnav_option_info* row, const void* options, int32_t component);
+/* Errors: NULL_ARGUMENT; OUT_OF_RANGE when the row has no such component. Whether the value is possible is for create to
+ * say. */
+HNAV_API hnav_status hnav_set_option_value(const hnav_option_info* row, void* options, int32_t component, double value);
 
 #ifdef __cplusplus
 }

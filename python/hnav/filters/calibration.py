@@ -19,18 +19,9 @@ import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError, error_of
 from hnav.io.recordings import TESLA_PER, Recording
-from hnav.native.library import STATUS, library
+from hnav.native.library import STATUS, Options, library
 
 FITS = ("full", "without rotation", "hard iron only")
-
-
-class _Options(C.Structure):
-    _fields_ = [
-        ("cookie", C.c_uint64), ("outlier_sigma", C.c_double), ("condition_limit", C.c_double),
-        ("ambiguity_limit", C.c_double), ("coverage_limit", C.c_double), ("axis_ratio_limit", C.c_double),
-        ("direction_sigma_limit_rad", C.c_double), ("force_tolerance", C.c_double), ("samples_least", C.c_int32), ("robust", C.c_int32),
-        ("allow_hard_iron_only", C.c_int32), ("reserved", C.c_int32),
-    ]  # fmt: skip
 
 
 class _Calibration(C.Structure):
@@ -90,21 +81,15 @@ def calibrate_magnetometer(field, force_b_m_s2=None, unit: str = "T", **options)
     if unit not in TESLA_PER:
         raise HnavValueError("option", f"unit = {unit}: choose one of {', '.join(TESLA_PER)}")
     lib = library()
-    lib.hnav_magnetometer_defaults.restype = _Options
     lib.hnav_calibrate_magnetometer.argtypes = [C.c_size_t, *[C.c_void_p] * 5, C.c_size_t]
-    chosen = lib.hnav_magnetometer_defaults()
-    for name, value in options.items():
-        if name not in dict(_Options._fields_[1:-1]):
-            raise HnavValueError("option", f"there is no calibration option {name}")
-        kind = dict(_Options._fields_)[name]
-        setattr(chosen, name, float(value) if kind is C.c_double else int(value))
+    chosen = Options("magnetometer", **options)
     arrays = [_rows(field, "field")]
     arrays.append(None if force_b_m_s2 is None else _rows(force_b_m_s2, "force_b_m_s2"))
     if arrays[1] is not None and arrays[1].shape != arrays[0].shape:
         raise HnavValueError("size", f"force_b_m_s2 has the shape {arrays[1].shape}, field {arrays[0].shape}")
     found, message = _Calibration(), C.create_string_buffer(320)
     pointers = (None if a is None else a.ctypes.data for a in arrays)
-    status = lib.hnav_calibrate_magnetometer(len(arrays[0]), *pointers, C.byref(chosen), C.byref(found), message, len(message))
+    status = lib.hnav_calibrate_magnetometer(len(arrays[0]), *pointers, C.byref(chosen.struct), C.byref(found), message, len(message))
     if status:
         raise error_of(STATUS[status], message.value.decode())
     values = {name: getattr(found, name) for name, _ in _Calibration._fields_}

@@ -15,22 +15,13 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from hnav.errors import HnavValueError
-from hnav.native.library import LibraryObject, OptionInfo, _doubles, _OptionInfo, library
+from hnav.native.library import LibraryObject, Options, _doubles, library
 
 FORMS = ("mdkf", "amdkf", "differenced", "augmented", "plain")
 NOISE_SCALINGS = ("none", "paper_match", "gated_match", "hmm")
 
 
 # --------------------------------------------------------------------------------------------- the C structs
-
-
-class _Options(C.Structure):
-    _fields_ = [
-        ("cookie", C.c_uint64), ("gate_alpha", C.c_double), ("hmm_level_ratio", C.c_double),
-        ("hmm_fault_probability", C.c_double), ("hmm_recovery_probability", C.c_double),
-        ("hmm_drift_probability", C.c_double), ("form", C.c_int32), ("noise_scaling", C.c_int32), ("window", C.c_int32),
-        ("hmm_levels", C.c_int32), ("lag", C.c_int32), ("joseph", C.c_int32),
-    ]  # fmt: skip
 
 
 MATRICES = ("A", "B", "G", "H", "An", "Bn", "Qw", "Qv", "QU", "Lambda0", "x0", "P0")
@@ -68,8 +59,6 @@ class _RunOutput(C.Structure):
 def _library() -> C.CDLL:
     lib = library()
     p = C.c_void_p
-    lib.hnav_ins_error_defaults.restype = _Options
-    lib.hnav_ins_error_option.restype = C.POINTER(_OptionInfo)
     for name in ("message", "warning"):
         getattr(lib, f"hnav_ins_error_filter_{name}").restype = C.c_char_p
     for name, arguments in {
@@ -85,51 +74,14 @@ def _library() -> C.CDLL:
 # --------------------------------------------------------------------------------------------- options and model
 
 
-@cache
-def option_table() -> dict[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    table = {}
-    while row := _library().hnav_ins_error_option(len(table)):
-        r = row[0]
-        choices = tuple(r.choices[i].decode() for i in range(r.choice_count))
-        name = r.name.decode()
-        table[name] = OptionInfo(
-            name, r.unit.decode(), r.description.decode(), choices, r.count, r.min, r.max, r.kind != 0, r.offset
-        )
-    return table
-
-
-class InsErrorOptions:
+class InsErrorOptions(Options):
     """Options; attributes are the fields of hnav_ins_error_options, choices go by name.
 
     InsErrorOptions(form="amdkf", window=20)
     """
 
     def __init__(self, **values):
-        object.__setattr__(self, "struct", _library().hnav_ins_error_defaults())
-        for name, value in values.items():
-            setattr(self, name, value)
-
-    def __getattr__(self, name: str):
-        info = _option(name)
-        value = getattr(self.struct, name)
-        return info.choices[value] if info.choices else value
-
-    def __setattr__(self, name: str, value):
-        info = _option(name)
-        if isinstance(value, str):
-            try:
-                value = info.parse(value)
-            except ValueError as error:
-                raise HnavValueError("option", str(error)) from None
-        setattr(self.struct, name, int(value) if info.is_integer else float(value))
-
-
-def _option(name: str) -> OptionInfo:
-    try:
-        return option_table()[name]
-    except KeyError:
-        raise HnavValueError("option", f"there is no option {name}; the options are {', '.join(option_table())}") from None
+        super().__init__("ins_error", **values)
 
 
 @dataclass(frozen=True)

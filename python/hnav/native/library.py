@@ -28,6 +28,8 @@ STATUS = (
 SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.
 FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
+# What else has options.
+OTHERS = ("ins_error", "magnetometer", "turntable", "imu_mag_sensor", "aircraft")
 PRESETS = ("default", "paper")  # in the order of the C enum
 
 
@@ -36,9 +38,11 @@ PRESETS = ("default", "paper")  # in the order of the C enum
 
 class _OptionInfo(C.Structure):
     _fields_ = [
-        ("name", C.c_char_p), ("unit", C.c_char_p), ("description", C.c_char_p), ("choices", C.POINTER(C.c_char_p)),
-        ("offset", C.c_size_t), ("min", C.c_double), ("max", C.c_double), ("count", C.c_int32),
-        ("choice_count", C.c_int32), ("kind", C.c_int), ("min_is_open", C.c_int32),
+        ("name", C.c_char_p), ("group", C.c_char_p), ("unit", C.c_char_p), ("description", C.c_char_p), ("reason", C.c_char_p),
+        ("choices", C.POINTER(C.c_char_p)), ("choice_descriptions", C.POINTER(C.c_char_p)),
+        ("default_values", C.POINTER(C.c_double)), ("offset", C.c_size_t), ("min", C.c_double), ("max", C.c_double),
+        ("count", C.c_int32), ("choice_count", C.c_int32), ("kind", C.c_int), ("min_is_open", C.c_int32),
+        ("max_is_open", C.c_int32), ("advanced", C.c_int32),
     ]  # fmt: skip
 
 
@@ -127,7 +131,7 @@ def library() -> C.CDLL:
     lib = C.CDLL(str(library_path()))
     for name in ("hnav_version", "hnav_status_text", "hnav_filter_message"):
         getattr(lib, name).restype = C.c_char_p
-    for name in FILTERS:
+    for name in (*FILTERS, *OTHERS):
         getattr(lib, f"hnav_{name}_option").restype = C.POINTER(_OptionInfo)
     pointers = [C.c_void_p] * 6
     for name, arguments in {
@@ -164,14 +168,22 @@ class OptionInfo:
     """One option: its unit, range and meaning as the library states them."""
 
     name: str
+    group: str
     unit: str
     description: str
+    reason: str  # why the default is what it is
     choices: tuple[str, ...]
-    count: int
+    choice_descriptions: tuple[str, ...]
+    default: tuple[float, ...]
     min: float
     max: float
     is_integer: bool
+    advanced: bool
     offset: int
+
+    @property
+    def count(self) -> int:
+        return len(self.default)
 
     def parse(self, text: str) -> float | int | list[float]:
         """A value from text: a choice by name, numbers separated by commas for arrays. Raises ValueError."""
@@ -193,17 +205,16 @@ class OptionInfo:
 
 @cache
 def option_table(filter: str) -> dict[str, OptionInfo]:
-    """The options of a filter by name, in the library's order."""
-    if filter not in FILTERS:
+    """The options of a filter, or of one of OTHERS, by name in the library's order."""
+    if filter not in (*FILTERS, *OTHERS):
         raise HnavValueError("option", f"--filter {filter}: choose one of {', '.join(FILTERS)}")
     table = {}
     while row := getattr(library(), f"hnav_{filter}_option")(len(table)):
         r = row[0]
-        choices = tuple(r.choices[i].decode() for i in range(r.choice_count))
-        name = r.name.decode()
-        table[name] = OptionInfo(
-            name, r.unit.decode(), r.description.decode(), choices, r.count, r.min, r.max, r.kind != 0, r.offset
-        )
+        texts = (text.decode() for text in (r.name, r.group, r.unit, r.description, r.reason))
+        choices = (tuple(names[i].decode() for i in range(r.choice_count)) for names in (r.choices, r.choice_descriptions))
+        default = tuple(r.default_values[: r.count])
+        table[r.name.decode()] = OptionInfo(*texts, *choices, default, r.min, r.max, r.kind != 0, r.advanced != 0, r.offset)
     return table
 
 
@@ -216,15 +227,16 @@ def parse_setting(text: str) -> tuple[str, str]:
 
 
 class Options:
-    """Options of a filter; attributes are the fields of hnav_hrekf_options or hnav_ahrs_options, choices go by name.
+    """Options of a filter, or of one of OTHERS; attributes are the fields of hnav_..._options, choices go by name.
 
     Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
     """
 
     def __init__(self, filter: str, preset: str = "default", **values):
         table = option_table(filter)
-        if preset not in FILTERS[filter]:
-            raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}")
+        presets = FILTERS.get(filter, ("default",))
+        if preset not in presets:
+            raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(presets)}")
         last = max(table.values(), key=lambda o: o.offset)
         words = (last.offset + 4 * last.count + 7) // 8
         struct = type("_Options", (C.Structure,), {"_fields_": [("words", C.c_uint64 * words)]})
@@ -238,9 +250,10 @@ class Options:
         try:
             return option_table(self.filter)[name]
         except KeyError:
-            raise HnavValueError(
-                "option", f"{self.filter} has no option {name}; `hnav options --filter {self.filter}` lists them"
-            ) from None
+            known = f"`hnav options --filter {self.filter}` lists them"
+            if self.filter not in FILTERS:
+                known = f"the options are {', '.join(option_table(self.filter))}"
+            raise HnavValueError("option", f"{self.filter} has no option {name}; {known}") from None
 
     def _field(self, info: OptionInfo):
         kind = C.c_int32 if info.is_integer else C.c_double

@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 
 from hnav.filters.ins_error import LinearModel, _Model
-from hnav.native.library import LibraryObject, _doubles, library
+from hnav.native.library import LibraryObject, Options, _doubles, library
 from hnav.systems.aircraft import Aircraft
 
 # Streams of c_src/simulation/aircraft_flight.hpp, by the names that hnav.systems.aircraft.fly gives to sources.
@@ -36,10 +36,6 @@ class _AircraftModel(C.Structure):
     ]  # fmt: skip
 
 
-class _Options(C.Structure):
-    _fields_ = [("cookie", C.c_uint64), ("seed", C.c_uint64), ("euler_colour", C.c_int32), ("exact_process_noise", C.c_int32)]
-
-
 ARRAYS = ("x", "lam", "z", "u", "noise_factor")
 
 
@@ -51,7 +47,6 @@ class _Sample(C.Structure):
 def _library() -> C.CDLL:
     lib = library()
     p = C.c_void_p
-    lib.hnav_aircraft_defaults.restype = _Options
     lib.hnav_aircraft_message.restype = C.c_char_p
     for name, arguments in {
         "create": [p, p, p, p, C.c_size_t], "destroy": [p], "reset": [p], "message": [p], "step": [p, p],
@@ -95,8 +90,7 @@ class AircraftPlant(LibraryObject):
     ):
         lib = _library()
         self.nx, self.nu = len(aircraft.channels), len(aircraft.controls)
-        options = lib.hnav_aircraft_defaults()
-        options.seed, options.euler_colour, options.exact_process_noise = seed, euler_colour, exact_process_noise
+        options = Options("aircraft", seed=seed, euler_colour=euler_colour, exact_process_noise=exact_process_noise)
         windows = np.tile([0.0, 0.0, 1.0], (self.nx, 1))
         for fault in aircraft.faults:
             windows[fault.channel] = (
@@ -134,7 +128,7 @@ class AircraftPlant(LibraryObject):
             nx=self.nx, nu=self.nu, interval_s=aircraft.interval_s, accelerometer_error=_GaussMarkov(*pointers[:2]),
             gravity_error=_GaussMarkov(*pointers[2:]), **{name: array.ctypes.data for name, array in arrays.items()},
         )  # fmt: skip
-        super().__init__(lib, lib.hnav_aircraft_create, C.byref(options), C.byref(model))
+        super().__init__(lib, lib.hnav_aircraft_create, C.byref(options.struct), C.byref(model))
 
     def run(self, n: int, command: np.ndarray | None = None) -> PlantFlight:
         """n samples from the present one on; command: n x nu, row k held from sample k to k + 1."""

@@ -18,7 +18,7 @@ from studies.compare.names import Names
 
 MESSAGE_BYTES = 400
 # Fields that say nothing about the answer.
-SILENT = {"size", "cookie", "reserved"}
+SILENT = {"size", "stamp", "cookie", "reserved"}
 
 
 class Refused(Exception):

@@ -1,0 +1,60 @@
+// A list of options as the library sees it: a row for each field, which says name, range, default and place, and presets
+// as what differs from the defaults. The lists themselves are made from c_src/options.
+#pragma once
+
+#include "hnav/types.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace hnav {
+
+struct PresetValue {
+    int row, component;
+    double value;
+};
+
+struct Preset {
+    hnav_preset_info info;
+    const PresetValue* values; // that differ from the defaults
+    int count;
+};
+
+struct OptionList {
+    const char* defaults_call; // that makes the options
+    int number;                // tells the lists apart in stamps
+    std::size_t size;          // of the struct
+    const hnav_option_info* rows;
+    int count;
+    const Preset* presets;
+    int preset_count;
+};
+
+// Rows 0, 1, ...; null beyond the last.
+const hnav_option_info* option_at(const OptionList& list, int index);
+const hnav_preset_info* preset_at(const OptionList& list, int index);
+
+// Fills the struct: size, stamp, and the values of a preset. Of a preset that the list does not have all is zero, the
+// stamp too.
+void set_defaults(const OptionList& list, int preset, void* options);
+
+// The value of one component, as a number whatever its kind.
+double option_value(const hnav_option_info& row, const void* options, int component);
+void set_option_value(const hnav_option_info& row, void* options, int component, double value);
+
+// Whether the options were made by the list's own call in a version with the same options; if not, what they are.
+enum class Origin { here, unknown, other_list, other_version };
+Origin origin_of(const OptionList& list, const void* options);
+// The version in a stamp.
+struct Version {
+    int major, minor, patch;
+};
+Version version_of(const void* options);
+
+// The first row that the options break, or null. component: which one of an array.
+const hnav_option_info* find_impossible(const OptionList& list, const void* options, int* component, double* value);
+
+// FNV-1a over all fields: equal options, equal fingerprint.
+std::uint64_t fingerprint(const OptionList& list, const void* options);
+
+} // namespace hnav

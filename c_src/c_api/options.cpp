@@ -1,0 +1,61 @@
+// The C boundary of options: defaults, tables, and fields by name.
+#include "base/option_list.hpp"
+#include "hnav/hnav.h"
+#include "options/lists.hpp"
+
+#include <cmath>
+
+namespace {
+
+template <class Options>
+Options made_from(const hnav::OptionList& list, int preset = HNAV_PRESET_DEFAULT) {
+    Options options;
+    hnav::set_defaults(list, preset, &options);
+    return options;
+}
+
+bool has_component(const hnav_option_info* row, int component) { return component >= 0 && component < row->count; }
+
+} // namespace
+
+extern "C" {
+
+hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) { return made_from<hnav_ahrs_options>(hnav::ahrs_options, preset); }
+const hnav_option_info* hnav_ahrs_option(int32_t index) { return hnav::option_at(hnav::ahrs_options, index); }
+const hnav_preset_info* hnav_ahrs_preset(int32_t index) { return hnav::preset_at(hnav::ahrs_options, index); }
+
+hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) { return made_from<hnav_hrekf_options>(hnav::hrekf_options, preset); }
+const hnav_option_info* hnav_hrekf_option(int32_t index) { return hnav::option_at(hnav::hrekf_options, index); }
+const hnav_preset_info* hnav_hrekf_preset(int32_t index) { return hnav::preset_at(hnav::hrekf_options, index); }
+
+hnav_ins_error_options hnav_ins_error_defaults(void) { return made_from<hnav_ins_error_options>(hnav::ins_error_options); }
+const hnav_option_info* hnav_ins_error_option(int32_t index) { return hnav::option_at(hnav::ins_error_options, index); }
+
+hnav_magnetometer_options hnav_magnetometer_defaults(void) {
+    return made_from<hnav_magnetometer_options>(hnav::magnetometer_options);
+}
+const hnav_option_info* hnav_magnetometer_option(int32_t index) { return hnav::option_at(hnav::magnetometer_options, index); }
+
+hnav_turntable_options hnav_turntable_defaults(void) { return made_from<hnav_turntable_options>(hnav::turntable_options); }
+const hnav_option_info* hnav_turntable_option(int32_t index) { return hnav::option_at(hnav::turntable_options, index); }
+
+hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void) {
+    return made_from<hnav_imu_mag_sensor_options>(hnav::imu_mag_sensor_options);
+}
+const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index) { return hnav::option_at(hnav::imu_mag_sensor_options, index); }
+
+hnav_aircraft_options hnav_aircraft_defaults(void) { return made_from<hnav_aircraft_options>(hnav::aircraft_options); }
+const hnav_option_info* hnav_aircraft_option(int32_t index) { return hnav::option_at(hnav::aircraft_options, index); }
+
+double hnav_option_value(const hnav_option_info* row, const void* options, int32_t component) {
+    return row && options && has_component(row, component) ? hnav::option_value(*row, options, component) : std::nan("");
+}
+
+hnav_status hnav_set_option_value(const hnav_option_info* row, void* options, int32_t component, double value) {
+    if (!row || !options) return HNAV_ERROR_NULL_ARGUMENT;
+    if (!has_component(row, component)) return HNAV_ERROR_OUT_OF_RANGE;
+    hnav::set_option_value(*row, options, component, value);
+    return HNAV_OK;
+}
+
+} // extern "C"

@@ -1,0 +1,279 @@
+/* Made by c_src/options/generate.py from ahrs.toml: change that, then ./run generate. */
+#ifndef HNAV_OPTIONS_AHRS_H
+#define HNAV_OPTIONS_AHRS_H
+
+#include "hnav/options/shared.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Options of the AHRS, the filter for real sensors. Densities: a quantity that stands for an interval T has variance
+ * density^2 / T. Fields are in units of the strength of the reference. The defaults are one setting for all bodies and
+ * sensors, found on the recordings of the BROAD benchmark: each of them times or divided by 1.3 changes the mean error
+ * there by a few per cent at most.
+ * Make them with hnav_ahrs_defaults, then change what you need; hnav_ahrs_option tells all this at run time. */
+typedef struct hnav_ahrs_options {
+    size_t size;    /* of this struct in bytes; set by hnav_ahrs_defaults */
+    uint64_t stamp; /* the list and the version of the library that made it; set likewise */
+
+    /* ------------------------ noise
+     * What the sensors and the motion are taken to be. */
+
+    /* Angle random walk: white noise of the gyroscope.
+     * [0, 1e3] rad/sqrt(s), default 1.2e-4. Of a usual chip, 7 mdeg/s/sqrt(Hz). */
+    double gyro_noise_rad_per_sqrt_s;
+    /* Noise of the gyroscope that grows with the rate: density = this x |rate|.
+     * [0, 1e3] sqrt(s), default 2.4e-3. Scale factor and misalignment in a hand's turn are worth more than the white
+     * noise; without it the error on BROAD is half as large again. */
+    double gyro_rate_noise_sqrt_s;
+    /* Random walk of the gyro bias.
+     * [0, 1e3] rad/s/sqrt(s), default 1.4e-4. Temperature moves the bias more than the walk on the datasheet, which is for
+     * a sensor of constant temperature only. */
+    double gyro_bias_walk_rad_s_per_sqrt_s;
+    /* How far the velocity is held to be from zero: the bound by which the accelerometer tells the horizon.
+     * (0, 1e6] m/s/sqrt(Hz), default 0.52. A hand or a walking person; less steadies the horizon of a body that does not
+     * accelerate, more frees it from long accelerations. */
+    double velocity_noise_m_s_per_sqrt_hz;
+    /* Noise density of the field across the reference, in units of its strength.
+     * (0, 1e6] 1/sqrt(Hz), default 0.026. Far above any datasheet: it stands for the iron of a room; more lets the heading
+     * trust the gyroscope for longer. */
+    double mag_azimuth_noise_per_sqrt_hz;
+    /* Noise density of horizontal and vertical intensity, in units of the strength.
+     * (0, 1e6] 1/sqrt(Hz), default 0.018. A room changes the intensities a little less than the azimuth. */
+    double mag_intensity_noise_per_sqrt_hz;
+    /* Factor of the field's variances at rest, where distortions do not average out.
+     * (0, 1e6], default 1.5. At rest all samples share one distortion. */
+    double mag_rest_factor;
+    /* Random walk of the reference field, in units of the strength.
+     * [0, 1e3] 1/sqrt(s), default 4.4e-3. The field differs from place to place in a room; a frozen reference is worse on
+     * BROAD. */
+    double reference_walk_per_sqrt_s;
+
+    /* ------------------------ timing
+     * What a sample stands for, gaps between samples, late samples. */
+
+    /* forward: a rate acts until the next sample; backward: since the one before.
+     * hnav_gyro_hold, default backward. Integrating gyroscopes and averaging FIFOs give the mean over the interval before
+     * a sample. */
+    int32_t gyro_hold;
+    /* Samples are gathered and corrected so often, at the sample nearest; heading aids at once.
+     * (0, 1e3] s, default 0.035. Slow beside the samples, so that a correction costs little, and fast beside the motion;
+     * twice as often gains nothing. */
+    double correction_interval_s;
+    /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
+     * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
+    double interval_limit_s;
+    /* Acceleration that may go unseen while force samples are missing.
+     * [0, 1e6] m/s2, default 2. A brisk movement of a hand. */
+    double unseen_acceleration_m_s2;
+    /* Angular acceleration while samples of the gyroscope are missing, in units of its running root mean square.
+     * [0, 1e6], default 1.5. A gap may fall into the fastest part of a turn. */
+    double unseen_turn_factor;
+    /* How much older than the newest used sample a sample may be.
+     * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
+    double horizon_s;
+    /* Instants that may wait or lie within the horizon.
+     * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
+    int32_t queue_capacity;
+    /* Attitude is shown as it will be this much later at the present rate.
+     * [-1, 1] s, default 0. Attitude is that of the samples' time stamps; what delays the output afterwards is not known
+     * here. */
+    double output_latency_s;
+
+    /* ------------------------ rest
+     * When the body is taken to lie still, and what is learnt then. */
+
+    /* Rest: deviation of the rate from its running mean.
+     * [0, 1e3] rad/s, default 2 deg. Above the noise of usual gyroscopes, below what a hand does that holds still. */
+    double rest_rate_rad_s;
+    /* Rest: deviation of the specific force from its running mean.
+     * [0, 1e6] m/s2, default 0.5. Above the noise of usual accelerometers, below what a hand does that holds still. */
+    double rest_force_m_s2;
+    /* Rest: mean rate of each axis, as far as it can be a bias.
+     * [0, 1e3] rad/s, default 2 deg. The turn-on bias of usual gyroscopes; a steady turn that is slower would be learnt as
+     * a bias. */
+    double rest_mean_rate_rad_s;
+    /* Rest: within the thresholds for so long.
+     * [0, 1e6] s, default 1.5. Longer than the turning points of a movement. */
+    double rest_duration_s;
+    /* Rest: time constant of the running means.
+     * (0, 1e6] s, default 0.5. It averages the noise of some dozen samples and follows the end of a movement. */
+    double rest_filter_s;
+    /* Noise density of the mean rate at rest as a measurement of the bias.
+     * (0, 1e3] rad/s/sqrt(Hz), default 4e-5. Below the gyroscope's white noise, which the running mean has averaged. */
+    double rest_bias_noise_rad_s_per_sqrt_hz;
+
+    /* ------------------------ gate
+     * Samples that are not believed. */
+
+    /* Distance of the field's intensities from the reference beyond which it is refused, in units of the strength.
+     * (0, 1e6], default 0.035. Twice the deviation that a room's field has on the mean; less is pickier about iron. */
+    double mag_gate;
+    /* A field is refused no longer than this.
+     * [0, 1e6] s, default 60. A gyroscope alone keeps the heading for about a minute. */
+    double mag_gate_longest_s;
+    /* A field is refused no longer than this times the time for which the reference has served.
+     * [0, 1e6], default 3. A reference of a few seconds may itself be the wrong one. */
+    double mag_gate_share;
+    /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
+     * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
+    double heading_gate_nis;
+
+    /* ------------------------ reference
+     * The magnetic field of the place, and when another takes its place. */
+
+    /* Strength and dip of the magnetic field: learnt from the samples of the start, or given.
+     * hnav_reference_mode, default learnt. It needs nothing but the samples, and indoors no model of the field holds. */
+    int32_t reference_mode;
+    /* Strength of the magnetic field, when given.
+     * (0, 1e6] T, default 5e-5. A usual field of the Earth in middle latitudes. */
+    double reference_strength_tesla;
+    /* Dip of the magnetic field below the horizon, when given.
+     * [-pi/2, pi/2] rad, default 60 deg. A usual dip in middle northern latitudes. */
+    double reference_dip_rad;
+    /* Root mean square rate above which a field counts fully as evidence.
+     * [0, 1e3] rad/s, default 0.35. A body that turns so fast sees a magnet that moves with it change its direction. */
+    double turning_rad_s;
+    /* Weight of evidence below that rate.
+     * [0, 1], default 0.35. A body at rest sees one place only, be its field true or false. */
+    double still_weight;
+    /* Fields whose intensities lie so close are one candidate, in units of the strength.
+     * (0, 1e6], default 0.17. Five times the gate: a candidate is a mean over places. */
+    double candidate_radius;
+    /* The candidate is a mean over this time.
+     * (0, 1e6] s, default 5. Longer than a pass by a piece of iron. */
+    double candidate_mean_s;
+    /* Evidence with which a candidate replaces a reference that has none.
+     * [0, 1e6] s, default 1.6. A first sample that was false is found out soon, and one outlier does not do it. */
+    double candidate_first_s;
+    /* Share of the reference's evidence with which a candidate replaces it.
+     * [0, 1e6], default 0.4. A change of place shows before as much time has passed in the new one; more where the place
+     * changes often. */
+    double candidate_share;
+    /* Evidence after which a new field no longer turns the heading.
+     * (0, 1e6] s, default 60. By then the heading rests on more than the new field can say against it. */
+    double trust_s;
+    /* Least error of the heading that a new field corrects at once.
+     * [0, 10] rad, default 0.13. Smaller errors leave the heading by the usual corrections. */
+    double turn_least_rad;
+    /* The same in sigmas of the heading.
+     * [0, 1e3], default 3.75. Within its own sigma the heading is not wrong. */
+    double turn_sigmas;
+    /* Standard deviation added to a heading that a new field has turned.
+     * [0, 10] rad, default 0.12. The new field may be off by several degrees too. */
+    double turn_sigma_rad;
+
+    /* ------------------------ robust
+     * The robust law, which works while the heading is not ready. */
+
+    /* Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy.
+     * hnav_gamma_mode, default relative. It shortens the way from a start that is far off, and does not depend on the
+     * sample rate. */
+    int32_t gamma_mode;
+    /* gamma of mode fixed, raised where infeasible.
+     * (0, 1e12], default 1. A neutral value: mode fixed has no setting that fits all, so it is to be chosen. */
+    double gamma;
+    /* rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the horizon's covariance.
+     * [0, 1e6] 1/s, default 0.3. Mild: the velocity model already allows for most of what the law is to guard against. */
+    double gamma_relative_rate_1_s;
+    /* Tolerance of mode kl: relative entropy per second, in nats.
+     * [0, 1e6] 1/s, default 0.1. A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong
+     * by one nat. */
+    double gamma_kl_rate_1_s;
+
+    /* ------------------------ start
+     * The first attitude and its uncertainty. */
+
+    /* Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad).
+     * hnav_start_mode, default triad. It needs nothing but the samples. */
+    int32_t start_mode;
+    /* Samples of each sensor averaged for the start.
+     * [1, 1e6], default 1. The body may already be moving; averaging pays only where it is known to stand still. */
+    int32_t start_samples;
+    /* Start level with an unknown heading if no field has come by then (triad).
+     * [0, 1e6] s, default 1. Far longer than the period of any magnetometer. */
+    double start_field_wait_s;
+    /* Attitude to start from, body to navigation, scalar first; normalised on use.
+     * [-2, 2], default 1, 0, 0, 0. Level and to the north; only start mode attitude reads it. */
+    double start_q_nb[4];
+    /* True heading of body x to start from, clockwise from north.
+     * [-2 pi, 2 pi] rad, default 0. North; only start mode heading reads it. */
+    double start_heading_rad;
+    /* Gyro bias to start from.
+     * [-10, 10] rad/s, default 0, 0, 0. Nothing is known of the sensor. */
+    double start_gyro_bias_rad_s[3];
+    /* Standard deviation of the tilt at the start.
+     * (0, 10] rad, default 0.08. The body may be accelerating by a tenth of gravity. */
+    double start_sigma_tilt_rad;
+    /* Standard deviation of the heading at the start.
+     * (0, 10] rad, default 0.28. The field of the first samples may be off by sixteen degrees, as indoors. */
+    double start_sigma_heading_rad;
+    /* Standard deviation of the gyro bias at the start.
+     * (0, 10] rad/s, default 0.008. A usual turn-on bias of half a degree per second. */
+    double start_sigma_bias_rad_s;
+    /* Standard deviation of the velocity at the start.
+     * (0, 1e3] m/s, default 0.08. A start in a hand. */
+    double start_sigma_velocity_m_s;
+    /* Standard deviation of the reference at the start and when the gate gives in, in units of the strength.
+     * (0, 10], default 0.11. Three gates: the first field, or one that was refused for long, may be that far off. */
+    double start_sigma_reference;
+    /* Standard deviation of the magnetometer's latency at the start.
+     * (0, 10] s, default 0.016. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states. */
+    double start_sigma_latency_s;
+    /* Standard deviation of the gyro scale factors at the start.
+     * (0, 10], default 1.6e-3. Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01. */
+    double start_sigma_gyro_scale;
+    /* Standard deviation of the gyro misalignments at the start.
+     * (0, 10] rad, default 0.8e-3. Half the scale factor's, as in most calibrated sensors. */
+    double start_sigma_gyro_misalignment_rad;
+
+    /* ------------------------ ready
+     * When tilt and heading are called ready. */
+
+    /* Tilt is ready when its sigma is below this and as much information has been gained.
+     * (0, 10] rad, default 2 deg. What an attitude display or a levelled heading needs. */
+    double ready_tilt_rad;
+    /* Heading is ready when its sigma is below this and as much information has been gained.
+     * (0, 10] rad, default 5 deg. The room's field itself is off by a few degrees: a smaller sigma of heading would be a
+     * claim. */
+    double ready_heading_rad;
+    /* And the field has agreed with the reference for so long, counted less at rest.
+     * [0, 1e6] s, default 3. A field that is false in passing does not agree for so long. */
+    double ready_evidence_s;
+    /* And nothing has spoken against the reference for so long; once ready, sigma alone decides.
+     * [0, 1e6] s, default 8. With it a passing disturbance makes the first heading_ready wrong in one of a hundred
+     * simulated starts. */
+    double ready_calm_s;
+
+    /* ------------------------ frame
+     * Axes of samples and outputs. */
+
+    /* Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up.
+     * hnav_navigation_frame, default ned. The usual frame of navigation. */
+    int32_t navigation_frame;
+    /* Magnetic declination: true heading = magnetic heading + declination.
+     * [-pi, pi] rad, default 0. The place is not known: north is magnetic until a declination is given. */
+    double declination_rad;
+    /* Mounting: turns sensor vectors into the body frame, scalar first; normalised on use.
+     * [-2, 2], default 1, 0, 0, 0. Body axes are the sensor's. */
+    double q_body_sensor[4];
+
+    /* ------------------------ solver
+     * The integrator between events. */
+
+    /* Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler.
+     * hnav_solver, default erkstep. Without history, so that every interval is integrated alike, and exact to solver_rtol
+     * for any flow. */
+    int32_t solver;
+    /* Relative tolerance of ERKStep and Adams.
+     * [1e-14, 1e-2], default 1e-8. The integrator's error stays far below that of any sensor. */
+    double solver_rtol;
+    /* Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state.
+     * [1e-20, 1e-2], default 1e-8. As solver_rtol: every state is as exact as its own size asks for. */
+    double solver_atol;
+    /* Sub-step of Euler.
+     * (0, 1e3] s, default 0.001. Euler is there to be compared with; at 1 ms its error is below that of a usual gyroscope. */
+    double euler_step_s;
+} hnav_ahrs_options;
+
+#endif /* HNAV_OPTIONS_AHRS_H */

@@ -1,0 +1,202 @@
+/* Made by c_src/options/generate.py from hrekf.toml: change that, then ./run generate. */
+#ifndef HNAV_OPTIONS_HREKF_H
+#define HNAV_OPTIONS_HREKF_H
+
+#include "hnav/options/shared.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Adaptation of the bias walk from the corrections. */
+typedef enum hnav_adaptation {
+    HNAV_ADAPTATION_OFF = 0,       /* the bias walk stays as it is set */
+    HNAV_ADAPTATION_PAPER = 1,     /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
+    HNAV_ADAPTATION_CORRECTED = 2  /* divided by the interval, with the covariance terms, annealed, bounded */
+} hnav_adaptation;
+
+/* Options of the paper's filter (HEKF, HREKF). Noise is given as densities: a sample that stands for an interval T has
+ * variance density^2 / T, and process noise adds density^2 per second. The default noise of force and field is far above
+ * any datasheet: it stands for the accelerations and the field distortions that the filter does not model.
+ * Make them with hnav_hrekf_defaults, then change what you need; hnav_hrekf_option tells all this at run time. */
+typedef struct hnav_hrekf_options {
+    size_t size;    /* of this struct in bytes; set by hnav_hrekf_defaults */
+    uint64_t stamp; /* the list and the version of the library that made it; set likewise */
+
+    /* ------------------------ noise
+     * Process and measurement noise. */
+
+    /* Angle random walk: white noise of the gyroscope.
+     * [0, 1e3] rad/sqrt(s), default 1e-2. Far above the datasheet: it keeps the gain up on a body that moves in ways that
+     * the filter does not model. */
+    double gyro_noise_rad_per_sqrt_s;
+    /* Random walk of the gyro bias.
+     * [0, 1e3] rad/s/sqrt(s), default 1e-4. Temperature moves the bias more than the walk on the datasheet. */
+    double gyro_bias_walk_rad_s_per_sqrt_s;
+    /* Additional white noise on all four components of the quaternion alike (the paper's L = I).
+     * [0, 1e3] 1/sqrt(s), default 0. The gyroscope's noise says how the attitude becomes uncertain; noise on the length of
+     * a quaternion means nothing. */
+    double quaternion_noise_per_sqrt_s;
+    /* Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T.
+     * (0, 1e6] 1/sqrt(Hz), default 0.115. It stands for the accelerations of the body; take the datasheet's for one that
+     * does not accelerate, and accel_gate_nis = 13.9 with it. */
+    double accel_noise_per_sqrt_hz;
+    /* Noise density of the magnetic field in units of the reference strength.
+     * (0, 1e6] 1/sqrt(Hz), default 0.16. It stands for the iron of a room; take the datasheet's for a clean field. */
+    double mag_noise_per_sqrt_hz;
+
+    /* ------------------------ timing
+     * What a sample stands for, late samples. */
+
+    /* forward: a rate acts until the next sample; backward: since the one before (C and Co-Simulation).
+     * hnav_gyro_hold, default forward. Causal: C, Co-Simulation and Model Exchange agree. */
+    int32_t gyro_hold;
+    /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
+     * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
+    double interval_limit_s;
+    /* How much older than the newest used sample a sample may be.
+     * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
+    double horizon_s;
+    /* Instants that may wait or lie within the horizon.
+     * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
+    int32_t queue_capacity;
+
+    /* ------------------------ robust
+     * The robust law. */
+
+    /* Robust law: off (HEKF), fixed gamma, relative to the covariance, or by relative entropy.
+     * hnav_gamma_mode, default off. Gates serve against bad measurements, which are the usual trouble of real sensors; a
+     * finite gamma makes them weigh more. */
+    int32_t gamma_mode;
+    /* gamma of mode fixed, raised where infeasible.
+     * (0, 1e12], default 1. A neutral value: mode fixed has no setting that fits all, so it is to be chosen. */
+    double gamma;
+    /* rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax(L P L').
+     * [0, 1e6] 1/s, default 1.5. The paper preset's, rounded: 1.5 % of the limit for each correction at 100 Hz. */
+    double gamma_relative_rate_1_s;
+    /* Tolerance of mode kl: relative entropy per second, in nats.
+     * [0, 1e6] 1/s, default 0.1. A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong
+     * by one nat. */
+    double gamma_kl_rate_1_s;
+    /* Weight L of the quaternion in the robust law.
+     * [0, 1e6], default 1. The paper's L = I. */
+    double gamma_weight_attitude;
+    /* Weight L of the gyro bias in the robust law.
+     * [0, 1e6], default 1. The paper's L = I. */
+    double gamma_weight_bias;
+
+    /* ------------------------ adaptation
+     * Robbins-Monro adaptation of the bias walk. */
+
+    /* Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected.
+     * hnav_adaptation, default off. With noise that is set rightly it gains nothing, and as printed it harms. */
+    int32_t adaptation;
+    /* alpha of the adaptation; when corrected, the floor of the annealed alpha.
+     * [0, 1], default 0.02. A memory of fifty corrections. */
+    double adaptation_gain;
+    /* The adapted bias walk does not fall below this (corrected).
+     * [0, 1e3] rad/s/sqrt(s), default 1e-6. The walk of a very good gyroscope: the filter never stops learning the bias. */
+    double adaptation_floor_rad_s_per_sqrt_s;
+    /* The adapted bias walk does not exceed this (corrected).
+     * [0, 1e3] rad/s/sqrt(s), default 1e-2. A hundred times the default walk: beyond, the bias would follow every
+     * movement. */
+    double adaptation_cap_rad_s_per_sqrt_s;
+
+    /* ------------------------ start
+     * The first attitude and its uncertainty. */
+
+    /* Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad).
+     * hnav_start_mode, default triad. It needs nothing but the samples. */
+    int32_t start_mode;
+    /* Samples of each sensor averaged for the start.
+     * [1, 1e6], default 1. The body may already be moving; averaging pays only where it is known to stand still. */
+    int32_t start_samples;
+    /* Attitude to start from, body to navigation, scalar first; normalised on use.
+     * [-2, 2], default 1, 0, 0, 0. Level and to the north; only start mode attitude reads it. */
+    double start_q_nb[4];
+    /* True heading of body x to start from, clockwise from north.
+     * [-2 pi, 2 pi] rad, default 0. North; only start mode heading reads it. */
+    double start_heading_rad;
+    /* Gyro bias to start from.
+     * [-10, 10] rad/s, default 0, 0, 0. Nothing is known of the sensor. */
+    double start_gyro_bias_rad_s[3];
+    /* Standard deviation of the tilt at the start.
+     * (0, 10] rad, default 0.1. The body may be accelerating by a tenth of gravity. */
+    double start_sigma_tilt_rad;
+    /* Standard deviation of the heading at the start.
+     * (0, 10] rad, default 0.35. The field of the first samples may be off by twenty degrees, as indoors. */
+    double start_sigma_heading_rad;
+    /* Standard deviation of the gyro bias at the start.
+     * (0, 10] rad/s, default 0.01. A usual turn-on bias of half a degree per second. */
+    double start_sigma_bias_rad_s;
+
+    /* ------------------------ reference
+     * The magnetic field of the place. */
+
+    /* Strength and dip of the magnetic field: learnt from the samples of the start, or given.
+     * hnav_reference_mode, default learnt. It needs nothing but the samples, and indoors no model of the field holds. */
+    int32_t reference_mode;
+    /* Strength of the magnetic field, when given.
+     * (0, 1e6] T, default 5e-5. A usual field of the Earth in middle latitudes. */
+    double reference_strength_tesla;
+    /* Dip of the magnetic field below the horizon, when given.
+     * [-pi/2, pi/2] rad, default 60 deg. A usual dip in middle northern latitudes. */
+    double reference_dip_rad;
+
+    /* ------------------------ gate
+     * A sample whose normalised innovation squared exceeds its limit is used with inflated noise. Gates work while tilt
+     * (force), or tilt and heading (field, heading) are ready: one that rejects for long lets sigma grow until it opens. */
+
+    /* Normalised innovation squared of force beyond which its noise is inflated; 0 = never.
+     * [0, 1e12], default 0.13. Accelerations have heavy tails, so it lies far inside the default noise, like the threshold
+     * of a Huber loss; with noise from a datasheet take 13.9, 99.7 % of chi square with 3 degrees of freedom. */
+    double accel_gate_nis;
+    /* Normalised innovation squared of the field beyond which its noise is inflated; 0 = never.
+     * [0, 1e12], default 13.9. 99.7 % of chi square with 3 degrees of freedom. */
+    double mag_gate_nis;
+    /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
+     * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
+    double heading_gate_nis;
+
+    /* ------------------------ ready
+     * When tilt and heading are called ready. */
+
+    /* Tilt is ready when its sigma is below this and as much information has been gained.
+     * (0, 10] rad, default 2 deg. What an attitude display or a levelled heading needs. */
+    double ready_tilt_rad;
+    /* Heading is ready when its sigma is below this and as much information has been gained.
+     * (0, 10] rad, default 5 deg. The room's field itself is off by a few degrees: a smaller sigma of heading would be a
+     * claim. */
+    double ready_heading_rad;
+
+    /* ------------------------ frame
+     * Axes of samples and outputs. */
+
+    /* Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up.
+     * hnav_navigation_frame, default ned. The usual frame of navigation. */
+    int32_t navigation_frame;
+    /* Magnetic declination: true heading = magnetic heading + declination.
+     * [-pi, pi] rad, default 0. The place is not known: north is magnetic until a declination is given. */
+    double declination_rad;
+    /* Mounting: turns sensor vectors into the body frame, scalar first; normalised on use.
+     * [-2, 2], default 1, 0, 0, 0. Body axes are the sensor's. */
+    double q_body_sensor[4];
+
+    /* ------------------------ solver
+     * The integrator between events. */
+
+    /* Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler.
+     * hnav_solver, default erkstep. Without history, so that every interval is integrated alike, and exact to solver_rtol
+     * for any flow. */
+    int32_t solver;
+    /* Relative tolerance of ERKStep and Adams.
+     * [1e-14, 1e-2], default 1e-8. The integrator's error stays far below that of any sensor. */
+    double solver_rtol;
+    /* Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state.
+     * [1e-20, 1e-2], default 1e-8. As solver_rtol: every state is as exact as its own size asks for. */
+    double solver_atol;
+    /* Sub-step of Euler.
+     * (0, 1e3] s, default 0.005. The paper's two steps for each sample at 100 Hz. */
+    double euler_step_s;
+} hnav_hrekf_options;
+
+#endif /* HNAV_OPTIONS_HREKF_H */

@@ -1,0 +1,472 @@
+// Made by c_src/options/generate.py from ahrs.toml: change that, then ./run generate.
+#include "options/lists.hpp"
+
+#include "hnav/options/ahrs.h"
+
+#include <cmath>
+#include <cstddef>
+
+// clang-format off
+namespace hnav {
+namespace {
+
+const char* const gyro_hold_names[] = {"forward", "backward"};
+const char* const gyro_hold_meanings[] = {
+    "the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees",
+    "it acts on (t_k-1, t_k]: recordings of integrating gyros",
+};
+const char* const reference_mode_names[] = {"learnt", "given"};
+const char* const reference_mode_meanings[] = {
+    "strength and dip of the field from the samples of the start",
+    "reference_strength_tesla and reference_dip_rad",
+};
+const char* const gamma_mode_names[] = {"off", "fixed", "relative", "kl"};
+const char* const gamma_mode_meanings[] = {
+    "gamma infinite: the hybrid extended Kalman filter (HEKF)",
+    "the paper's constant gamma",
+    "1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T)",
+    "from a tolerance on relative entropy per second (Levy and Nikoukhah 2013)",
+};
+const char* const start_mode_names[] = {"triad", "attitude", "heading"};
+const char* const start_mode_meanings[] = {
+    "tilt from force, heading from field (or from a heading sample if that comes first)",
+    "start_q_nb, at the first sample",
+    "tilt from force, heading start_heading_rad",
+};
+const char* const navigation_frame_names[] = {"ned", "enu"};
+const char* const navigation_frame_meanings[] = {
+    "north, east, down",
+    "east, north, up",
+};
+const char* const solver_names[] = {"erkstep", "adams", "closed_form", "euler"};
+const char* const solver_meanings[] = {
+    "SUNDIALS ARKODE, Dormand-Prince 5(4)",
+    "SUNDIALS CVODE, Adams-Moulton, fixed-point iteration",
+    "exact for a held rate",
+    "the paper's: forward Euler in sub-steps of euler_step_s",
+};
+
+constexpr double defaults[] = {
+    0.00012, // gyro_noise_rad_per_sqrt_s
+    0.0024, // gyro_rate_noise_sqrt_s
+    0.00014, // gyro_bias_walk_rad_s_per_sqrt_s
+    0.52, // velocity_noise_m_s_per_sqrt_hz
+    0.026, // mag_azimuth_noise_per_sqrt_hz
+    0.018, // mag_intensity_noise_per_sqrt_hz
+    1.5, // mag_rest_factor
+    0.0044, // reference_walk_per_sqrt_s
+    1, // gyro_hold
+    0.035, // correction_interval_s
+    0.1, // interval_limit_s
+    2, // unseen_acceleration_m_s2
+    1.5, // unseen_turn_factor
+    0, // horizon_s
+    64, // queue_capacity
+    0, // output_latency_s
+    0.034906585039886591, // rest_rate_rad_s
+    0.5, // rest_force_m_s2
+    0.034906585039886591, // rest_mean_rate_rad_s
+    1.5, // rest_duration_s
+    0.5, // rest_filter_s
+    4e-05, // rest_bias_noise_rad_s_per_sqrt_hz
+    0.035, // mag_gate
+    60, // mag_gate_longest_s
+    3, // mag_gate_share
+    8.8, // heading_gate_nis
+    0, // reference_mode
+    5e-05, // reference_strength_tesla
+    1.0471975511965976, // reference_dip_rad
+    0.35, // turning_rad_s
+    0.35, // still_weight
+    0.17, // candidate_radius
+    5, // candidate_mean_s
+    1.6, // candidate_first_s
+    0.4, // candidate_share
+    60, // trust_s
+    0.13, // turn_least_rad
+    3.75, // turn_sigmas
+    0.12, // turn_sigma_rad
+    2, // gamma_mode
+    1, // gamma
+    0.3, // gamma_relative_rate_1_s
+    0.1, // gamma_kl_rate_1_s
+    0, // start_mode
+    1, // start_samples
+    1, // start_field_wait_s
+    1, 0, 0, 0, // start_q_nb
+    0, // start_heading_rad
+    0, 0, 0, // start_gyro_bias_rad_s
+    0.08, // start_sigma_tilt_rad
+    0.28, // start_sigma_heading_rad
+    0.008, // start_sigma_bias_rad_s
+    0.08, // start_sigma_velocity_m_s
+    0.11, // start_sigma_reference
+    0.016, // start_sigma_latency_s
+    0.0016, // start_sigma_gyro_scale
+    0.0008, // start_sigma_gyro_misalignment_rad
+    0.034906585039886591, // ready_tilt_rad
+    0.087266462599716474, // ready_heading_rad
+    3, // ready_evidence_s
+    8, // ready_calm_s
+    0, // navigation_frame
+    0, // declination_rad
+    1, 0, 0, 0, // q_body_sensor
+    0, // solver
+    1e-08, // solver_rtol
+    1e-08, // solver_atol
+    0.001, // euler_step_s
+};
+
+const hnav_option_info rows[] = {
+    {"gyro_noise_rad_per_sqrt_s", "noise", "rad/sqrt(s)",
+     "Angle random walk: white noise of the gyroscope",
+     "Of a usual chip, 7 mdeg/s/sqrt(Hz).",
+     nullptr, nullptr, defaults + 0, offsetof(hnav_ahrs_options, gyro_noise_rad_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"gyro_rate_noise_sqrt_s", "noise", "sqrt(s)",
+     "Noise of the gyroscope that grows with the rate: density = this x |rate|",
+     "Scale factor and misalignment in a hand's turn are worth more than the white noise; without it the error on BROAD is half as large again.",
+     nullptr, nullptr, defaults + 1, offsetof(hnav_ahrs_options, gyro_rate_noise_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gyro_bias_walk_rad_s_per_sqrt_s", "noise", "rad/s/sqrt(s)",
+     "Random walk of the gyro bias",
+     "Temperature moves the bias more than the walk on the datasheet, which is for a sensor of constant temperature only.",
+     nullptr, nullptr, defaults + 2, offsetof(hnav_ahrs_options, gyro_bias_walk_rad_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"velocity_noise_m_s_per_sqrt_hz", "noise", "m/s/sqrt(Hz)",
+     "How far the velocity is held to be from zero: the bound by which the accelerometer tells the horizon",
+     "A hand or a walking person; less steadies the horizon of a body that does not accelerate, more frees it from long accelerations.",
+     nullptr, nullptr, defaults + 3, offsetof(hnav_ahrs_options, velocity_noise_m_s_per_sqrt_hz),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"mag_azimuth_noise_per_sqrt_hz", "noise", "1/sqrt(Hz)",
+     "Noise density of the field across the reference, in units of its strength",
+     "Far above any datasheet: it stands for the iron of a room; more lets the heading trust the gyroscope for longer.",
+     nullptr, nullptr, defaults + 4, offsetof(hnav_ahrs_options, mag_azimuth_noise_per_sqrt_hz),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"mag_intensity_noise_per_sqrt_hz", "noise", "1/sqrt(Hz)",
+     "Noise density of horizontal and vertical intensity, in units of the strength",
+     "A room changes the intensities a little less than the azimuth.",
+     nullptr, nullptr, defaults + 5, offsetof(hnav_ahrs_options, mag_intensity_noise_per_sqrt_hz),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"mag_rest_factor", "noise", "",
+     "Factor of the field's variances at rest, where distortions do not average out",
+     "At rest all samples share one distortion.",
+     nullptr, nullptr, defaults + 6, offsetof(hnav_ahrs_options, mag_rest_factor),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"reference_walk_per_sqrt_s", "noise", "1/sqrt(s)",
+     "Random walk of the reference field, in units of the strength",
+     "The field differs from place to place in a room; a frozen reference is worse on BROAD.",
+     nullptr, nullptr, defaults + 7, offsetof(hnav_ahrs_options, reference_walk_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gyro_hold", "timing", "",
+     "forward: a rate acts until the next sample; backward: since the one before",
+     "Integrating gyroscopes and averaging FIFOs give the mean over the interval before a sample.",
+     gyro_hold_names, gyro_hold_meanings, defaults + 8, offsetof(hnav_ahrs_options, gyro_hold),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"correction_interval_s", "timing", "s",
+     "Samples are gathered and corrected so often, at the sample nearest; heading aids at once",
+     "Slow beside the samples, so that a correction costs little, and fast beside the motion; twice as often gains nothing.",
+     nullptr, nullptr, defaults + 9, offsetof(hnav_ahrs_options, correction_interval_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"interval_limit_s", "timing", "s",
+     "Longest interval that one sample may stand for; the first sample of a sensor stands for none",
+     "Ten times the usual interval: after a longer gap a sample says no more about it than this.",
+     nullptr, nullptr, defaults + 10, offsetof(hnav_ahrs_options, interval_limit_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"unseen_acceleration_m_s2", "timing", "m/s2",
+     "Acceleration that may go unseen while force samples are missing",
+     "A brisk movement of a hand.",
+     nullptr, nullptr, defaults + 11, offsetof(hnav_ahrs_options, unseen_acceleration_m_s2),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"unseen_turn_factor", "timing", "",
+     "Angular acceleration while samples of the gyroscope are missing, in units of its running root mean square",
+     "A gap may fall into the fastest part of a turn.",
+     nullptr, nullptr, defaults + 12, offsetof(hnav_ahrs_options, unseen_turn_factor),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"horizon_s", "timing", "s",
+     "How much older than the newest used sample a sample may be",
+     "Samples come in order; a horizon costs memory and the replay of all that lies within it.",
+     nullptr, nullptr, defaults + 13, offsetof(hnav_ahrs_options, horizon_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"queue_capacity", "timing", "",
+     "Instants that may wait or lie within the horizon",
+     "Enough for an advance after every few dozen samples, and little memory.",
+     nullptr, nullptr, defaults + 14, offsetof(hnav_ahrs_options, queue_capacity),
+     4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"output_latency_s", "timing", "s",
+     "Attitude is shown as it will be this much later at the present rate",
+     "Attitude is that of the samples' time stamps; what delays the output afterwards is not known here.",
+     nullptr, nullptr, defaults + 15, offsetof(hnav_ahrs_options, output_latency_s),
+     -1, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"rest_rate_rad_s", "rest", "rad/s",
+     "Rest: deviation of the rate from its running mean",
+     "Above the noise of usual gyroscopes, below what a hand does that holds still.",
+     nullptr, nullptr, defaults + 16, offsetof(hnav_ahrs_options, rest_rate_rad_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_force_m_s2", "rest", "m/s2",
+     "Rest: deviation of the specific force from its running mean",
+     "Above the noise of usual accelerometers, below what a hand does that holds still.",
+     nullptr, nullptr, defaults + 17, offsetof(hnav_ahrs_options, rest_force_m_s2),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_mean_rate_rad_s", "rest", "rad/s",
+     "Rest: mean rate of each axis, as far as it can be a bias",
+     "The turn-on bias of usual gyroscopes; a steady turn that is slower would be learnt as a bias.",
+     nullptr, nullptr, defaults + 18, offsetof(hnav_ahrs_options, rest_mean_rate_rad_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_duration_s", "rest", "s",
+     "Rest: within the thresholds for so long",
+     "Longer than the turning points of a movement.",
+     nullptr, nullptr, defaults + 19, offsetof(hnav_ahrs_options, rest_duration_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_filter_s", "rest", "s",
+     "Rest: time constant of the running means",
+     "It averages the noise of some dozen samples and follows the end of a movement.",
+     nullptr, nullptr, defaults + 20, offsetof(hnav_ahrs_options, rest_filter_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"rest_bias_noise_rad_s_per_sqrt_hz", "rest", "rad/s/sqrt(Hz)",
+     "Noise density of the mean rate at rest as a measurement of the bias",
+     "Below the gyroscope's white noise, which the running mean has averaged.",
+     nullptr, nullptr, defaults + 21, offsetof(hnav_ahrs_options, rest_bias_noise_rad_s_per_sqrt_hz),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"mag_gate", "gate", "",
+     "Distance of the field's intensities from the reference beyond which it is refused, in units of the strength",
+     "Twice the deviation that a room's field has on the mean; less is pickier about iron.",
+     nullptr, nullptr, defaults + 22, offsetof(hnav_ahrs_options, mag_gate),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"mag_gate_longest_s", "gate", "s",
+     "A field is refused no longer than this",
+     "A gyroscope alone keeps the heading for about a minute.",
+     nullptr, nullptr, defaults + 23, offsetof(hnav_ahrs_options, mag_gate_longest_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"mag_gate_share", "gate", "",
+     "A field is refused no longer than this times the time for which the reference has served",
+     "A reference of a few seconds may itself be the wrong one.",
+     nullptr, nullptr, defaults + 24, offsetof(hnav_ahrs_options, mag_gate_share),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"heading_gate_nis", "gate", "",
+     "Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never",
+     "99.7 % of chi square with 1 degree of freedom.",
+     nullptr, nullptr, defaults + 25, offsetof(hnav_ahrs_options, heading_gate_nis),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"reference_mode", "reference", "",
+     "Strength and dip of the magnetic field: learnt from the samples of the start, or given",
+     "It needs nothing but the samples, and indoors no model of the field holds.",
+     reference_mode_names, reference_mode_meanings, defaults + 26, offsetof(hnav_ahrs_options, reference_mode),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 1},
+    {"reference_strength_tesla", "reference", "T",
+     "Strength of the magnetic field, when given",
+     "A usual field of the Earth in middle latitudes.",
+     nullptr, nullptr, defaults + 27, offsetof(hnav_ahrs_options, reference_strength_tesla),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"reference_dip_rad", "reference", "rad",
+     "Dip of the magnetic field below the horizon, when given",
+     "A usual dip in middle northern latitudes.",
+     nullptr, nullptr, defaults + 28, offsetof(hnav_ahrs_options, reference_dip_rad),
+     -1.5707963267948966, 1.5707963267948966, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"turning_rad_s", "reference", "rad/s",
+     "Root mean square rate above which a field counts fully as evidence",
+     "A body that turns so fast sees a magnet that moves with it change its direction.",
+     nullptr, nullptr, defaults + 29, offsetof(hnav_ahrs_options, turning_rad_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"still_weight", "reference", "",
+     "Weight of evidence below that rate",
+     "A body at rest sees one place only, be its field true or false.",
+     nullptr, nullptr, defaults + 30, offsetof(hnav_ahrs_options, still_weight),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"candidate_radius", "reference", "",
+     "Fields whose intensities lie so close are one candidate, in units of the strength",
+     "Five times the gate: a candidate is a mean over places.",
+     nullptr, nullptr, defaults + 31, offsetof(hnav_ahrs_options, candidate_radius),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"candidate_mean_s", "reference", "s",
+     "The candidate is a mean over this time",
+     "Longer than a pass by a piece of iron.",
+     nullptr, nullptr, defaults + 32, offsetof(hnav_ahrs_options, candidate_mean_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"candidate_first_s", "reference", "s",
+     "Evidence with which a candidate replaces a reference that has none",
+     "A first sample that was false is found out soon, and one outlier does not do it.",
+     nullptr, nullptr, defaults + 33, offsetof(hnav_ahrs_options, candidate_first_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"candidate_share", "reference", "",
+     "Share of the reference's evidence with which a candidate replaces it",
+     "A change of place shows before as much time has passed in the new one; more where the place changes often.",
+     nullptr, nullptr, defaults + 34, offsetof(hnav_ahrs_options, candidate_share),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"trust_s", "reference", "s",
+     "Evidence after which a new field no longer turns the heading",
+     "By then the heading rests on more than the new field can say against it.",
+     nullptr, nullptr, defaults + 35, offsetof(hnav_ahrs_options, trust_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"turn_least_rad", "reference", "rad",
+     "Least error of the heading that a new field corrects at once",
+     "Smaller errors leave the heading by the usual corrections.",
+     nullptr, nullptr, defaults + 36, offsetof(hnav_ahrs_options, turn_least_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"turn_sigmas", "reference", "",
+     "The same in sigmas of the heading",
+     "Within its own sigma the heading is not wrong.",
+     nullptr, nullptr, defaults + 37, offsetof(hnav_ahrs_options, turn_sigmas),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"turn_sigma_rad", "reference", "rad",
+     "Standard deviation added to a heading that a new field has turned",
+     "The new field may be off by several degrees too.",
+     nullptr, nullptr, defaults + 38, offsetof(hnav_ahrs_options, turn_sigma_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gamma_mode", "robust", "",
+     "Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy",
+     "It shortens the way from a start that is far off, and does not depend on the sample rate.",
+     gamma_mode_names, gamma_mode_meanings, defaults + 39, offsetof(hnav_ahrs_options, gamma_mode),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 1},
+    {"gamma", "robust", "",
+     "gamma of mode fixed, raised where infeasible",
+     "A neutral value: mode fixed has no setting that fits all, so it is to be chosen.",
+     nullptr, nullptr, defaults + 40, offsetof(hnav_ahrs_options, gamma),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"gamma_relative_rate_1_s", "robust", "1/s",
+     "rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the horizon's covariance",
+     "Mild: the velocity model already allows for most of what the law is to guard against.",
+     nullptr, nullptr, defaults + 41, offsetof(hnav_ahrs_options, gamma_relative_rate_1_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gamma_kl_rate_1_s", "robust", "1/s",
+     "Tolerance of mode kl: relative entropy per second, in nats",
+     "A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong by one nat.",
+     nullptr, nullptr, defaults + 42, offsetof(hnav_ahrs_options, gamma_kl_rate_1_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_mode", "start", "",
+     "Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad)",
+     "It needs nothing but the samples.",
+     start_mode_names, start_mode_meanings, defaults + 43, offsetof(hnav_ahrs_options, start_mode),
+     0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"start_samples", "start", "",
+     "Samples of each sensor averaged for the start",
+     "The body may already be moving; averaging pays only where it is known to stand still.",
+     nullptr, nullptr, defaults + 44, offsetof(hnav_ahrs_options, start_samples),
+     1, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"start_field_wait_s", "start", "s",
+     "Start level with an unknown heading if no field has come by then (triad)",
+     "Far longer than the period of any magnetometer.",
+     nullptr, nullptr, defaults + 45, offsetof(hnav_ahrs_options, start_field_wait_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_q_nb", "start", "",
+     "Attitude to start from, body to navigation, scalar first; normalised on use",
+     "Level and to the north; only start mode attitude reads it.",
+     nullptr, nullptr, defaults + 46, offsetof(hnav_ahrs_options, start_q_nb),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_heading_rad", "start", "rad",
+     "True heading of body x to start from, clockwise from north",
+     "North; only start mode heading reads it.",
+     nullptr, nullptr, defaults + 50, offsetof(hnav_ahrs_options, start_heading_rad),
+     -6.2831853071795862, 6.2831853071795862, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_gyro_bias_rad_s", "start", "rad/s",
+     "Gyro bias to start from",
+     "Nothing is known of the sensor.",
+     nullptr, nullptr, defaults + 51, offsetof(hnav_ahrs_options, start_gyro_bias_rad_s),
+     -10, 10, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_sigma_tilt_rad", "start", "rad",
+     "Standard deviation of the tilt at the start",
+     "The body may be accelerating by a tenth of gravity.",
+     nullptr, nullptr, defaults + 54, offsetof(hnav_ahrs_options, start_sigma_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_heading_rad", "start", "rad",
+     "Standard deviation of the heading at the start",
+     "The field of the first samples may be off by sixteen degrees, as indoors.",
+     nullptr, nullptr, defaults + 55, offsetof(hnav_ahrs_options, start_sigma_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_bias_rad_s", "start", "rad/s",
+     "Standard deviation of the gyro bias at the start",
+     "A usual turn-on bias of half a degree per second.",
+     nullptr, nullptr, defaults + 56, offsetof(hnav_ahrs_options, start_sigma_bias_rad_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"start_sigma_velocity_m_s", "start", "m/s",
+     "Standard deviation of the velocity at the start",
+     "A start in a hand.",
+     nullptr, nullptr, defaults + 57, offsetof(hnav_ahrs_options, start_sigma_velocity_m_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_reference", "start", "",
+     "Standard deviation of the reference at the start and when the gate gives in, in units of the strength",
+     "Three gates: the first field, or one that was refused for long, may be that far off.",
+     nullptr, nullptr, defaults + 58, offsetof(hnav_ahrs_options, start_sigma_reference),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_latency_s", "start", "s",
+     "Standard deviation of the magnetometer's latency at the start",
+     "Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states.",
+     nullptr, nullptr, defaults + 59, offsetof(hnav_ahrs_options, start_sigma_latency_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_gyro_scale", "start", "",
+     "Standard deviation of the gyro scale factors at the start",
+     "Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01.",
+     nullptr, nullptr, defaults + 60, offsetof(hnav_ahrs_options, start_sigma_gyro_scale),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_gyro_misalignment_rad", "start", "rad",
+     "Standard deviation of the gyro misalignments at the start",
+     "Half the scale factor's, as in most calibrated sensors.",
+     nullptr, nullptr, defaults + 61, offsetof(hnav_ahrs_options, start_sigma_gyro_misalignment_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_tilt_rad", "ready", "rad",
+     "Tilt is ready when its sigma is below this and as much information has been gained",
+     "What an attitude display or a levelled heading needs.",
+     nullptr, nullptr, defaults + 62, offsetof(hnav_ahrs_options, ready_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_heading_rad", "ready", "rad",
+     "Heading is ready when its sigma is below this and as much information has been gained",
+     "The room's field itself is off by a few degrees: a smaller sigma of heading would be a claim.",
+     nullptr, nullptr, defaults + 63, offsetof(hnav_ahrs_options, ready_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_evidence_s", "ready", "s",
+     "And the field has agreed with the reference for so long, counted less at rest",
+     "A field that is false in passing does not agree for so long.",
+     nullptr, nullptr, defaults + 64, offsetof(hnav_ahrs_options, ready_evidence_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"ready_calm_s", "ready", "s",
+     "And nothing has spoken against the reference for so long; once ready, sigma alone decides",
+     "With it a passing disturbance makes the first heading_ready wrong in one of a hundred simulated starts.",
+     nullptr, nullptr, defaults + 65, offsetof(hnav_ahrs_options, ready_calm_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"navigation_frame", "frame", "",
+     "Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up",
+     "The usual frame of navigation.",
+     navigation_frame_names, navigation_frame_meanings, defaults + 66, offsetof(hnav_ahrs_options, navigation_frame),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"declination_rad", "frame", "rad",
+     "Magnetic declination: true heading = magnetic heading + declination",
+     "The place is not known: north is magnetic until a declination is given.",
+     nullptr, nullptr, defaults + 67, offsetof(hnav_ahrs_options, declination_rad),
+     -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"q_body_sensor", "frame", "",
+     "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use",
+     "Body axes are the sensor's.",
+     nullptr, nullptr, defaults + 68, offsetof(hnav_ahrs_options, q_body_sensor),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"solver", "solver", "",
+     "Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler",
+     "Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow.",
+     solver_names, solver_meanings, defaults + 72, offsetof(hnav_ahrs_options, solver),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"solver_rtol", "solver", "",
+     "Relative tolerance of ERKStep and Adams",
+     "The integrator's error stays far below that of any sensor.",
+     nullptr, nullptr, defaults + 73, offsetof(hnav_ahrs_options, solver_rtol),
+     1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"solver_atol", "solver", "",
+     "Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state",
+     "As solver_rtol: every state is as exact as its own size asks for.",
+     nullptr, nullptr, defaults + 74, offsetof(hnav_ahrs_options, solver_atol),
+     1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"euler_step_s", "solver", "s",
+     "Sub-step of Euler",
+     "Euler is there to be compared with; at 1 ms its error is below that of a usual gyroscope.",
+     nullptr, nullptr, defaults + 75, offsetof(hnav_ahrs_options, euler_step_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+};
+
+constexpr Preset presets[] = {
+    {{"default", "Real sensors, one setting for all.", 0}, nullptr, 0},
+};
+
+} // namespace
+
+const OptionList ahrs_options = {
+    "hnav_ahrs_defaults", 2, sizeof(hnav_ahrs_options), rows, 68, presets, 1};
+
+} // namespace hnav

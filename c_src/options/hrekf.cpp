@@ -1,0 +1,342 @@
+// Made by c_src/options/generate.py from hrekf.toml: change that, then ./run generate.
+#include "options/lists.hpp"
+
+#include "hnav/options/hrekf.h"
+
+#include <cmath>
+#include <cstddef>
+
+// clang-format off
+namespace hnav {
+namespace {
+
+const char* const gyro_hold_names[] = {"forward", "backward"};
+const char* const gyro_hold_meanings[] = {
+    "the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees",
+    "it acts on (t_k-1, t_k]: recordings of integrating gyros",
+};
+const char* const gamma_mode_names[] = {"off", "fixed", "relative", "kl"};
+const char* const gamma_mode_meanings[] = {
+    "gamma infinite: the hybrid extended Kalman filter (HEKF)",
+    "the paper's constant gamma",
+    "1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T)",
+    "from a tolerance on relative entropy per second (Levy and Nikoukhah 2013)",
+};
+const char* const adaptation_names[] = {"off", "paper", "corrected"};
+const char* const adaptation_meanings[] = {
+    "the bias walk stays as it is set",
+    "Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed",
+    "divided by the interval, with the covariance terms, annealed, bounded",
+};
+const char* const start_mode_names[] = {"triad", "attitude", "heading"};
+const char* const start_mode_meanings[] = {
+    "tilt from force, heading from field (or from a heading sample if that comes first)",
+    "start_q_nb, at the first sample",
+    "tilt from force, heading start_heading_rad",
+};
+const char* const reference_mode_names[] = {"learnt", "given"};
+const char* const reference_mode_meanings[] = {
+    "strength and dip of the field from the samples of the start",
+    "reference_strength_tesla and reference_dip_rad",
+};
+const char* const navigation_frame_names[] = {"ned", "enu"};
+const char* const navigation_frame_meanings[] = {
+    "north, east, down",
+    "east, north, up",
+};
+const char* const solver_names[] = {"erkstep", "adams", "closed_form", "euler"};
+const char* const solver_meanings[] = {
+    "SUNDIALS ARKODE, Dormand-Prince 5(4)",
+    "SUNDIALS CVODE, Adams-Moulton, fixed-point iteration",
+    "exact for a held rate",
+    "the paper's: forward Euler in sub-steps of euler_step_s",
+};
+
+constexpr double defaults[] = {
+    0.01, // gyro_noise_rad_per_sqrt_s
+    0.0001, // gyro_bias_walk_rad_s_per_sqrt_s
+    0, // quaternion_noise_per_sqrt_s
+    0.115, // accel_noise_per_sqrt_hz
+    0.16, // mag_noise_per_sqrt_hz
+    0, // gyro_hold
+    0.1, // interval_limit_s
+    0, // horizon_s
+    64, // queue_capacity
+    0, // gamma_mode
+    1, // gamma
+    1.5, // gamma_relative_rate_1_s
+    0.1, // gamma_kl_rate_1_s
+    1, // gamma_weight_attitude
+    1, // gamma_weight_bias
+    0, // adaptation
+    0.02, // adaptation_gain
+    1e-06, // adaptation_floor_rad_s_per_sqrt_s
+    0.01, // adaptation_cap_rad_s_per_sqrt_s
+    0, // start_mode
+    1, // start_samples
+    1, 0, 0, 0, // start_q_nb
+    0, // start_heading_rad
+    0, 0, 0, // start_gyro_bias_rad_s
+    0.1, // start_sigma_tilt_rad
+    0.35, // start_sigma_heading_rad
+    0.01, // start_sigma_bias_rad_s
+    0, // reference_mode
+    5e-05, // reference_strength_tesla
+    1.0471975511965976, // reference_dip_rad
+    0.13, // accel_gate_nis
+    13.9, // mag_gate_nis
+    8.8, // heading_gate_nis
+    0.034906585039886591, // ready_tilt_rad
+    0.087266462599716474, // ready_heading_rad
+    0, // navigation_frame
+    0, // declination_rad
+    1, 0, 0, 0, // q_body_sensor
+    0, // solver
+    1e-08, // solver_rtol
+    1e-08, // solver_atol
+    0.005, // euler_step_s
+};
+
+const hnav_option_info rows[] = {
+    {"gyro_noise_rad_per_sqrt_s", "noise", "rad/sqrt(s)",
+     "Angle random walk: white noise of the gyroscope",
+     "Far above the datasheet: it keeps the gain up on a body that moves in ways that the filter does not model.",
+     nullptr, nullptr, defaults + 0, offsetof(hnav_hrekf_options, gyro_noise_rad_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"gyro_bias_walk_rad_s_per_sqrt_s", "noise", "rad/s/sqrt(s)",
+     "Random walk of the gyro bias",
+     "Temperature moves the bias more than the walk on the datasheet.",
+     nullptr, nullptr, defaults + 1, offsetof(hnav_hrekf_options, gyro_bias_walk_rad_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"quaternion_noise_per_sqrt_s", "noise", "1/sqrt(s)",
+     "Additional white noise on all four components of the quaternion alike (the paper's L = I)",
+     "The gyroscope's noise says how the attitude becomes uncertain; noise on the length of a quaternion means nothing.",
+     nullptr, nullptr, defaults + 2, offsetof(hnav_hrekf_options, quaternion_noise_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"accel_noise_per_sqrt_hz", "noise", "1/sqrt(Hz)",
+     "Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T",
+     "It stands for the accelerations of the body; take the datasheet's for one that does not accelerate, and accel_gate_nis = 13.9 with it.",
+     nullptr, nullptr, defaults + 3, offsetof(hnav_hrekf_options, accel_noise_per_sqrt_hz),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"mag_noise_per_sqrt_hz", "noise", "1/sqrt(Hz)",
+     "Noise density of the magnetic field in units of the reference strength",
+     "It stands for the iron of a room; take the datasheet's for a clean field.",
+     nullptr, nullptr, defaults + 4, offsetof(hnav_hrekf_options, mag_noise_per_sqrt_hz),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"gyro_hold", "timing", "",
+     "forward: a rate acts until the next sample; backward: since the one before (C and Co-Simulation)",
+     "Causal: C, Co-Simulation and Model Exchange agree.",
+     gyro_hold_names, gyro_hold_meanings, defaults + 5, offsetof(hnav_hrekf_options, gyro_hold),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"interval_limit_s", "timing", "s",
+     "Longest interval that one sample may stand for; the first sample of a sensor stands for none",
+     "Ten times the usual interval: after a longer gap a sample says no more about it than this.",
+     nullptr, nullptr, defaults + 6, offsetof(hnav_hrekf_options, interval_limit_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"horizon_s", "timing", "s",
+     "How much older than the newest used sample a sample may be",
+     "Samples come in order; a horizon costs memory and the replay of all that lies within it.",
+     nullptr, nullptr, defaults + 7, offsetof(hnav_hrekf_options, horizon_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"queue_capacity", "timing", "",
+     "Instants that may wait or lie within the horizon",
+     "Enough for an advance after every few dozen samples, and little memory.",
+     nullptr, nullptr, defaults + 8, offsetof(hnav_hrekf_options, queue_capacity),
+     4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"gamma_mode", "robust", "",
+     "Robust law: off (HEKF), fixed gamma, relative to the covariance, or by relative entropy",
+     "Gates serve against bad measurements, which are the usual trouble of real sensors; a finite gamma makes them weigh more.",
+     gamma_mode_names, gamma_mode_meanings, defaults + 9, offsetof(hnav_hrekf_options, gamma_mode),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"gamma", "robust", "",
+     "gamma of mode fixed, raised where infeasible",
+     "A neutral value: mode fixed has no setting that fits all, so it is to be chosen.",
+     nullptr, nullptr, defaults + 10, offsetof(hnav_hrekf_options, gamma),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"gamma_relative_rate_1_s", "robust", "1/s",
+     "rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax(L P L')",
+     "The paper preset's, rounded: 1.5 % of the limit for each correction at 100 Hz.",
+     nullptr, nullptr, defaults + 11, offsetof(hnav_hrekf_options, gamma_relative_rate_1_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gamma_kl_rate_1_s", "robust", "1/s",
+     "Tolerance of mode kl: relative entropy per second, in nats",
+     "A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong by one nat.",
+     nullptr, nullptr, defaults + 12, offsetof(hnav_hrekf_options, gamma_kl_rate_1_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gamma_weight_attitude", "robust", "",
+     "Weight L of the quaternion in the robust law",
+     "The paper's L = I.",
+     nullptr, nullptr, defaults + 13, offsetof(hnav_hrekf_options, gamma_weight_attitude),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gamma_weight_bias", "robust", "",
+     "Weight L of the gyro bias in the robust law",
+     "The paper's L = I.",
+     nullptr, nullptr, defaults + 14, offsetof(hnav_hrekf_options, gamma_weight_bias),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"adaptation", "adaptation", "",
+     "Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected",
+     "With noise that is set rightly it gains nothing, and as printed it harms.",
+     adaptation_names, adaptation_meanings, defaults + 15, offsetof(hnav_hrekf_options, adaptation),
+     0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"adaptation_gain", "adaptation", "",
+     "alpha of the adaptation; when corrected, the floor of the annealed alpha",
+     "A memory of fifty corrections.",
+     nullptr, nullptr, defaults + 16, offsetof(hnav_hrekf_options, adaptation_gain),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"adaptation_floor_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
+     "The adapted bias walk does not fall below this (corrected)",
+     "The walk of a very good gyroscope: the filter never stops learning the bias.",
+     nullptr, nullptr, defaults + 17, offsetof(hnav_hrekf_options, adaptation_floor_rad_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"adaptation_cap_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
+     "The adapted bias walk does not exceed this (corrected)",
+     "A hundred times the default walk: beyond, the bias would follow every movement.",
+     nullptr, nullptr, defaults + 18, offsetof(hnav_hrekf_options, adaptation_cap_rad_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_mode", "start", "",
+     "Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad)",
+     "It needs nothing but the samples.",
+     start_mode_names, start_mode_meanings, defaults + 19, offsetof(hnav_hrekf_options, start_mode),
+     0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"start_samples", "start", "",
+     "Samples of each sensor averaged for the start",
+     "The body may already be moving; averaging pays only where it is known to stand still.",
+     nullptr, nullptr, defaults + 20, offsetof(hnav_hrekf_options, start_samples),
+     1, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"start_q_nb", "start", "",
+     "Attitude to start from, body to navigation, scalar first; normalised on use",
+     "Level and to the north; only start mode attitude reads it.",
+     nullptr, nullptr, defaults + 21, offsetof(hnav_hrekf_options, start_q_nb),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_heading_rad", "start", "rad",
+     "True heading of body x to start from, clockwise from north",
+     "North; only start mode heading reads it.",
+     nullptr, nullptr, defaults + 25, offsetof(hnav_hrekf_options, start_heading_rad),
+     -6.2831853071795862, 6.2831853071795862, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_gyro_bias_rad_s", "start", "rad/s",
+     "Gyro bias to start from",
+     "Nothing is known of the sensor.",
+     nullptr, nullptr, defaults + 26, offsetof(hnav_hrekf_options, start_gyro_bias_rad_s),
+     -10, 10, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_sigma_tilt_rad", "start", "rad",
+     "Standard deviation of the tilt at the start",
+     "The body may be accelerating by a tenth of gravity.",
+     nullptr, nullptr, defaults + 29, offsetof(hnav_hrekf_options, start_sigma_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_heading_rad", "start", "rad",
+     "Standard deviation of the heading at the start",
+     "The field of the first samples may be off by twenty degrees, as indoors.",
+     nullptr, nullptr, defaults + 30, offsetof(hnav_hrekf_options, start_sigma_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_bias_rad_s", "start", "rad/s",
+     "Standard deviation of the gyro bias at the start",
+     "A usual turn-on bias of half a degree per second.",
+     nullptr, nullptr, defaults + 31, offsetof(hnav_hrekf_options, start_sigma_bias_rad_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"reference_mode", "reference", "",
+     "Strength and dip of the magnetic field: learnt from the samples of the start, or given",
+     "It needs nothing but the samples, and indoors no model of the field holds.",
+     reference_mode_names, reference_mode_meanings, defaults + 32, offsetof(hnav_hrekf_options, reference_mode),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 1},
+    {"reference_strength_tesla", "reference", "T",
+     "Strength of the magnetic field, when given",
+     "A usual field of the Earth in middle latitudes.",
+     nullptr, nullptr, defaults + 33, offsetof(hnav_hrekf_options, reference_strength_tesla),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"reference_dip_rad", "reference", "rad",
+     "Dip of the magnetic field below the horizon, when given",
+     "A usual dip in middle northern latitudes.",
+     nullptr, nullptr, defaults + 34, offsetof(hnav_hrekf_options, reference_dip_rad),
+     -1.5707963267948966, 1.5707963267948966, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"accel_gate_nis", "gate", "",
+     "Normalised innovation squared of force beyond which its noise is inflated; 0 = never",
+     "Accelerations have heavy tails, so it lies far inside the default noise, like the threshold of a Huber loss; with noise from a datasheet take 13.9, 99.7 % of chi square with 3 degrees of freedom.",
+     nullptr, nullptr, defaults + 35, offsetof(hnav_hrekf_options, accel_gate_nis),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"mag_gate_nis", "gate", "",
+     "Normalised innovation squared of the field beyond which its noise is inflated; 0 = never",
+     "99.7 % of chi square with 3 degrees of freedom.",
+     nullptr, nullptr, defaults + 36, offsetof(hnav_hrekf_options, mag_gate_nis),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"heading_gate_nis", "gate", "",
+     "Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never",
+     "99.7 % of chi square with 1 degree of freedom.",
+     nullptr, nullptr, defaults + 37, offsetof(hnav_hrekf_options, heading_gate_nis),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"ready_tilt_rad", "ready", "rad",
+     "Tilt is ready when its sigma is below this and as much information has been gained",
+     "What an attitude display or a levelled heading needs.",
+     nullptr, nullptr, defaults + 38, offsetof(hnav_hrekf_options, ready_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_heading_rad", "ready", "rad",
+     "Heading is ready when its sigma is below this and as much information has been gained",
+     "The room's field itself is off by a few degrees: a smaller sigma of heading would be a claim.",
+     nullptr, nullptr, defaults + 39, offsetof(hnav_hrekf_options, ready_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"navigation_frame", "frame", "",
+     "Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up",
+     "The usual frame of navigation.",
+     navigation_frame_names, navigation_frame_meanings, defaults + 40, offsetof(hnav_hrekf_options, navigation_frame),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"declination_rad", "frame", "rad",
+     "Magnetic declination: true heading = magnetic heading + declination",
+     "The place is not known: north is magnetic until a declination is given.",
+     nullptr, nullptr, defaults + 41, offsetof(hnav_hrekf_options, declination_rad),
+     -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"q_body_sensor", "frame", "",
+     "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use",
+     "Body axes are the sensor's.",
+     nullptr, nullptr, defaults + 42, offsetof(hnav_hrekf_options, q_body_sensor),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"solver", "solver", "",
+     "Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler",
+     "Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow.",
+     solver_names, solver_meanings, defaults + 46, offsetof(hnav_hrekf_options, solver),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"solver_rtol", "solver", "",
+     "Relative tolerance of ERKStep and Adams",
+     "The integrator's error stays far below that of any sensor.",
+     nullptr, nullptr, defaults + 47, offsetof(hnav_hrekf_options, solver_rtol),
+     1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"solver_atol", "solver", "",
+     "Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state",
+     "As solver_rtol: every state is as exact as its own size asks for.",
+     nullptr, nullptr, defaults + 48, offsetof(hnav_hrekf_options, solver_atol),
+     1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"euler_step_s", "solver", "s",
+     "Sub-step of Euler",
+     "The paper's two steps for each sample at 100 Hz.",
+     nullptr, nullptr, defaults + 49, offsetof(hnav_hrekf_options, euler_step_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+};
+
+// Row, component, value.
+constexpr PresetValue paper_values[] = {
+    {0, 0, 0}, // gyro_noise_rad_per_sqrt_s
+    {1, 0, 0.001}, // gyro_bias_walk_rad_s_per_sqrt_s
+    {2, 0, 0.001}, // quaternion_noise_per_sqrt_s
+    {3, 0, 0.01}, // accel_noise_per_sqrt_hz
+    {4, 0, 0.01}, // mag_noise_per_sqrt_hz
+    {9, 0, 2}, // gamma_mode
+    {11, 0, 1.5113637810048171}, // gamma_relative_rate_1_s
+    {16, 0, 0.5}, // adaptation_gain
+    {24, 0, 0.002}, // start_sigma_tilt_rad
+    {25, 0, 0.002}, // start_sigma_heading_rad
+    {26, 0, 0.001}, // start_sigma_bias_rad_s
+    {30, 0, 0}, // accel_gate_nis
+    {31, 0, 0}, // mag_gate_nis
+    {32, 0, 0}, // heading_gate_nis
+    {38, 0, 3}, // solver
+};
+
+constexpr Preset presets[] = {
+    {{"default", "Real sensors: one setting for all, found on recordings of the BROAD benchmark.", 0}, nullptr, 0},
+    {{"paper", "The paper's: Q = 1e-6 I7, R = 1e-2 I6 at 100 Hz, P0 = 1e-6 I7, L = I, two Euler steps per sample. P0 and the rate of gamma are fitted: with them the ratios of the paper's Table 1 come back.", 1}, paper_values, 15},
+};
+
+} // namespace
+
+const OptionList hrekf_options = {
+    "hnav_hrekf_defaults", 1, sizeof(hnav_hrekf_options), rows, 42, presets, 2};
+
+} // namespace hnav

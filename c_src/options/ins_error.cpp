@@ -1,0 +1,110 @@
+// Made by c_src/options/generate.py from ins_error.toml: change that, then ./run generate.
+#include "options/lists.hpp"
+
+#include "hnav/options/ins_error.h"
+
+#include <cmath>
+#include <cstddef>
+
+// clang-format off
+namespace hnav {
+namespace {
+
+const char* const form_names[] = {"mdkf", "amdkf", "differenced", "augmented", "plain"};
+const char* const form_meanings[] = {
+    "measurement differencing as printed; its estimate is one step late",
+    "the same with covariance matching over a window, as printed",
+    "differencing with the correlation where it belongs; exact when v = 0",
+    "lambda as states: optimal",
+    "Kalman filter that takes lambda for white noise of covariance Lambda0",
+};
+const char* const noise_scaling_names[] = {"none", "paper_match", "gated_match", "hmm"};
+const char* const noise_scaling_meanings[] = {
+    "Qv as given",
+    "innovation covariance matching over a window, never below 1",
+    "the same behind a chi-square test of conditional innovations",
+    "a hidden Markov chain over noise levels",
+};
+
+constexpr double defaults[] = {
+    3, // form
+    0, // lag
+    1, // joseph
+    3, // noise_scaling
+    20, // window
+    0.001, // gate_alpha
+    5, // hmm_levels
+    4, // hmm_level_ratio
+    0.001, // hmm_fault_probability
+    0.002, // hmm_recovery_probability
+    0.01, // hmm_drift_probability
+};
+
+const hnav_option_info rows[] = {
+    {"form", "form", "",
+     "mdkf and amdkf: the paper's, as printed, one step late; differenced: correct; augmented: optimal; plain: ignores the colour",
+     "Optimal whatever v is, and it estimates lambda too.",
+     form_names, form_meanings, defaults + 0, offsetof(hnav_ins_error_options, form),
+     0, 4, 1, 5, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"lag", "form", "",
+     "1: the outputs are of the step before the newest sample, smoothed by it",
+     "Outputs are of now; a lag of one step sees one sample more.",
+     nullptr, nullptr, defaults + 1, offsetof(hnav_ins_error_options, lag),
+     0, 1, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 0},
+    {"joseph", "form", "",
+     "1: covariance in Joseph's form, safe against rounding; 0: short form",
+     "Safe; the short form saves little.",
+     nullptr, nullptr, defaults + 2, offsetof(hnav_ins_error_options, joseph),
+     0, 1, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"noise_scaling", "scaling", "",
+     "Adaptation of the noise of each channel (differenced, augmented, plain)",
+     "It needs no window, hardly disturbs healthy channels, and says which channel is faulty.",
+     noise_scaling_names, noise_scaling_meanings, defaults + 3, offsetof(hnav_ins_error_options, noise_scaling),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"window", "scaling", "",
+     "Steps of the window of amdkf, paper_match and gated_match",
+     "A variance known to a third, and a fault that shows within two seconds at 10 Hz.",
+     nullptr, nullptr, defaults + 4, offsetof(hnav_ins_error_options, window),
+     1, 1000, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 0},
+    {"gate_alpha", "scaling", "",
+     "gated_match: probability of a false alarm in one test of a window",
+     "One false alarm in a thousand steps.",
+     nullptr, nullptr, defaults + 5, offsetof(hnav_ins_error_options, gate_alpha),
+     0, 0.5, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"hmm_levels", "scaling", "",
+     "hmm: noise levels, the first of them healthy",
+     "Variances of 1, 4, 16, 64, 256: noise of up to sixteen times the healthy sigma.",
+     nullptr, nullptr, defaults + 6, offsetof(hnav_ins_error_options, hmm_levels),
+     2, 16, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"hmm_level_ratio", "scaling", "",
+     "hmm: ratio of the variances of neighbouring levels",
+     "Steps of two in sigma: nearer levels cannot be told apart by a few samples.",
+     nullptr, nullptr, defaults + 7, offsetof(hnav_ins_error_options, hmm_level_ratio),
+     1.1, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"hmm_fault_probability", "scaling", "",
+     "hmm: probability per step that a healthy channel becomes faulty",
+     "Faults are rare: one in a thousand steps.",
+     nullptr, nullptr, defaults + 8, offsetof(hnav_ins_error_options, hmm_fault_probability),
+     0, 0.5, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"hmm_recovery_probability", "scaling", "",
+     "hmm: probability per step that a faulty channel recovers",
+     "Faults last: some hundred steps.",
+     nullptr, nullptr, defaults + 9, offsetof(hnav_ins_error_options, hmm_recovery_probability),
+     0, 0.5, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"hmm_drift_probability", "scaling", "",
+     "hmm: probability per step that a faulty channel changes to a neighbouring level",
+     "A fault grows or fades within a hundred steps.",
+     nullptr, nullptr, defaults + 10, offsetof(hnav_ins_error_options, hmm_drift_probability),
+     0, 0.5, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+};
+
+constexpr Preset presets[] = {
+    {{"default", "The defaults.", 0}, nullptr, 0},
+};
+
+} // namespace
+
+const OptionList ins_error_options = {
+    "hnav_ins_error_defaults", 3, sizeof(hnav_ins_error_options), rows, 11, presets, 1};
+
+} // namespace hnav

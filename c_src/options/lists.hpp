@@ -1,0 +1,16 @@
+// Made by c_src/options/generate.py from the lists: change that, then ./run generate.
+#pragma once
+
+#include "base/option_list.hpp"
+
+namespace hnav {
+
+extern const OptionList ahrs_options;
+extern const OptionList hrekf_options;
+extern const OptionList ins_error_options;
+extern const OptionList magnetometer_options;
+extern const OptionList turntable_options;
+extern const OptionList imu_mag_sensor_options;
+extern const OptionList aircraft_options;
+
+} // namespace hnav

@@ -1,0 +1,256 @@
+// Options from outside: stamps that tell who made them, and fields that are read and written by their rows.
+#include "hnav/hnav.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <string>
+
+namespace {
+
+// What create says of options, and with which status.
+struct Answer {
+    hnav_status status;
+    std::string message;
+};
+
+// Each kind of options: made, changed and handed to what needs them.
+template <class Options>
+struct Kind {
+    std::function<Options()> defaults;
+    std::function<hnav_status(const Options*, char*)> create;
+    const hnav_option_info* (*row)(int32_t);
+    const char* call; // that makes them
+
+    Answer answer(const Options& options) const {
+        char message[320] = "";
+        const hnav_status status = create(&options, message);
+        return {status, message};
+    }
+};
+
+constexpr std::size_t bytes = 320;
+
+const Kind<hnav_ahrs_options> ahrs = {[] { return hnav_ahrs_defaults(HNAV_PRESET_DEFAULT); },
+                                      [](const hnav_ahrs_options* o, char* message) {
+                                          hnav_filter* filter;
+                                          const hnav_status status = hnav_ahrs_create(&filter, o, message, bytes);
+                                          hnav_filter_destroy(filter);
+                                          return status;
+                                      },
+                                      hnav_ahrs_option, "hnav_ahrs_defaults"};
+
+const Kind<hnav_hrekf_options> hrekf = {[] { return hnav_hrekf_defaults(HNAV_PRESET_DEFAULT); },
+                                        [](const hnav_hrekf_options* o, char* message) {
+                                            hnav_filter* filter;
+                                            const hnav_status status = hnav_hrekf_create(&filter, o, message, bytes);
+                                            hnav_filter_destroy(filter);
+                                            return status;
+                                        },
+                                        hnav_hrekf_option, "hnav_hrekf_defaults"};
+
+const Kind<hnav_ins_error_options> ins_error = {[] { return hnav_ins_error_defaults(); },
+                                                [](const hnav_ins_error_options* o, char* message) {
+                                                    const double one = 1;
+                                                    hnav_ins_error_model model{};
+                                                    model.nx = model.nz = model.nw = 1;
+                                                    model.A = model.H = model.Qw = model.Qv = model.P0 = &one;
+                                                    hnav_ins_error_filter* filter;
+                                                    const hnav_status status =
+                                                        hnav_ins_error_filter_create(&filter, o, &model, message, bytes);
+                                                    hnav_ins_error_filter_destroy(filter);
+                                                    return status;
+                                                },
+                                                hnav_ins_error_option, "hnav_ins_error_defaults"};
+
+const Kind<hnav_magnetometer_options> magnetometer = {[] { return hnav_magnetometer_defaults(); },
+                                                      [](const hnav_magnetometer_options* o, char* message) {
+                                                          double field[300];
+                                                          for (int i = 0; i < 100; ++i) {
+                                                              const double height = 1 - (2 * i + 1) / 100.0, turn = 2.4 * i;
+                                                              field[3 * i] = std::sqrt(1 - height * height) * std::cos(turn);
+                                                              field[3 * i + 1] = std::sqrt(1 - height * height) * std::sin(turn);
+                                                              field[3 * i + 2] = height;
+                                                          }
+                                                          hnav_magnetometer_calibration calibration;
+                                                          return hnav_calibrate_magnetometer(100, field, nullptr, o, &calibration,
+                                                                                             message, bytes);
+                                                      },
+                                                      hnav_magnetometer_option, "hnav_magnetometer_defaults"};
+
+const Kind<hnav_turntable_options> turntable = {[] { return hnav_turntable_defaults(); },
+                                                [](const hnav_turntable_options* o, char* message) {
+                                                    hnav_turntable* table;
+                                                    const hnav_status status = hnav_turntable_create(&table, o, message, bytes);
+                                                    hnav_turntable_destroy(table);
+                                                    return status;
+                                                },
+                                                hnav_turntable_option, "hnav_turntable_defaults"};
+
+const Kind<hnav_imu_mag_sensor_options> sensor = {[] { return hnav_imu_mag_sensor_defaults(); },
+                                                  [](const hnav_imu_mag_sensor_options* o, char* message) {
+                                                      hnav_imu_mag_sensor* made;
+                                                      const hnav_status status =
+                                                          hnav_imu_mag_sensor_create(&made, o, 0, message, bytes);
+                                                      hnav_imu_mag_sensor_destroy(made);
+                                                      return status;
+                                                  },
+                                                  hnav_imu_mag_sensor_option, "hnav_imu_mag_sensor_defaults"};
+
+const Kind<hnav_aircraft_options> aircraft = {
+    [] { return hnav_aircraft_defaults(); },
+    [](const hnav_aircraft_options* o, char* message) {
+        const double A = -1, one = 1;
+        hnav_aircraft_model model{};
+        model.nx = 1;
+        model.interval_s = 0.1;
+        model.A_1_s = &A;
+        model.process_noise_per_sqrt_s = model.measurement_sigma = model.start_sigma = &one;
+        hnav_aircraft* made;
+        const hnav_status status = hnav_aircraft_create(&made, o, &model, message, bytes);
+        hnav_aircraft_destroy(made);
+        return status;
+    },
+    hnav_aircraft_option, "hnav_aircraft_defaults"};
+
+// Calls law with each kind.
+template <class Law>
+void of_every_kind(Law&& law) {
+    law(ahrs);
+    law(hrekf);
+    law(ins_error);
+    law(magnetometer);
+    law(turntable);
+    law(sensor);
+    law(aircraft);
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Options, OfADefaultsCallAreTaken) {
+    of_every_kind([](const auto& kind) {
+        const auto options = kind.defaults();
+        EXPECT_EQ(options.size, sizeof options) << kind.call;
+        const Answer answer = kind.answer(options);
+        EXPECT_EQ(answer.status, HNAV_OK) << kind.call << ": " << answer.message;
+    });
+}
+
+TEST(Options, ThatNobodyMadeAreRefusedWithTheCallThatMakesThem) {
+    of_every_kind([](const auto& kind) {
+        auto options = kind.defaults();
+        std::memset(&options, 0, sizeof options);
+        Answer answer = kind.answer(options);
+        EXPECT_EQ(answer.status, HNAV_ERROR_OPTIONS_STAMP);
+        EXPECT_TRUE(contains(answer.message, kind.call)) << answer.message;
+        std::memset(&options, 0xa5, sizeof options);
+        answer = kind.answer(options);
+        EXPECT_EQ(answer.status, HNAV_ERROR_OPTIONS_STAMP);
+        EXPECT_TRUE(contains(answer.message, kind.call)) << answer.message;
+    });
+}
+
+TEST(Options, OfAnotherVersionAreRefusedWithBothVersions) {
+    of_every_kind([](const auto& kind) {
+        auto options = kind.defaults();
+        options.stamp += 3 << 8; // three minor versions later
+        Answer answer = kind.answer(options);
+        EXPECT_EQ(answer.status, HNAV_ERROR_OPTIONS_STAMP);
+        const std::string later = "hnav " + std::to_string(HNAV_VERSION_MAJOR) + "." + std::to_string(HNAV_VERSION_MINOR + 3);
+        EXPECT_TRUE(contains(answer.message, later)) << answer.message;
+        EXPECT_TRUE(contains(answer.message, std::string("hnav ") + hnav_version())) << answer.message;
+        options = kind.defaults();
+        options.size += 8;
+        EXPECT_EQ(kind.answer(options).status, HNAV_ERROR_OPTIONS_STAMP);
+        options = kind.defaults();
+        options.stamp += 1; // a patch changes no options
+        EXPECT_EQ(kind.answer(options).status, HNAV_OK);
+    });
+}
+
+TEST(Options, OfAnotherListAreRefused) {
+    of_every_kind([](const auto& kind) {
+        auto options = kind.defaults();
+        options.stamp ^= uint64_t{64} << 24;
+        const Answer answer = kind.answer(options);
+        EXPECT_EQ(answer.status, HNAV_ERROR_OPTIONS_STAMP);
+        EXPECT_TRUE(contains(answer.message, kind.call)) << answer.message;
+    });
+}
+
+TEST(Options, OfAPresetThatIsNotThereHaveNoStamp) {
+    EXPECT_EQ(hnav_ahrs_defaults(HNAV_PRESET_PAPER).stamp, 0u);
+    EXPECT_EQ(hnav_hrekf_defaults(static_cast<hnav_preset>(2)).stamp, 0u);
+    EXPECT_NE(hnav_hrekf_defaults(HNAV_PRESET_PAPER).stamp, 0u);
+}
+
+TEST(Options, ArePresetsByName) {
+    ASSERT_NE(hnav_hrekf_preset(1), nullptr);
+    EXPECT_STREQ(hnav_hrekf_preset(1)->name, "paper");
+    EXPECT_EQ(hnav_hrekf_preset(1)->value, HNAV_PRESET_PAPER);
+    EXPECT_STREQ(hnav_ahrs_preset(0)->name, "default");
+    EXPECT_EQ(hnav_ahrs_preset(1), nullptr);
+    EXPECT_EQ(hnav_hrekf_preset(-1), nullptr);
+}
+
+TEST(Options, HoldTheDefaultsThatTheirRowsState) {
+    of_every_kind([](const auto& kind) {
+        const auto options = kind.defaults();
+        for (int k = 0; const hnav_option_info* row = kind.row(k); ++k)
+            for (int i = 0; i < row->count; ++i)
+                EXPECT_EQ(hnav_option_value(row, &options, i), row->default_values[i]) << row->name;
+        EXPECT_EQ(kind.row(-1), nullptr);
+    });
+}
+
+TEST(Options, AreWrittenAndReadByTheirRows) {
+    hnav_turntable_options options = hnav_turntable_defaults();
+    for (int k = 0; const hnav_option_info* row = hnav_turntable_option(k); ++k) {
+        if (!std::strcmp(row->name, "pitch.amplitude_rad")) hnav_set_option_value(row, &options, 0, 0.25);
+        if (!std::strcmp(row->name, "pitch.motion")) hnav_set_option_value(row, &options, 0, HNAV_MOTION_SINE);
+    }
+    EXPECT_EQ(options.pitch.amplitude_rad, 0.25);
+    EXPECT_EQ(options.pitch.motion, HNAV_MOTION_SINE);
+
+    hnav_imu_mag_sensor_options many = hnav_imu_mag_sensor_defaults();
+    for (int k = 0; const hnav_option_info* row = hnav_imu_mag_sensor_option(k); ++k) {
+        if (std::strcmp(row->name, "mag.soft_iron")) continue;
+        for (int i = 0; i < row->count; ++i) EXPECT_EQ(hnav_set_option_value(row, &many, i, i), HNAV_OK);
+    }
+    for (int i = 0; i < 9; ++i) EXPECT_EQ(many.mag.soft_iron[i], i);
+}
+
+TEST(Options, HaveNoComponentBeyondTheLast) {
+    hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+    const hnav_option_info* row = hnav_ahrs_option(0);
+    EXPECT_TRUE(std::isnan(hnav_option_value(row, &options, row->count)));
+    EXPECT_TRUE(std::isnan(hnav_option_value(row, nullptr, 0)));
+    EXPECT_TRUE(std::isnan(hnav_option_value(nullptr, &options, 0)));
+    EXPECT_EQ(hnav_set_option_value(row, &options, -1, 0), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_set_option_value(row, nullptr, 0, 0), HNAV_ERROR_NULL_ARGUMENT);
+}
+
+// One component outside its range after the other.
+template <class Options>
+void refuse_beyond(const Kind<Options>& kind) {
+    for (int k = 0; const hnav_option_info* row = kind.row(k); ++k) {
+        const auto refused = [&](double value) {
+            Options options = kind.defaults();
+            hnav_set_option_value(row, &options, row->count - 1, value);
+            const Answer answer = kind.answer(options);
+            EXPECT_EQ(answer.status, HNAV_ERROR_OPTION) << row->name << " = " << value;
+            EXPECT_TRUE(contains(answer.message, row->name)) << answer.message;
+        };
+        if (row->kind == HNAV_OPTION_REAL) refused(std::nan(""));
+        if (row->min > -2147483648.0) refused(row->min_is_open ? row->min : row->min - 1);
+        if (row->max < 2147483647.0) refused(row->max_is_open ? row->max : row->max + 1 + 0.01 * std::fabs(row->max));
+    }
+}
+
+TEST(Options, OutsideTheirRangesAreRefusedByName) {
+    of_every_kind([](const auto& kind) { refuse_beyond(kind); });
+}
+
+} // namespace
