@@ -10,8 +10,10 @@ import sys
 import time
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studies.compare import frozen
 from studies.compare.inputs import prepare_trials
@@ -42,7 +44,7 @@ class Answers:
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(command, stdout=log, stderr=log, cwd=WORK, env=os.environ | found_there)
 
-    def take(self, name: str) -> dict[str, np.ndarray]:
+    def take(self, name: str) -> dict[str, NDArray[Any]]:
         """The answers to a scenario as soon as they are there, once. Raises SystemExit when the worker died."""
         file = file_of(self._folder, name)
         while not file.is_file():

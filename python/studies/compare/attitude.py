@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studies.compare.inputs import Samples
 from studies.compare.native import Log, Object, Options
@@ -40,7 +41,11 @@ class Reader:
         argument = target.library.argument
         self._structs = {name: argument(f"hnav_filter_{name}", 1) for name in ("attitude", "posterior", "field", "diagnostics")}
         self._innovation = argument("hnav_filter_innovation", 2)
-        self._arrays = {"rate": [np.zeros(3)], "covariance": [np.zeros((6, 6))], "gyro_bias": [np.zeros(3), np.zeros(3)]}
+        self._arrays: dict[str, list[NDArray[Any]]] = {
+            "rate": [np.zeros(3)],
+            "covariance": [np.zeros((6, 6))],
+            "gyro_bias": [np.zeros(3), np.zeros(3)],
+        }
         self._arrays["gyro_calibration"] = [np.zeros((3, 3)), np.zeros((3, 3))]
         self._pointers = {name: [target.library.pointer(a) for a in arrays] for name, arrays in self._arrays.items()}
 

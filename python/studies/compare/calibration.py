@@ -40,8 +40,7 @@ def calibrate(side: Side, field: Vectors, force: Vectors | None, **settings: Any
     pointers = [library.pointer(values) for values in (field, force)]
     call = library.function("hnav_calibrate_magnetometer")
     status = call(len(field), *pointers, options.struct, answer, message, MESSAGE_BYTES)
-    numbers = library.numbers(answer)
-    return {"status": np.array([status])} | {name: np.array(numbers[name]) for name in numbers.dtype.names}
+    return {"status": np.array([status])} | library.numbers(answer)
 
 
 def _outliers() -> Recording:

@@ -211,7 +211,7 @@ def alone(
 
 
 def chain(
-    side: Side, version: int, table: dict, sensor: dict, filter: dict, stop_s: float = 15.0, step_s: float = 0.005
+    side: Side, version: int, table: Settings, sensor: Settings, filter: Settings, stop_s: float = 15.0, step_s: float = 0.005
 ) -> Arrays:
     """Turntable, sensor and both filters, each given at a point what the others showed there."""
     filter = COUNTED | filter

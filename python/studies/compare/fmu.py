@@ -6,18 +6,26 @@ import ctypes as C
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.sundials import CVodeSolver
+from numpy.typing import NDArray
 
 from studies.compare.names import Names
 
 RTOL = 1e-8  # of the integrator that a Model Exchange FMU is given
-KINDS_2 = {"Real": ("Real", C.c_double), "Boolean": ("Boolean", C.c_int32)}
-KINDS_3 = {"Float64": C.c_double, "Boolean": C.c_bool, "Int32": C.c_int32, "UInt32": C.c_uint32, "UInt64": C.c_uint64}
+KINDS_2: dict[str, tuple[str, Any]] = {"Real": ("Real", C.c_double), "Boolean": ("Boolean", C.c_int32)}
+KINDS_3: dict[str, Any] = {
+    "Float64": C.c_double,
+    "Boolean": C.c_bool,
+    "Int32": C.c_int32,
+    "UInt32": C.c_uint32,
+    "UInt64": C.c_uint64,
+}
 
 
 class Port:
@@ -40,7 +48,7 @@ class Port:
     def set(self) -> None:
         self._pass("Set")
 
-    def get(self) -> np.ndarray:
+    def get(self) -> NDArray[Any]:
         self._pass("Get")
         return self.view
 
@@ -56,12 +64,12 @@ class Values:
             places = [i for i, k in enumerate(kinds) if k == kind]
             self._ports.append((np.array(places), Port(fmu, kind, [self.names[i] for i in places])))
 
-    def set(self, row: np.ndarray) -> None:
+    def set(self, row: NDArray[Any]) -> None:
         for places, port in self._ports:
             port.view[:] = row[places]
             port.set()
 
-    def get(self) -> np.ndarray:
+    def get(self) -> NDArray[Any]:
         row = np.empty(len(self.names))
         for places, port in self._ports:
             row[places] = port.get()
@@ -88,11 +96,11 @@ class Fmu:
     def __enter__(self) -> Fmu:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.fmu.freeInstance()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def variable(self, name: str):
+    def variable(self, name: str) -> Any:
         """By its old or new name; what follows a bracket is an index. Raises KeyError."""
         base, bracket, index = name.partition("[")
         for kind in ("variable", "option"):
@@ -121,7 +129,7 @@ class Fmu:
             port.view[:] = value
             port.set()
 
-    def _choice(self, variable, text: str) -> int:
+    def _choice(self, variable: Any, text: str) -> int:
         items = {item.name: int(item.value) for item in variable.declaredType.items}
         return items[self._names.find("choice", text, items)]
 
@@ -154,7 +162,7 @@ class Fmu:
             relativeTolerance=RTOL, maxNumSteps=100000,
         )  # fmt: skip
 
-    def directional_derivatives(self) -> np.ndarray:
+    def directional_derivatives(self) -> NDArray[Any]:
         """Of all derivatives of states along all states, with a seed in every direction."""
         derivatives = [v for v in self.description.modelVariables if v.derivative is not None]
         unknowns, knowns = ([v.valueReference for v in vs] for vs in (derivatives, [v.derivative for v in derivatives]))

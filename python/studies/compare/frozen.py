@@ -5,10 +5,13 @@ python -m studies.compare.frozen CHECKOUT
 
 from __future__ import annotations
 
+import importlib
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studies.compare import attitude, calibration, ins_error
 from studies.compare.fmi import TRUTH, open_fmu
@@ -20,13 +23,12 @@ from studies.compare.side import Side
 TESTS = TOP / "python_tests"
 FILE = TESTS / "frozen_answers.npz"
 sys.path.insert(0, str(TESTS))
+cases = importlib.import_module("frozen_cases")
 
-import frozen_cases as cases  # noqa: E402
 
-
-def answers(side: Side) -> dict[str, np.ndarray]:
+def answers(side: Side) -> dict[str, NDArray[Any]]:
     """By "case/value"."""
-    found: dict[str, dict[str, np.ndarray]] = {}
+    found: dict[str, dict[str, NDArray[Any]]] = {}
     m = cases.motion()
     samples = Samples(m.t_s, m.rate, m.force, m.field, np.zeros_like(m.t_s))
     for name, (filter, preset, settings) in cases.ATTITUDE.items():
@@ -47,11 +49,11 @@ def answers(side: Side) -> dict[str, np.ndarray]:
     return {f"{case}/{value}": array for case, values in found.items() for value, array in values.items()}
 
 
-def _rows(run: dict[str, np.ndarray], names: tuple[str, ...], rows: slice) -> dict[str, np.ndarray]:
+def _rows(run: dict[str, NDArray[Any]], names: tuple[str, ...], rows: slice) -> dict[str, NDArray[Any]]:
     return {name: np.squeeze(run[name][rows]) for name in names}
 
 
-def sensor(side: Side) -> np.ndarray:
+def sensor(side: Side) -> NDArray[Any]:
     """The sensor on the turntable, FMI 2.0: what it shows after each step."""
     with open_fmu(side, "Turntable", 2, **cases.TABLE) as table, open_fmu(side, "ImuMagSensor", 2, **cases.SENSOR) as target:
         for fmu in (table, target):
@@ -63,11 +65,11 @@ def sensor(side: Side) -> np.ndarray:
             for fmu in (table, target):
                 fmu.fmu.doStep(k * step_s, (k + 1) * step_s - k * step_s)
             rows.append(shown.get())
-        return np.array(rows)[cases.STEPS]
+        return np.array(rows[cases.STEPS])
 
 
 def main(checkout: str) -> None:
-    found = answers(Side(Path(checkout), Path()))
+    found: dict[str, Any] = answers(Side(Path(checkout), Path()))
     with FILE.open("wb") as file:
         np.savez_compressed(file, **found)
     print(f"{FILE}: {len(found)} arrays, {sum(a.size for a in found.values())} numbers, {FILE.stat().st_size} bytes")

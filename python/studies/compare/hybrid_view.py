@@ -49,7 +49,7 @@ class Flow:
 
     def next_event_s(self) -> float:
         self._target.call("next_event_s", self._time_pointer)
-        return self._time_pointer[0]
+        return float(self._time_pointer[0])
 
     def jump(self, t_s: float) -> int:
         after = np.zeros(self.nx)

@@ -6,8 +6,10 @@ import os
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
@@ -17,11 +19,11 @@ TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 class Samples:
     """Rows of one instant each: n, n x 3, n x 3, n x 3 in SI units; heading (n) in rad, NaN where there is none."""
 
-    t_s: np.ndarray
-    rate: np.ndarray
-    force: np.ndarray
-    field: np.ndarray
-    heading: np.ndarray
+    t_s: NDArray[Any]
+    rate: NDArray[Any]
+    force: NDArray[Any]
+    field: NDArray[Any]
+    heading: NDArray[Any]
 
     def cut(self, start_s: float, stop_s: float) -> Samples:
         keep = (self.t_s >= start_s) & (self.t_s < stop_s)

@@ -112,7 +112,7 @@ class Reader:
         nx, nz = model["nx"], model["nz"]
         self._target, self.log = target, Log(target.library)
         self._info = target.library.argument("hnav_ins_error_filter_get_status", 1)
-        self._shapes = {
+        self._shapes: dict[str, list[tuple[int, ...]]] = {
             "estimate": [(nx,), (nx,)], "covariance": [(nx, nx)], "coloured_error": [(nz,)] * 3,
             "innovation": [(nz,), (nz, nz), (1,)], "noise": [(nz,), (nz,)], "separability": [(1,)],
         }  # fmt: skip

@@ -9,14 +9,19 @@ from __future__ import annotations
 import subprocess
 import tempfile
 import weakref
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from cffi import FFI, CDefError, FFIError
+from numpy.typing import NDArray
 
 from studies.compare.names import Names
 
 MESSAGE_BYTES = 400
+CData = Any  # what cffi makes, and its types
+Array = NDArray[Any]
 # Fields that say nothing about the answer.
 SILENT = {"size", "stamp", "cookie", "reserved"}
 
@@ -45,11 +50,11 @@ class Library:
         self.names, self.ffi = names, FFI()
         self.ffi.cdef(declarations(include))
         self._lib = self.ffi.dlopen(str(path))
-        self._functions: dict[str, object] = {}
-        self._types: dict[object, np.dtype] = {}
-        self._kept: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
+        self._functions: dict[str, CData] = {}
+        self._types: dict[CData, np.dtype[Any]] = {}
+        self._kept: weakref.WeakKeyDictionary[CData, list[Any]] = weakref.WeakKeyDictionary()
 
-    def function(self, name: str):
+    def function(self, name: str) -> CData:
         """By its old or its new name. Raises KeyError."""
         if name not in self._functions:
             known = [c for c in self.names.candidates("call", name) if self.has_function(c)]
@@ -68,29 +73,29 @@ class Library:
         except (CDefError, FFIError):
             return False
 
-    def argument(self, function: str, index: int):
+    def argument(self, function: str, index: int) -> CData:
         """A zero struct for a pointer argument of a function."""
         return self.new(self.ffi.typeof(self.function(function)).args[index].item)
 
-    def new(self, kind):
+    def new(self, kind: CData) -> CData:
         struct = self.ffi.new(self.ffi.getctype(kind, "*"))
         if kind.fields and kind.fields[0][0] == "size":
             struct.size = self.ffi.sizeof(kind)
         return struct
 
-    def pointer(self, array: np.ndarray | None):
+    def pointer(self, array: Array | None) -> CData:
         """To the numbers of a C-contiguous array, which the caller keeps; null for None."""
         if array is None:
             return self.ffi.NULL
         return self.ffi.from_buffer("uint8_t[]" if array.dtype == np.uint8 else "double[]", array)
 
-    def assign(self, struct, values: dict[str, object]) -> None:
+    def assign(self, struct: CData, values: Mapping[str, Any]) -> None:
         """Fields by name, old or new. Arrays and lists of dictionaries become pointers that live as long as the struct,
         dictionaries are the fields of a struct inside."""
         kept = self._kept.setdefault(struct, [])
         self._assign(struct, values, kept)
 
-    def _assign(self, struct, values: dict[str, object], kept: list) -> None:
+    def _assign(self, struct: CData, values: Mapping[str, Any], kept: list[Any]) -> None:
         fields = {name: info.type for name, info in self.ffi.typeof(struct).item.fields}
         for name, value in values.items():
             found = self.names.find("field", name, fields)
@@ -108,7 +113,7 @@ class Library:
             else:
                 setattr(struct, found, value)
 
-    def layout(self, kind) -> np.dtype:
+    def layout(self, kind: CData) -> np.dtype[Any]:
         """The numbers of a struct as NumPy sees them, by canonical name; nested structs by dots."""
         if kind not in self._types:
             names, formats, offsets = [], [], []
@@ -121,7 +126,7 @@ class Library:
             )
         return self._types[kind]
 
-    def _leaves(self, kind, prefix: str, base: int):
+    def _leaves(self, kind: CData, prefix: str, base: int) -> Iterator[tuple[str, Any, int]]:
         for name, info in kind.fields:
             if name in SILENT or name.startswith("reserved") or info.type.kind == "pointer":
                 continue
@@ -131,7 +136,8 @@ class Library:
             else:
                 yield path, self._number(info.type), base + info.offset
 
-    def _number(self, kind):
+    def _number(self, kind: CData) -> Any:
+        """What NumPy calls a number or an array of numbers."""
         if kind.kind == "array":
             return (self._number(kind.item), (kind.length,))
         if kind.kind == "enum":
@@ -139,10 +145,10 @@ class Library:
         letter = "f" if kind.cname in ("double", "float") else "u" if kind.cname.startswith("uint") else "i"
         return np.dtype(f"{letter}{self.ffi.sizeof(kind)}")
 
-    def numbers(self, struct) -> np.void:
+    def numbers(self, struct: CData) -> dict[str, Array]:
         """The fields of a struct, copied."""
-        kind = self.ffi.typeof(struct).item
-        return np.frombuffer(bytes(self.ffi.buffer(struct)), self.layout(kind))[0]
+        row = np.frombuffer(bytes(self.ffi.buffer(struct)), self.layout(self.ffi.typeof(struct).item))[0]
+        return {name: np.array(row[name]) for name in row.dtype.names or ()}
 
 
 # --------------------------------------------------------------------------------------------- options
@@ -151,7 +157,7 @@ class Library:
 class OptionRow:
     """A row of an option table."""
 
-    def __init__(self, ffi: FFI, row):
+    def __init__(self, ffi: FFI, row: CData):
         self.name, self.unit = ffi.string(row.name).decode(), ffi.string(row.unit).decode()
         self.choices = [ffi.string(row.choices[i]).decode() for i in range(row.choice_count)]
         self.offset, self.min, self.max, self.count = row.offset, row.min, row.max, row.count
@@ -174,7 +180,7 @@ def option_rows(library: Library, kind: str) -> dict[str, OptionRow]:
 class Options:
     """The options of a filter or simulated thing, from its defaults; values go in by name, choices as text."""
 
-    def __init__(self, library: Library, kind: str, preset: str = "default", **values):
+    def __init__(self, library: Library, kind: str, preset: str = "default", **values: Any):
         self._library, self._rows = library, option_rows(library, kind)
         function = library.function(f"hnav_{kind}_defaults")
         presets = [["default", "paper"].index(preset)] if library.ffi.typeof(function).args else []
@@ -183,7 +189,7 @@ class Options:
         for name, value in values.items():
             self.set(name, value)
 
-    def _place(self, name: str):
+    def _place(self, name: str) -> tuple[CData, OptionRow | None]:
         """A pointer to the numbers of an option, and its row where there is a table."""
         ffi, names = self._library.ffi, self._library.names
         if self._rows:
@@ -194,14 +200,14 @@ class Options:
         found = names.find("option", name, fields)
         return ffi.addressof(self.struct, found), None
 
-    def set(self, name: str, value) -> None:
+    def set(self, name: str, value: Any) -> None:
         place, row = self._place(name)
-        if isinstance(value, str):
+        if isinstance(value, str) and row:
             value = row.choices.index(self._library.names.find("choice", value, row.choices))
         for i, number in enumerate(np.ravel(value).tolist()):
             place[i] = number
 
-    def get(self, name: str) -> np.ndarray:
+    def get(self, name: str) -> Array:
         place, row = self._place(name)
         return np.array([place[i] for i in range(row.count if row else 1)])
 
@@ -212,7 +218,7 @@ class Options:
 class Object:
     """An object of the library, whose functions are hnav_KIND_...; destroyed with this one."""
 
-    def __init__(self, library: Library, kind: str, create: str, *arguments):
+    def __init__(self, library: Library, kind: str, create: str, *arguments: Any):
         self.library, self._kind = library, kind
         function, ffi = library.function(create), library.ffi
         handle, message = ffi.new(ffi.typeof(function).args[0]), ffi.new("char[]", MESSAGE_BYTES)
@@ -221,20 +227,22 @@ class Object:
             raise Refused(status, ffi.string(message).decode())
         self._handle = ffi.gc(handle[0], library.function(f"hnav_{kind}_destroy"))
 
-    def status(self, name: str, *arguments) -> int:
+    def status(self, name: str, *arguments: Any) -> int:
         """The status that a call answers."""
-        return self.library.function(f"hnav_{self._kind}_{name}")(self._handle, *arguments)
+        status: int = self.library.function(f"hnav_{self._kind}_{name}")(self._handle, *arguments)
+        return status
 
-    def call(self, name: str, *arguments) -> None:
+    def call(self, name: str, *arguments: Any) -> None:
         """Raises Refused."""
         if status := self.status(name, *arguments):
             text = self.library.function(f"hnav_{self._kind}_message")(self._handle)
             raise Refused(status, self.library.ffi.string(text).decode())
 
     def text(self, name: str) -> str:
-        return self.library.ffi.string(self.library.function(f"hnav_{self._kind}_{name}")(self._handle)).decode()
+        text = self.library.function(f"hnav_{self._kind}_{name}")(self._handle)
+        return str(self.library.ffi.string(text).decode())
 
-    def array(self, name: str, *shape: int) -> np.ndarray:
+    def array(self, name: str, *shape: int) -> Array:
         """What a call with one output array writes; NaN where it refuses."""
         values = np.full(shape, np.nan)
         if self.status(name, self.library.pointer(values)):
@@ -257,19 +265,19 @@ class Log:
 
     def __init__(self, library: Library):
         self._library = library
-        self._structs: dict[str, tuple[object, list[bytes]]] = {}
-        self._arrays: dict[str, list] = {}
+        self._structs: dict[str, tuple[CData, list[bytes]]] = {}
+        self._arrays: dict[str, list[Any]] = {}
 
-    def struct(self, name: str, struct) -> None:
+    def struct(self, name: str, struct: CData) -> None:
         rows = self._structs.setdefault(name, (self._library.ffi.typeof(struct).item, []))[1]
         rows.append(bytes(self._library.ffi.buffer(struct)))
 
-    def add(self, name: str, value) -> None:
+    def add(self, name: str, value: Any) -> None:
         self._arrays.setdefault(name, []).append(value)
 
-    def columns(self) -> dict[str, np.ndarray]:
+    def columns(self) -> dict[str, Array]:
         found = {name: np.array(values) for name, values in self._arrays.items()}
         for name, (kind, rows) in self._structs.items():
             table = np.frombuffer(b"".join(rows), self._library.layout(kind))
-            found |= {f"{name}.{field}": np.ascontiguousarray(table[field]) for field in table.dtype.names}
+            found |= {f"{name}.{field}": np.ascontiguousarray(table[field]) for field in table.dtype.names or ()}
         return found

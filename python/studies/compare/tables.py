@@ -28,8 +28,7 @@ def options(side: Side, kind: str) -> Arrays:
 
 def magnetometer_defaults(side: Side) -> Arrays:
     struct = Options(side.library, "magnetometer").struct
-    numbers = side.library.numbers(struct)
-    return {name: np.array(numbers[name]) for name in numbers.dtype.names}
+    return side.library.numbers(struct)
 
 
 def scenarios() -> Iterator[Named]:

@@ -6,12 +6,14 @@ import csv
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-
-from studies.compare.worker import FAILURE
+from numpy.typing import NDArray
 
 HERE = Path(__file__).resolve().parent
+# A scenario that raises leaves its traceback under this name.
+FAILURE = "!failure"
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ def reason_for(name: str, difference: Difference, declared: list[Declared]) -> s
     return None
 
 
-def differences(old: dict[str, np.ndarray], new: dict[str, np.ndarray], tolerance: float = 0.0) -> list[Difference]:
+def differences(old: dict[str, NDArray[Any]], new: dict[str, NDArray[Any]], tolerance: float = 0.0) -> list[Difference]:
     """What the new side answers otherwise, and what it no longer answers; what it answers beyond is its own affair.
 
     tolerance 0: bit for bit, where any NaN is any other. Above: absolute and relative to the larger of the two.
@@ -63,7 +65,7 @@ def _end(trace: str) -> str:
     return " ".join(line.strip() for line in trace.strip().splitlines()[-4:])
 
 
-def _difference(before: np.ndarray, after: np.ndarray, tolerance: float) -> str:
+def _difference(before: NDArray[Any], after: NDArray[Any], tolerance: float) -> str:
     """ "" when they are equal."""
     if before.shape != after.shape:
         return f"shape {after.shape}, was {before.shape}"
@@ -84,14 +86,14 @@ def _difference(before: np.ndarray, after: np.ndarray, tolerance: float) -> str:
     )
 
 
-def _unequal(before: np.ndarray, after: np.ndarray, tolerance: float) -> np.ndarray:
+def _unequal(before: NDArray[Any], after: NDArray[Any], tolerance: float) -> NDArray[Any]:
     if before.dtype.kind != "f" or after.dtype.kind != "f":
         return np.asarray(before != after)
     both_nan = np.isnan(before) & np.isnan(after)
     if tolerance == 0 and before.dtype == after.dtype:
         bits = np.dtype(f"u{before.dtype.itemsize}")
         same = np.ascontiguousarray(before).view(bits) == np.ascontiguousarray(after).view(bits)
-        return ~(same.reshape(before.shape) | both_nan)
+        return np.asarray(~(same.reshape(before.shape) | both_nan))
     with np.errstate(invalid="ignore"):
         near = np.abs(before - after) <= tolerance * np.maximum(1.0, np.maximum(np.abs(before), np.abs(after)))
-    return ~((before == after) | near | both_nan)
+    return np.asarray(~((before == after) | near | both_nan))

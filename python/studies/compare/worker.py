@@ -8,14 +8,13 @@ from __future__ import annotations
 import sys
 import traceback
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from studies.compare.scenarios import all_scenarios
 from studies.compare.side import Side
-
-# A scenario that raises leaves its traceback under this name.
-FAILURE = "!failure"
+from studies.compare.verdict import FAILURE
 
 
 def file_of(folder: Path, name: str) -> Path:
@@ -25,6 +24,7 @@ def file_of(folder: Path, name: str) -> Path:
 def main(checkout: str, inputs: str, outputs: str, *names: str) -> None:
     side, scenarios = Side(Path(checkout), Path(inputs)), dict(all_scenarios(Path(inputs)))
     for name in names:
+        found: dict[str, Any]
         try:
             found = scenarios[name](side)
         except Exception:
