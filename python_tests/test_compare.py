@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from studies.compare.names import HERE, Names
+from studies.compare.names import TABLE, Names
 from studies.compare.verdict import FAILURE, Declared, Difference, declared_exceptions, differences, reason_for
 
 VALUES = np.array([[1.0, math.nan], [0.0, -3.0]])
@@ -74,7 +74,7 @@ def test_a_thing_is_found_by_either_name_and_called_by_the_new_one():
 
 
 def test_the_table_of_names_gives_each_old_name_one_new_one():
-    with (HERE / "names.csv").open(newline="") as file:
+    with TABLE.open(newline="") as file:
         rows = [(row["kind"], row["old"], row["new"]) for row in csv.DictReader(file)]
     assert len({(kind, old) for kind, old, _ in rows}) == len(rows)
     assert all(old != new and old.strip() and new.strip() for _, old, new in rows)

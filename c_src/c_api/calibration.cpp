@@ -23,14 +23,14 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
     case Refusal::none: break;
     case Refusal::no_memory: std::snprintf(text, size, "no memory for the samples"); break;
     case Refusal::too_few_samples:
-        std::snprintf(text, size, "too few samples: %lld rows have a field, samples_least = %d",
-                      static_cast<long long>(c.samples), o.samples_least);
+        std::snprintf(text, size, "too few samples: %lld rows have a field, min_samples = %d",
+                      static_cast<long long>(c.samples), o.min_samples);
         break;
     case Refusal::too_little_motion:
         std::snprintf(
             text, size,
-            "too little motion: only %lld of %lld rows saw a new attitude, samples_least = %d; turn the sensor about all axes",
-            static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.samples_least);
+            "too little motion: only %lld of %lld rows saw a new attitude, min_samples = %d; turn the sensor about all axes",
+            static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.min_samples);
         break;
     case Refusal::constant_field:
         std::snprintf(text, size, "the field never changes: turn the sensor about all axes while recording");
@@ -43,7 +43,7 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
         std::snprintf(
             text, size,
             "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
-            c.condition, o.condition_limit, c.ambiguity, o.ambiguity_limit);
+            c.condition, o.max_condition, c.ambiguity, o.max_ambiguity);
         break;
     case Refusal::not_an_ellipsoid:
         std::snprintf(text, size, "the field is no ellipsoid: record again far from iron that does not turn with the sensor");
@@ -51,14 +51,14 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
     case Refusal::stretched:
         std::snprintf(
             text, size,
-            "the fitted ellipsoid is stretched by %.3g, axis_ratio_limit = %.3g: record again far from iron that does not turn with the sensor",
-            c.axis_ratio, o.axis_ratio_limit);
+            "the fitted ellipsoid is stretched by %.3g, max_axis_ratio = %.3g: record again far from iron that does not turn with the sensor",
+            c.axis_ratio, o.max_axis_ratio);
         break;
     case Refusal::uncertain:
         std::snprintf(
             text, size,
-            "the corrected direction would be uncertain by %.3g deg, direction_sigma_limit_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
-            c.direction_sigma_rad / deg, o.direction_sigma_limit_rad / deg);
+            "the corrected direction would be uncertain by %.3g deg, max_direction_sigma_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
+            c.direction_sigma_rad / deg, o.max_direction_sigma_rad / deg);
         break;
     case Refusal::worse:
         std::snprintf(
@@ -69,7 +69,7 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
         std::snprintf(
             text, size,
             "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
-            c.coverage, o.coverage_limit);
+            c.coverage, o.min_coverage);
         break;
     }
 }
@@ -132,13 +132,13 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     hnav::MagnetometerSettings settings{};
     settings.robust = o.robust != 0;
     settings.outlier_sigma = o.outlier_sigma;
-    settings.max_condition = o.condition_limit;
-    settings.max_ambiguity = o.ambiguity_limit;
-    settings.min_coverage = o.coverage_limit;
-    settings.max_axis_ratio = o.axis_ratio_limit;
-    settings.max_direction_sigma_rad = o.direction_sigma_limit_rad;
+    settings.max_condition = o.max_condition;
+    settings.max_ambiguity = o.max_ambiguity;
+    settings.min_coverage = o.min_coverage;
+    settings.max_axis_ratio = o.max_axis_ratio;
+    settings.max_direction_sigma_rad = o.max_direction_sigma_rad;
     settings.force_tolerance = o.force_tolerance;
-    settings.min_samples = o.samples_least;
+    settings.min_samples = o.min_samples;
     settings.allow_hard_iron_only = o.allow_hard_iron_only != 0;
     hnav::MagnetometerCalibration c;
     Refusal refusal;
@@ -149,7 +149,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
         store(c, calibration);
         return caller.fail(HNAV_OK, "%s", reason);
     }
-    const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.samples_least;
+    const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.min_samples;
     return caller.fail(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
                        tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }

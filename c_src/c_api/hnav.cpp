@@ -203,7 +203,7 @@ hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
     field->latency_sigma_s = f.latency_sigma_s;
     field->evidence_s = f.evidence_s;
     field->heading_trust_s = f.heading_trust_s;
-    field->adopted = f.adopted;
+    field->reference_changes = f.adopted;
     field->gate = static_cast<int32_t>(f.gate);
     field->at_rest = f.at_rest;
     field->reserved = 0;

@@ -9,12 +9,12 @@ namespace {
 using fuzz::Input;
 
 void change_options(Input& in, hnav_magnetometer_options& options) {
-    double* reals[] = {&options.outlier_sigma,  &options.condition_limit,  &options.ambiguity_limit,
-                       &options.coverage_limit, &options.axis_ratio_limit, &options.direction_sigma_limit_rad,
+    double* reals[] = {&options.outlier_sigma,  &options.max_condition,  &options.max_ambiguity,
+                       &options.min_coverage, &options.max_axis_ratio, &options.max_direction_sigma_rad,
                        &options.force_tolerance};
     switch (in.choice(4)) {
     case 0: *reals[in.choice(7)] = in.number(); break;
-    case 1: options.samples_least = 13 + in.choice(32); break;
+    case 1: options.min_samples = 13 + in.choice(32); break;
     case 2: options.robust = in.flag(); break;
     default: options.allow_hard_iron_only = in.choice(3); break;
     }

@@ -57,9 +57,9 @@ constexpr double defaults[] = {
     0.0044, // reference_walk_per_sqrt_s
     1, // gyro_hold
     0.035, // correction_interval_s
-    0.1, // interval_limit_s
-    2, // unseen_acceleration_m_s2
-    1.5, // unseen_turn_factor
+    0.1, // max_interval_s
+    2, // gap_acceleration_m_s2
+    1.5, // gap_turn_factor
     0, // horizon_s
     64, // queue_capacity
     0, // output_latency_s
@@ -70,7 +70,7 @@ constexpr double defaults[] = {
     0.5, // rest_filter_s
     4e-05, // rest_bias_noise_rad_s_per_sqrt_hz
     0.035, // mag_gate
-    60, // mag_gate_longest_s
+    60, // mag_gate_max_s
     3, // mag_gate_share
     8.8, // heading_gate_nis
     0, // reference_mode
@@ -83,7 +83,7 @@ constexpr double defaults[] = {
     1.6, // candidate_first_s
     0.4, // candidate_share
     60, // trust_s
-    0.13, // turn_least_rad
+    0.13, // turn_min_rad
     3.75, // turn_sigmas
     0.12, // turn_sigma_rad
     2, // gamma_mode
@@ -107,7 +107,7 @@ constexpr double defaults[] = {
     0.034906585039886591, // ready_tilt_rad
     0.087266462599716474, // ready_heading_rad
     3, // ready_evidence_s
-    8, // ready_calm_s
+    8, // ready_undisturbed_s
     0, // navigation_frame
     0, // declination_rad
     1, 0, 0, 0, // q_body_sensor
@@ -168,20 +168,20 @@ const hnav_option_info rows[] = {
      "Slow beside the samples, so that a correction costs little, and fast beside the motion; twice as often gains nothing.",
      nullptr, nullptr, defaults + 9, offsetof(hnav_ahrs_options, correction_interval_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"interval_limit_s", "timing", "s",
+    {"max_interval_s", "timing", "s",
      "Longest interval that one sample may stand for; the first sample of a sensor stands for none",
      "Ten times the usual interval: after a longer gap a sample says no more about it than this.",
-     nullptr, nullptr, defaults + 10, offsetof(hnav_ahrs_options, interval_limit_s),
+     nullptr, nullptr, defaults + 10, offsetof(hnav_ahrs_options, max_interval_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"unseen_acceleration_m_s2", "timing", "m/s2",
-     "Acceleration that may go unseen while force samples are missing",
+    {"gap_acceleration_m_s2", "timing", "m/s2",
+     "Acceleration that the body may have in a gap between samples of force",
      "A brisk movement of a hand.",
-     nullptr, nullptr, defaults + 11, offsetof(hnav_ahrs_options, unseen_acceleration_m_s2),
+     nullptr, nullptr, defaults + 11, offsetof(hnav_ahrs_options, gap_acceleration_m_s2),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"unseen_turn_factor", "timing", "",
-     "Angular acceleration while samples of the gyroscope are missing, in units of its running root mean square",
+    {"gap_turn_factor", "timing", "",
+     "Angular acceleration in a gap between samples of the gyroscope, in units of its running root mean square",
      "A gap may fall into the fastest part of a turn.",
-     nullptr, nullptr, defaults + 12, offsetof(hnav_ahrs_options, unseen_turn_factor),
+     nullptr, nullptr, defaults + 12, offsetof(hnav_ahrs_options, gap_turn_factor),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"horizon_s", "timing", "s",
      "How much older than the newest used sample a sample may be",
@@ -229,17 +229,17 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 21, offsetof(hnav_ahrs_options, rest_bias_noise_rad_s_per_sqrt_hz),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"mag_gate", "gate", "",
-     "Distance of the field's intensities from the reference beyond which it is refused, in units of the strength",
+     "Distance of the field's intensities from the reference beyond which it is rejected, in units of the strength",
      "Twice the deviation that a room's field has on the mean; less is pickier about iron.",
      nullptr, nullptr, defaults + 22, offsetof(hnav_ahrs_options, mag_gate),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
-    {"mag_gate_longest_s", "gate", "s",
-     "A field is refused no longer than this",
+    {"mag_gate_max_s", "gate", "s",
+     "A field is rejected no longer than this",
      "A gyroscope alone keeps the heading for about a minute.",
-     nullptr, nullptr, defaults + 23, offsetof(hnav_ahrs_options, mag_gate_longest_s),
+     nullptr, nullptr, defaults + 23, offsetof(hnav_ahrs_options, mag_gate_max_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"mag_gate_share", "gate", "",
-     "A field is refused no longer than this times the time for which the reference has served",
+     "A field is rejected no longer than this times the time for which the reference has served",
      "A reference of a few seconds may itself be the wrong one.",
      nullptr, nullptr, defaults + 24, offsetof(hnav_ahrs_options, mag_gate_share),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
@@ -298,10 +298,10 @@ const hnav_option_info rows[] = {
      "By then the heading rests on more than the new field can say against it.",
      nullptr, nullptr, defaults + 35, offsetof(hnav_ahrs_options, trust_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"turn_least_rad", "reference", "rad",
-     "Least error of the heading that a new field corrects at once",
+    {"turn_min_rad", "reference", "rad",
+     "Smallest error of the heading that a new field corrects at once",
      "Smaller errors leave the heading by the usual corrections.",
-     nullptr, nullptr, defaults + 36, offsetof(hnav_ahrs_options, turn_least_rad),
+     nullptr, nullptr, defaults + 36, offsetof(hnav_ahrs_options, turn_min_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"turn_sigmas", "reference", "",
      "The same in sigmas of the heading",
@@ -384,8 +384,8 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 57, offsetof(hnav_ahrs_options, start_sigma_velocity_m_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_reference", "start", "",
-     "Standard deviation of the reference at the start and when the gate gives in, in units of the strength",
-     "Three gates: the first field, or one that was refused for long, may be that far off.",
+     "Standard deviation of the reference at the start and when the gate begins to inflate, in units of the strength",
+     "Three gates: the first field, or one that was rejected for long, may be that far off.",
      nullptr, nullptr, defaults + 58, offsetof(hnav_ahrs_options, start_sigma_reference),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_latency_s", "start", "s",
@@ -418,10 +418,10 @@ const hnav_option_info rows[] = {
      "A field that is false in passing does not agree for so long.",
      nullptr, nullptr, defaults + 64, offsetof(hnav_ahrs_options, ready_evidence_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"ready_calm_s", "ready", "s",
+    {"ready_undisturbed_s", "ready", "s",
      "And nothing has spoken against the reference for so long; once ready, sigma alone decides",
      "With it a passing disturbance makes the first heading_ready wrong in one of a hundred simulated starts.",
-     nullptr, nullptr, defaults + 65, offsetof(hnav_ahrs_options, ready_calm_s),
+     nullptr, nullptr, defaults + 65, offsetof(hnav_ahrs_options, ready_undisturbed_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"navigation_frame", "frame", "",
      "Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up",

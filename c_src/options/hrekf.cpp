@@ -59,7 +59,7 @@ constexpr double defaults[] = {
     0.115, // accel_noise_per_sqrt_hz
     0.16, // mag_noise_per_sqrt_hz
     0, // gyro_hold
-    0.1, // interval_limit_s
+    0.1, // max_interval_s
     0, // horizon_s
     64, // queue_capacity
     0, // gamma_mode
@@ -70,8 +70,8 @@ constexpr double defaults[] = {
     1, // gamma_weight_bias
     0, // adaptation
     0.02, // adaptation_gain
-    1e-06, // adaptation_floor_rad_s_per_sqrt_s
-    0.01, // adaptation_cap_rad_s_per_sqrt_s
+    1e-06, // adaptation_min_rad_s_per_sqrt_s
+    0.01, // adaptation_max_rad_s_per_sqrt_s
     0, // start_mode
     1, // start_samples
     1, 0, 0, 0, // start_q_nb
@@ -128,10 +128,10 @@ const hnav_option_info rows[] = {
      "Causal: C, Co-Simulation and Model Exchange agree.",
      gyro_hold_names, gyro_hold_meanings, defaults + 5, offsetof(hnav_hrekf_options, gyro_hold),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
-    {"interval_limit_s", "timing", "s",
+    {"max_interval_s", "timing", "s",
      "Longest interval that one sample may stand for; the first sample of a sensor stands for none",
      "Ten times the usual interval: after a longer gap a sample says no more about it than this.",
-     nullptr, nullptr, defaults + 6, offsetof(hnav_hrekf_options, interval_limit_s),
+     nullptr, nullptr, defaults + 6, offsetof(hnav_hrekf_options, max_interval_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"horizon_s", "timing", "s",
      "How much older than the newest used sample a sample may be",
@@ -183,15 +183,15 @@ const hnav_option_info rows[] = {
      "A memory of fifty corrections.",
      nullptr, nullptr, defaults + 16, offsetof(hnav_hrekf_options, adaptation_gain),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"adaptation_floor_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
+    {"adaptation_min_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
      "The adapted bias walk does not fall below this (corrected)",
      "The walk of a very good gyroscope: the filter never stops learning the bias.",
-     nullptr, nullptr, defaults + 17, offsetof(hnav_hrekf_options, adaptation_floor_rad_s_per_sqrt_s),
+     nullptr, nullptr, defaults + 17, offsetof(hnav_hrekf_options, adaptation_min_rad_s_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"adaptation_cap_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
+    {"adaptation_max_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",
      "The adapted bias walk does not exceed this (corrected)",
      "A hundred times the default walk: beyond, the bias would follow every movement.",
-     nullptr, nullptr, defaults + 18, offsetof(hnav_hrekf_options, adaptation_cap_rad_s_per_sqrt_s),
+     nullptr, nullptr, defaults + 18, offsetof(hnav_hrekf_options, adaptation_max_rad_s_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_mode", "start", "",
      "Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad)",

@@ -14,13 +14,13 @@ constexpr double defaults[] = {
     1, // robust
     3, // outlier_sigma
     0.05, // force_tolerance
-    50, // samples_least
-    0.0087266462599716477, // direction_sigma_limit_rad
+    50, // min_samples
+    0.0087266462599716477, // max_direction_sigma_rad
     0, // allow_hard_iron_only
-    1000, // condition_limit
-    0.1, // ambiguity_limit
-    0.05, // coverage_limit
-    3, // axis_ratio_limit
+    1000, // max_condition
+    0.1, // max_ambiguity
+    0.05, // min_coverage
+    3, // max_axis_ratio
 };
 
 const hnav_option_info rows[] = {
@@ -39,40 +39,40 @@ const hnav_option_info rows[] = {
      "Accelerations of half a metre per second squared are let through, swings of the arm are not.",
      nullptr, nullptr, defaults + 2, offsetof(hnav_magnetometer_options, force_tolerance),
      0, 1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"samples_least", "limits", "",
+    {"min_samples", "limits", "",
      "Attitudes needed, and attitudes with gravity for the rotation; at least 13, the number of unknowns",
      "Four samples for each unknown.",
-     nullptr, nullptr, defaults + 3, offsetof(hnav_magnetometer_options, samples_least),
+     nullptr, nullptr, defaults + 3, offsetof(hnav_magnetometer_options, min_samples),
      13, 2147483647, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 0},
-    {"direction_sigma_limit_rad", "limits", "rad",
+    {"max_direction_sigma_rad", "limits", "rad",
      "Do without the rotation, then refuse, when direction_sigma_rad exceeds this",
      "Indoors, where the field differs from place to place, the true error came out several times larger than stated, and a chip as it comes is good to a degree or two.",
-     nullptr, nullptr, defaults + 4, offsetof(hnav_magnetometer_options, direction_sigma_limit_rad),
+     nullptr, nullptr, defaults + 4, offsetof(hnav_magnetometer_options, max_direction_sigma_rad),
      0, INFINITY, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"allow_hard_iron_only", "limits", "",
      "1: where the full fit is refused, answer with the offset alone",
      "An offset alone is another answer than was asked for.",
      nullptr, nullptr, defaults + 5, offsetof(hnav_magnetometer_options, allow_hard_iron_only),
      0, 1, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 0},
-    {"condition_limit", "limits", "",
+    {"max_condition", "limits", "",
      "Refuse the full fit when condition exceeds this",
      "Turning about one axis only gives more, and would be fitted with an error of tens of degrees.",
-     nullptr, nullptr, defaults + 6, offsetof(hnav_magnetometer_options, condition_limit),
+     nullptr, nullptr, defaults + 6, offsetof(hnav_magnetometer_options, max_condition),
      1, INFINITY, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"ambiguity_limit", "limits", "",
+    {"max_ambiguity", "limits", "",
      "Refuse the full fit when ambiguity exceeds this",
      "The next best ellipsoid must be ten times worse.",
-     nullptr, nullptr, defaults + 7, offsetof(hnav_magnetometer_options, ambiguity_limit),
+     nullptr, nullptr, defaults + 7, offsetof(hnav_magnetometer_options, max_ambiguity),
      0, 1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"coverage_limit", "limits", "",
+    {"min_coverage", "limits", "",
      "Refuse the full fit when coverage is below this",
      "A cone of directions around one axis has less.",
-     nullptr, nullptr, defaults + 8, offsetof(hnav_magnetometer_options, coverage_limit),
+     nullptr, nullptr, defaults + 8, offsetof(hnav_magnetometer_options, min_coverage),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 1, 1},
-    {"axis_ratio_limit", "limits", "",
+    {"max_axis_ratio", "limits", "",
      "Refuse the full fit when axis_ratio exceeds this",
      "No usual iron stretches a field so far: the data are of several places.",
-     nullptr, nullptr, defaults + 9, offsetof(hnav_magnetometer_options, axis_ratio_limit),
+     nullptr, nullptr, defaults + 9, offsetof(hnav_magnetometer_options, max_axis_ratio),
      1, INFINITY, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
 };
 

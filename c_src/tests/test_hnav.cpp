@@ -195,7 +195,7 @@ TEST(Hrekf, AdaptationRaisesABiasWalkThatIsTooSmall) {
     for (Row& row : rows) row.rate.v[0] += 0.1 * std::sin(0.5 * row.t_s); // a bias that wanders much faster than claimed
     hnav_hrekf_options o = precise();
     o.gyro_bias_walk_rad_s_per_sqrt_s = 1e-5;
-    o.adaptation_floor_rad_s_per_sqrt_s = 1e-6;
+    o.adaptation_min_rad_s_per_sqrt_s = 1e-6;
     o.adaptation = HNAV_ADAPTATION_CORRECTED;
     Handle f(o);
     for (const Row& row : rows) {

@@ -237,9 +237,9 @@ TEST(MagnetometerCalibration, FivePercentOfOutliersCostThePlainFitDegreesAndTheR
         robust.push_back(direction_error(r, a) / deg);
         const Answer b = calibrate(r, true, [](hnav_magnetometer_options& o) {
             o.robust = 0;
-            o.condition_limit = 1e6; // let it answer
-            o.ambiguity_limit = 1;
-            o.direction_sigma_limit_rad = 1;
+            o.max_condition = 1e6; // let it answer
+            o.max_ambiguity = 1;
+            o.max_direction_sigma_rad = 1;
         });
         ASSERT_EQ(b.status, HNAV_OK) << b.message;
         plain.push_back(direction_error(r, b) / deg);
@@ -375,13 +375,13 @@ TEST(MagnetometerCalibrationRefuses, OptionsWithoutStampOrOutOfRange) {
         std::function<void(hnav_magnetometer_options&)> change;
     } cases[] = {
         {"outlier_sigma", [](auto& o) { o.outlier_sigma = 0.5; }},
-        {"condition_limit", [](auto& o) { o.condition_limit = not_a_number; }},
-        {"ambiguity_limit", [](auto& o) { o.ambiguity_limit = 0; }},
-        {"coverage_limit", [](auto& o) { o.coverage_limit = 1; }},
-        {"axis_ratio_limit", [](auto& o) { o.axis_ratio_limit = 1; }},
-        {"direction_sigma_limit_rad", [](auto& o) { o.direction_sigma_limit_rad = 0; }},
+        {"max_condition", [](auto& o) { o.max_condition = not_a_number; }},
+        {"max_ambiguity", [](auto& o) { o.max_ambiguity = 0; }},
+        {"min_coverage", [](auto& o) { o.min_coverage = 1; }},
+        {"max_axis_ratio", [](auto& o) { o.max_axis_ratio = 1; }},
+        {"max_direction_sigma_rad", [](auto& o) { o.max_direction_sigma_rad = 0; }},
         {"force_tolerance", [](auto& o) { o.force_tolerance = -1; }},
-        {"samples_least", [](auto& o) { o.samples_least = 12; }},
+        {"min_samples", [](auto& o) { o.min_samples = 12; }},
         {"robust", [](auto& o) { o.robust = 2; }},
         {"allow_hard_iron_only", [](auto& o) { o.allow_hard_iron_only = -1; }},
     };
@@ -419,13 +419,13 @@ TEST(MagnetometerCalibrationRefuses, DataThatDoNotTell) {
 
     r = record({}, 1);
     for (std::size_t i = 0; i < r.size(); ++i) r.field[i] = Vector3(0.2, 0.9, 1.0).asDiagonal() * r.truth[i];
-    expect_refusal(calibrate(r), HNAV_ERROR_ILL_CONDITIONED, "axis_ratio_limit");
+    expect_refusal(calibrate(r), HNAV_ERROR_ILL_CONDITIONED, "max_axis_ratio");
 
     expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 15 * deg}, 1)), HNAV_ERROR_ILL_CONDITIONED,
                    "several ellipsoids");
-    expect_refusal(calibrate(record({600, 54 * deg, 0.03, 0.03}, 1), true, [](auto& o) { o.direction_sigma_limit_rad = 1e-4; }),
-                   HNAV_ERROR_ILL_CONDITIONED, "direction_sigma_limit_rad");
-    expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 30 * deg}, 1), true, [](auto& o) { o.coverage_limit = 0.9; }),
+    expect_refusal(calibrate(record({600, 54 * deg, 0.03, 0.03}, 1), true, [](auto& o) { o.max_direction_sigma_rad = 1e-4; }),
+                   HNAV_ERROR_ILL_CONDITIONED, "max_direction_sigma_rad");
+    expect_refusal(calibrate(record({600, 54 * deg, 0.005, 0.01, 0, 30 * deg}, 1), true, [](auto& o) { o.min_coverage = 0.9; }),
                    HNAV_ERROR_ILL_CONDITIONED, "cover too little");
 }
 
@@ -438,7 +438,7 @@ TEST(MagnetometerCalibrationRefuses, HardIronTooWhereNoCircleFits) {
         if (angle(field, {1, 0, 0}) < 12 * deg) cap.field.push_back(field + random.vector(0.005));
     ASSERT_GT(cap.size(), 40u);
     const auto options = [](hnav_magnetometer_options& o) {
-        o.samples_least = 13;
+        o.min_samples = 13;
         o.allow_hard_iron_only = 1;
     };
     expect_refusal(calibrate(cap, false, options), HNAV_ERROR_ILL_CONDITIONED, "nor is hard iron alone");

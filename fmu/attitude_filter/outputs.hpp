@@ -227,9 +227,9 @@ private:
             table, output("field.evidence", "s", "", "Time for which the reference was seen, counted less at rest"));
         field_.add<&Field::heading_trust_s>(
             table, output("field.heading_trust", "s", "", "The same for the heading, through changes of reference"));
-        field_.add<&Field::adopted>(table, output("field.adopted", Type::integer, "References taken after the first"));
+        field_.add<&Field::reference_changes>(table, output("field.reference_changes", Type::integer, "References taken after the first"));
         field_.add<&Field::gate>(
-            table, output("field.gate", Type::integer, "Last field: 0 accepted, 1 refused, 2 used with inflated noise"));
+            table, output("field.gate", Type::integer, "Last field: 0 accepted, 1 rejected, 2 used with inflated noise"));
         field_.add<&Field::at_rest>(table, output("rest.detected", Type::boolean, "The body lies still"));
         field_.bind<&Field::gyro_calibration>(
             table, table.add_matrix(output("gyro_calibration.S", "", "",

@@ -24,6 +24,7 @@ from hnav.errors import HnavValueError
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import TRIAL_NAME, Recording
 from hnav.native.library import FILTERS, Filter, Options, parse_setting
+from hnav.renamed import now_called
 from hnav.reports.scores import nees, score
 from studies.peers import PEERS, find_peer, run_peer
 from studies.stress import nominal_rate_hz, variants
@@ -114,7 +115,7 @@ def own_contender(name: str) -> Contender:
     smooth = head.endswith(SMOOTH)
     filter = head.removesuffix(SMOOTH)
     if filter not in FILTERS:
-        raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
+        raise HnavValueError("option", f"filter {name}{now_called(filter, 'filter')}: choose from {', '.join(DEFAULT_FILTERS)}")
     settings = {"navigation_frame": "enu"} | dict(parse_setting(pair) for pair in pairs)
     Options(filter, **settings)  # an impossible setting is told before the first run
 

@@ -141,7 +141,7 @@ typedef struct hnav_innovation {
     double nis; /* value' S^-1 value */
     double noise_scale; /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
     int32_t dimension; /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
-    int32_t accepted; /* 0 when the gate inflated the noise or refused the sample (noise_scale infinite) */
+    int32_t accepted; /* 0 when the gate inflated the noise or rejected the sample (noise_scale infinite) */
 } hnav_innovation;
 /* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
 HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation);
@@ -149,8 +149,8 @@ HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sens
 /* What the filter holds of the magnetic field, just after the newest used sample. */
 typedef enum hnav_field_gate {
     HNAV_FIELD_ACCEPTED = 0,
-    HNAV_FIELD_REFUSED = 1, /* not used: it lies away from the reference */
-    HNAV_FIELD_GIVEN_IN = 2 /* used with inflated noise although it lies away */
+    HNAV_FIELD_REJECTED = 1, /* not used: it lies away from the reference */
+    HNAV_FIELD_INFLATED = 2  /* used with inflated noise although it lies away */
 } hnav_field_gate;
 
 typedef struct hnav_field {
@@ -160,7 +160,7 @@ typedef struct hnav_field {
     double latency_sigma_s;
     double evidence_s; /* time for which the reference was seen, counted less at rest (ahrs) */
     double heading_trust_s; /* the same for the heading, through changes of reference (ahrs) */
-    int32_t adopted; /* references taken after the first (ahrs) */
+    int32_t reference_changes; /* references taken after the first (ahrs) */
     int32_t gate; /* hnav_field_gate of the last field */
     int32_t at_rest; /* the body lies still (ahrs) */
     int32_t reserved; /* 0 */

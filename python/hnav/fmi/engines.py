@@ -15,6 +15,7 @@ import numpy as np
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.io.recordings import Recording
 from hnav.native.library import FILTERS, Filter, Options, Run, empty_run
+from hnav.renamed import now_called
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
 Progress = Callable[[int, int], None]  # rows done, rows in all
@@ -45,7 +46,7 @@ def run_recording(
     Raises HnavError for impossible settings and engines.
     """
     if filter not in FILTERS:
-        raise HnavValueError("option", f"--filter {filter}: choose one of {', '.join(FILTERS)}")
+        raise HnavValueError("option", f"--filter {filter}{now_called(filter, 'filter')}: choose one of {', '.join(FILTERS)}")
     if engine not in ENGINES:
         raise HnavValueError("option", f"engine {engine}: choose one of {', '.join(ENGINES)}")
     if step_s is not None and not step_s > 0:

@@ -28,6 +28,7 @@ from hnav.fmi.engines import Progress, Result
 from hnav.io.recordings import Recording
 from hnav.native.library import FILTERS, PRESETS, option_table
 from hnav.places import CHECKOUT, PACKAGE
+from hnav.renamed import now_called
 
 MODEL_EXCHANGE_RTOL = 1e-8
 # fmpy moves the working directory, which all threads share, while it loads a library.
@@ -46,6 +47,8 @@ def fmu_path(name: str, fmi_version: int) -> Path:
         path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
         if path.is_file():
             return path
+    if new := now_called(name, "fmu"):
+        raise HnavValueError("option", f"there is no FMU {name}{new}")
     raise HnavValueError(
         "option", f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder"
     )
@@ -106,14 +109,16 @@ class Fmu:
         try:
             numbers = [self.variables[name].valueReference for name in names]
         except KeyError as error:
-            raise HnavValueError("option", f"the FMU has no variable {error.args[0]}") from None
+            raise HnavValueError(
+                "option", f"the FMU has no variable {error.args[0]}{now_called(error.args[0], 'option', 'variable')}"
+            ) from None
         return (C.c_uint32 * len(numbers))(*numbers)
 
     def set(self, name: str, value) -> None:
         """One variable, by the type it has."""
         variable = self.variables.get(name)
         if variable is None:
-            raise HnavValueError("option", f"the FMU has no variable {name}")
+            raise HnavValueError("option", f"the FMU has no variable {name}{now_called(name, 'option', 'variable')}")
         kind = variable.type
         if not self.fmi3:
             setter = {"Real": self.fmu.setReal, "Boolean": self.fmu.setBoolean, "String": self.fmu.setString}.get(
@@ -222,7 +227,10 @@ def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> d
     values: dict[str, float | int] = {"preset": PRESETS.index(preset), "sampling_mode": 1}
     for name, text in settings.items():
         if name not in table:
-            raise HnavValueError("option", f"{filter} has no option {name}; `hnav options --filter {filter}` lists them")
+            raise HnavValueError(
+                "option",
+                f"{filter} has no option {name}{now_called(name, 'option')}; `hnav options --filter {filter}` lists them",
+            )
         try:
             value = table[name].parse(str(text))
         except ValueError as error:

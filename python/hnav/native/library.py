@@ -19,6 +19,7 @@ import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError, error_of
 from hnav.places import CHECKOUT, PACKAGE
+from hnav.renamed import now_called
 
 STATUS = (
     "ok", "null argument", "option", "options stamp", "out of memory", "non-finite", "zero vector", "out of range",
@@ -90,7 +91,7 @@ class Field(_Struct):
 
     _fields_ = [
         ("strength_tesla", C.c_double), ("dip_rad", C.c_double), ("latency_s", C.c_double), ("latency_sigma_s", C.c_double),
-        ("evidence_s", C.c_double), ("heading_trust_s", C.c_double), ("adopted", C.c_int32), ("gate", C.c_int32),
+        ("evidence_s", C.c_double), ("heading_trust_s", C.c_double), ("reference_changes", C.c_int32), ("gate", C.c_int32),
         ("at_rest", C.c_int32), ("reserved", C.c_int32),
     ]  # fmt: skip
 
@@ -207,7 +208,7 @@ class OptionInfo:
 def option_table(filter: str) -> dict[str, OptionInfo]:
     """The options of a filter, or of one of OTHERS, by name in the library's order."""
     if filter not in (*FILTERS, *OTHERS):
-        raise HnavValueError("option", f"--filter {filter}: choose one of {', '.join(FILTERS)}")
+        raise HnavValueError("option", f"--filter {filter}{now_called(filter, 'filter')}: choose one of {', '.join(FILTERS)}")
     table = {}
     while row := getattr(library(), f"hnav_{filter}_option")(len(table)):
         r = row[0]
@@ -253,7 +254,7 @@ class Options:
             known = f"`hnav options --filter {self.filter}` lists them"
             if self.filter not in FILTERS:
                 known = f"the options are {', '.join(option_table(self.filter))}"
-            raise HnavValueError("option", f"{self.filter} has no option {name}; {known}") from None
+            raise HnavValueError("option", f"{self.filter} has no option {name}{now_called(name, 'option')}; {known}") from None
 
     def _field(self, info: OptionInfo):
         kind = C.c_int32 if info.is_integer else C.c_double

@@ -266,7 +266,7 @@ class ReferenceFilter:
 
     def interval(self, sensor, t_s):
         """What one sample stands for: its variance is density^2 over this."""
-        return min(t_s - self.last[sensor], self.options.interval_limit_s) if sensor in self.last else 0.0
+        return min(t_s - self.last[sensor], self.options.max_interval_s) if sensor in self.last else 0.0
 
     def correct(self, t_s, force, field):
         o = self.options
@@ -352,7 +352,7 @@ class ReferenceFilter:
         estimate = (np.outer(step, step) + posterior - self.previous_bias) / interval_s
         mixed = (1 - alpha) * self.Q_b + alpha * estimate
         values, vectors = np.linalg.eigh(0.5 * (mixed + mixed.T))
-        bounds = (o.adaptation_floor_rad_s_per_sqrt_s**2, o.adaptation_cap_rad_s_per_sqrt_s**2)
+        bounds = (o.adaptation_min_rad_s_per_sqrt_s**2, o.adaptation_max_rad_s_per_sqrt_s**2)
         self.Q_b = vectors @ np.diag(np.clip(values, *bounds)) @ vectors.T
 
 

@@ -27,6 +27,7 @@ from fmpy.model_description import ModelDescription
 from hnav.errors import HnavError, HnavValueError
 from hnav.fmi.fmus import fmu_path
 from hnav.places import CHECKOUT, PACKAGE
+from hnav.renamed import new_name, now_called
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
@@ -160,8 +161,10 @@ class System:
     def _owner(self, name: str, where: str) -> tuple[Component, str]:
         component, _, parameter = name.partition(".")
         if component not in self.components or not parameter:
+            new = new_name(component, "component")
+            hint = f"; {component} is now called {new}" if new else ""
             raise HnavValueError(
-                "option", f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)})"
+                "option", f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)}){hint}"
             )
         return self.components[component], parameter
 
@@ -400,7 +403,9 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     variable, full = component.variables.get(name), f"{component.name}.{name}"
     if variable is None:
         raise HnavValueError(
-            "option", f"{where}: component {component.name} ({component.description.modelName}) has no parameter {name}"
+            "option",
+            f"{where}: component {component.name} ({component.description.modelName}) has no parameter {name}"
+            f"{now_called(name, 'option', 'variable')}",
         )
     # SSP sets start values of inputs by the same entries.
     if variable.causality not in ("parameter", "structuralParameter", "input"):
@@ -449,7 +454,8 @@ def _check_connectors(component: Component, units: Mapping[str, tuple]) -> None:
         variable, full = component.variables.get(connector.name), f"{component.name}.{connector.name}"
         if variable is None:
             raise HnavValueError(
-                "option", f"connector {full}: {component.description.modelName} has no variable {connector.name}"
+                "option",
+                f"connector {full}: {component.description.modelName} has no variable {connector.name}{now_called(connector.name, 'option', 'variable')}",
             )
         if connector.kind in ("input", "output", "parameter") and connector.kind != variable.causality:
             raise HnavValueError(

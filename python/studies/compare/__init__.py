@@ -6,6 +6,6 @@
     ./run study compare --freeze            rewrites the stored answers of python_tests from the old build
 
 Each side is a process of its own that drives C library, FMUs and Python of its checkout by drivers that know no more
-than the headers, the option tables and the model descriptions of that side. Names that changed stand in names.csv,
+than the headers, the option tables and the model descriptions of that side. Names that changed stand in hnav/renamed.csv,
 differences that are meant, with their reasons, in exceptions.csv.
 """

@@ -62,13 +62,13 @@ typedef struct hnav_ahrs_options {
     double correction_interval_s;
     /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
      * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
-    double interval_limit_s;
-    /* Acceleration that may go unseen while force samples are missing.
+    double max_interval_s;
+    /* Acceleration that the body may have in a gap between samples of force.
      * [0, 1e6] m/s2, default 2. A brisk movement of a hand. */
-    double unseen_acceleration_m_s2;
-    /* Angular acceleration while samples of the gyroscope are missing, in units of its running root mean square.
+    double gap_acceleration_m_s2;
+    /* Angular acceleration in a gap between samples of the gyroscope, in units of its running root mean square.
      * [0, 1e6], default 1.5. A gap may fall into the fastest part of a turn. */
-    double unseen_turn_factor;
+    double gap_turn_factor;
     /* How much older than the newest used sample a sample may be.
      * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
     double horizon_s;
@@ -106,13 +106,13 @@ typedef struct hnav_ahrs_options {
     /* ------------------------ gate
      * Samples that are not believed. */
 
-    /* Distance of the field's intensities from the reference beyond which it is refused, in units of the strength.
+    /* Distance of the field's intensities from the reference beyond which it is rejected, in units of the strength.
      * (0, 1e6], default 0.035. Twice the deviation that a room's field has on the mean; less is pickier about iron. */
     double mag_gate;
-    /* A field is refused no longer than this.
+    /* A field is rejected no longer than this.
      * [0, 1e6] s, default 60. A gyroscope alone keeps the heading for about a minute. */
-    double mag_gate_longest_s;
-    /* A field is refused no longer than this times the time for which the reference has served.
+    double mag_gate_max_s;
+    /* A field is rejected no longer than this times the time for which the reference has served.
      * [0, 1e6], default 3. A reference of a few seconds may itself be the wrong one. */
     double mag_gate_share;
     /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
@@ -153,9 +153,9 @@ typedef struct hnav_ahrs_options {
     /* Evidence after which a new field no longer turns the heading.
      * (0, 1e6] s, default 60. By then the heading rests on more than the new field can say against it. */
     double trust_s;
-    /* Least error of the heading that a new field corrects at once.
+    /* Smallest error of the heading that a new field corrects at once.
      * [0, 10] rad, default 0.13. Smaller errors leave the heading by the usual corrections. */
-    double turn_least_rad;
+    double turn_min_rad;
     /* The same in sigmas of the heading.
      * [0, 1e3], default 3.75. Within its own sigma the heading is not wrong. */
     double turn_sigmas;
@@ -214,8 +214,8 @@ typedef struct hnav_ahrs_options {
     /* Standard deviation of the velocity at the start.
      * (0, 1e3] m/s, default 0.08. A start in a hand. */
     double start_sigma_velocity_m_s;
-    /* Standard deviation of the reference at the start and when the gate gives in, in units of the strength.
-     * (0, 10], default 0.11. Three gates: the first field, or one that was refused for long, may be that far off. */
+    /* Standard deviation of the reference at the start and when the gate begins to inflate, in units of the strength.
+     * (0, 10], default 0.11. Three gates: the first field, or one that was rejected for long, may be that far off. */
     double start_sigma_reference;
     /* Standard deviation of the magnetometer's latency at the start.
      * (0, 10] s, default 0.016. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states. */
@@ -243,7 +243,7 @@ typedef struct hnav_ahrs_options {
     /* And nothing has spoken against the reference for so long; once ready, sigma alone decides.
      * [0, 1e6] s, default 8. With it a passing disturbance makes the first heading_ready wrong in one of a hundred
      * simulated starts. */
-    double ready_calm_s;
+    double ready_undisturbed_s;
 
     /* ------------------------ frame
      * Axes of samples and outputs. */

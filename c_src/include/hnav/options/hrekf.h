@@ -52,7 +52,7 @@ typedef struct hnav_hrekf_options {
     int32_t gyro_hold;
     /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
      * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
-    double interval_limit_s;
+    double max_interval_s;
     /* How much older than the newest used sample a sample may be.
      * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
     double horizon_s;
@@ -95,11 +95,11 @@ typedef struct hnav_hrekf_options {
     double adaptation_gain;
     /* The adapted bias walk does not fall below this (corrected).
      * [0, 1e3] rad/s/sqrt(s), default 1e-6. The walk of a very good gyroscope: the filter never stops learning the bias. */
-    double adaptation_floor_rad_s_per_sqrt_s;
+    double adaptation_min_rad_s_per_sqrt_s;
     /* The adapted bias walk does not exceed this (corrected).
      * [0, 1e3] rad/s/sqrt(s), default 1e-2. A hundred times the default walk: beyond, the bias would follow every
      * movement. */
-    double adaptation_cap_rad_s_per_sqrt_s;
+    double adaptation_max_rad_s_per_sqrt_s;
 
     /* ------------------------ start
      * The first attitude and its uncertainty. */

@@ -30,26 +30,26 @@ typedef struct hnav_magnetometer_options {
 
     /* Attitudes needed, and attitudes with gravity for the rotation; at least 13, the number of unknowns.
      * [13, 2147483647], default 50. Four samples for each unknown. */
-    int32_t samples_least;
+    int32_t min_samples;
     /* Do without the rotation, then refuse, when direction_sigma_rad exceeds this.
      * (0, inf] rad, default 0.5 deg. Indoors, where the field differs from place to place, the true error came out several
      * times larger than stated, and a chip as it comes is good to a degree or two. */
-    double direction_sigma_limit_rad;
+    double max_direction_sigma_rad;
     /* 1: where the full fit is refused, answer with the offset alone.
      * [0, 1], default 0. An offset alone is another answer than was asked for. */
     int32_t allow_hard_iron_only;
     /* Refuse the full fit when condition exceeds this.
      * (1, inf], default 1e3. Turning about one axis only gives more, and would be fitted with an error of tens of degrees. */
-    double condition_limit;
+    double max_condition;
     /* Refuse the full fit when ambiguity exceeds this.
      * (0, 1], default 0.1. The next best ellipsoid must be ten times worse. */
-    double ambiguity_limit;
+    double max_ambiguity;
     /* Refuse the full fit when coverage is below this.
      * [0, 1), default 0.05. A cone of directions around one axis has less. */
-    double coverage_limit;
+    double min_coverage;
     /* Refuse the full fit when axis_ratio exceeds this.
      * (1, inf], default 3. No usual iron stretches a field so far: the data are of several places. */
-    double axis_ratio_limit;
+    double max_axis_ratio;
 } hnav_magnetometer_options;
 
 #endif /* HNAV_OPTIONS_MAGNETOMETER_H */
