@@ -104,4 +104,17 @@ hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* 
     return HNAV_OK;
 }
 
+hnav_status hnav_quaternion_to_euler(const double* q_nb, double* euler_rad) {
+    if (!q_nb || !euler_rad) return HNAV_ERROR_NULL_ARGUMENT;
+    Eigen::Map<Vector3>{euler_rad} = hnav::roll_pitch_yaw(Quaternion(q_nb));
+    return HNAV_OK;
+}
+
+hnav_status hnav_quaternion_derivative(const double* q_nb, const double* rate_b_rad_s, double* derivative_1_s) {
+    if (!q_nb || !rate_b_rad_s || !derivative_1_s) return HNAV_ERROR_NULL_ARGUMENT;
+    const Quaternion derivative = hnav::Xi(Quaternion(q_nb)) * Vector3(rate_b_rad_s);
+    Eigen::Map<Quaternion>{derivative_1_s} = derivative;
+    return HNAV_OK;
+}
+
 } // extern "C"

@@ -131,6 +131,25 @@ TEST(Turntable, IntegratingTheRateGivesTheAttitudeAcrossCorners) {
     EXPECT_LT((q - Quaternion(table.at(8).q_nb)).norm(), 1e-9);
 }
 
+TEST(Turntable, APlantOutsideGetsEulerAnglesAndTheFlowOfItsAttitude) {
+    const Table table(tumbling());
+    for (double t = 0; t < 20; t += 0.37) {
+        const hnav_truth truth = table.at(t);
+        double euler[3], flow[4];
+        ASSERT_EQ(hnav_quaternion_to_euler(truth.q_nb, euler), HNAV_OK);
+        EXPECT_EQ(Vector3(euler), Vector3(truth.euler_rad));
+        ASSERT_EQ(hnav_quaternion_derivative(truth.q_nb, truth.rate_b_rad_s, flow), HNAV_OK);
+        const Vector3 u(truth.rate_b_rad_s);
+        EXPECT_LT((2 * Quaternion(flow) - hnav::multiply(Quaternion(truth.q_nb), {0, u[0], u[1], u[2]})).norm(), 1e-15) << t;
+    }
+    double three[3], four[4] = {1, 0, 0, 0};
+    EXPECT_EQ(hnav_quaternion_to_euler(nullptr, three), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_quaternion_to_euler(four, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_quaternion_derivative(nullptr, three, four), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_quaternion_derivative(four, nullptr, four), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_quaternion_derivative(four, three, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+}
+
 TEST(Turntable, ForceIsGravityAndTheFieldHasItsStrengthDipAndDeclination) {
     const hnav_turntable_options options = tumbling();
     const Table table(options);

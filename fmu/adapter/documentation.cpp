@@ -20,8 +20,8 @@ void write_terminals(const Writer& w) {
         if (!plugged || !dot) continue;
         char prefix[64];
         std::snprintf(prefix, sizeof prefix, "%.*s", static_cast<int>(dot - v.name), v.name);
-        if (!std::strcmp(prefix, "count")) continue; // nothing connects to statistics
-        if (std::strcmp(prefix, open)) {
+        if (std::strcmp(prefix, "count") == 0) continue; // nothing connects to statistics
+        if (std::strcmp(prefix, open) != 0) {
             if (*open) w.text("    </Terminal>\n");
             std::fprintf(w.file, "    <Terminal name=\"%s\" matchingRule=\"plug\">\n", prefix);
             std::snprintf(open, sizeof open, "%s", prefix);

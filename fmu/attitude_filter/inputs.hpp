@@ -3,6 +3,8 @@
 
 #include "adapter/option_parameters.hpp"
 
+#include <iterator>
+
 namespace hnav::fmu {
 
 // Where they stand in the table.
@@ -20,8 +22,7 @@ struct Inputs {
         reset = table.add(rows::reset_command());
         realign = table.add(
             rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
-        constexpr int preset_count = sizeof Kind::presets / sizeof *Kind::presets;
-        preset = table.add(rows::choice("preset", Kind::presets, preset_count, 0,
+        preset = table.add(rows::choice("preset", Kind::presets, static_cast<int>(std::size(Kind::presets)), 0,
                                         "Set of defaults; parameters that differ from their start values override it"));
         describe_sampling(table);
         const typename Kind::Options defaults = Kind::defaults(HNAV_PRESET_DEFAULT);

@@ -68,16 +68,11 @@ public:
         for (int i = 0; i < 4; ++i) nominals[i] = 1;
     }
     bool derivatives(double t_s, const double* x, double* dx) const override { return derivatives_along(t_s, x, x, dx); }
-    // The flow q' = 1/2 q (x) (0, rate) is linear in q.
+    // The flow is linear in the attitude.
     bool derivatives_along(double t_s, const double*, const double* seed, double* out) const override {
         hnav_truth truth;
         if (hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth) != HNAV_OK) return false;
-        const double *u = truth.rate_b_rad_s, *q = seed;
-        out[0] = 0.5 * (-q[1] * u[0] - q[2] * u[1] - q[3] * u[2]);
-        out[1] = 0.5 * (q[0] * u[0] - q[3] * u[1] + q[2] * u[2]);
-        out[2] = 0.5 * (q[3] * u[0] + q[0] * u[1] - q[1] * u[2]);
-        out[3] = 0.5 * (-q[2] * u[0] + q[1] * u[1] + q[0] * u[2]);
-        return true;
+        return hnav_quaternion_derivative(seed, truth.rate_b_rad_s, out) == HNAV_OK;
     }
     bool jump(double t_s, double* x, bool*, Message* why) override {
         memory_.piece_s = t_s;
@@ -100,10 +95,7 @@ private:
             for (int i = 0; i < 4; ++i) length += x[i] * x[i];
             length = std::sqrt(length);
             for (int i = 0; i < 4; ++i) truth.q_nb[i] = x[i] / length;
-            const double* q = truth.q_nb;
-            truth.euler_rad[0] = std::atan2(2 * (q[0] * q[1] + q[2] * q[3]), 1 - 2 * (q[1] * q[1] + q[2] * q[2]));
-            truth.euler_rad[1] = std::asin(std::fmin(1.0, std::fmax(-1.0, 2 * (q[0] * q[2] - q[3] * q[1]))));
-            truth.euler_rad[2] = std::atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]));
+            hnav_quaternion_to_euler(truth.q_nb, truth.euler_rad);
             seen = hnav_turntable_seen_from(object_, x, truth.force_b_m_s2, truth.field_b_tesla) == HNAV_OK;
         }
         if (!seen) {
