@@ -1,5 +1,7 @@
 #include "base/option_list.hpp"
 
+#include "base/hash.hpp"
+
 #include <cmath>
 #include <cstring>
 
@@ -105,15 +107,13 @@ const hnav_option_info* find_impossible(const OptionList& list, const void* opti
 }
 
 std::uint64_t fingerprint(const OptionList& list, const void* options) {
-    std::uint64_t hash = 14695981039346656037ull;
+    std::uint64_t result = hash(&list.number, sizeof list.number);
     for (int k = 0; k < list.count; ++k)
         for (int i = 0; i < list.rows[k].count; ++i) {
             const double v = option_value(list.rows[k], options, i);
-            std::uint64_t word;
-            std::memcpy(&word, &v, sizeof word);
-            hash = (hash ^ word) * 1099511628211ull;
+            result = hash(&v, sizeof v, result);
         }
-    return hash;
+    return result;
 }
 
 } // namespace hnav

@@ -54,7 +54,7 @@ Version version_of(const void* options);
 // The first row that the options break, or null. component: which one of an array.
 const hnav_option_info* find_impossible(const OptionList& list, const void* options, int* component, double* value);
 
-// FNV-1a over all fields: equal options, equal fingerprint.
+// Over the list and all fields: equal options, equal fingerprint.
 std::uint64_t fingerprint(const OptionList& list, const void* options);
 
 } // namespace hnav

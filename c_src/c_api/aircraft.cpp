@@ -1,12 +1,10 @@
 // The C boundary of the aircraft with an INS.
 #include "hnav/simulation.h"
 
+#include "base/memory.hpp"
 #include "c_api/message.hpp"
 #include "options/lists.hpp"
 #include "simulation/aircraft_flight.hpp"
-
-#include <cstdlib>
-#include <new>
 
 using hnav::AircraftFlight;
 using hnav::hash;
@@ -141,6 +139,7 @@ std::uint64_t fingerprint(const hnav_aircraft& a) {
     h = hash(f.gravity, f.nx * sizeof *f.gravity, h);
     h = hash(f.faults, f.nx * sizeof *f.faults, h);
     h = hash(f.start, f.nx * sizeof *f.start, h);
+    h = hash(f.measurement_sigma, f.nx * sizeof *f.measurement_sigma, h);
     return hash(f.commands, f.nu * sizeof *f.commands, h);
 }
 
@@ -164,14 +163,9 @@ hnav_status step(hnav_aircraft* a, const double* command) {
     return HNAV_OK;
 }
 
-// Saved: this header, then the numbers.
-struct SavedHeader {
-    std::uint64_t magic;
-    std::uint64_t fingerprint;
-    std::uint64_t checksum;
-};
-constexpr std::uint64_t magic = 0x7263'76616e68ull; // "hnavcr"
-constexpr std::size_t saved_bytes = sizeof(SavedHeader) + sizeof(AircraftFlight::State);
+hnav::SavedState saved_state(const hnav_aircraft* a) {
+    return {hnav::SavedState::letters("HNAVAIRC"), 2, a->fingerprint, sizeof(AircraftFlight::State)};
+}
 
 } // namespace
 
@@ -189,11 +183,8 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     if (is.status == HNAV_OK) check(*options, *model, is);
     if (is.status != HNAV_OK) return is.status;
 
-    void* memory = std::malloc(sizeof(hnav_aircraft));
-    if (!memory) {
-        return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
-    }
-    auto* self = new (memory) hnav_aircraft;
+    auto* self = hnav::make_object<hnav_aircraft>();
+    if (!self) return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
     assign(self->flight, *options, *model);
     if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() ||
         !self->flight.aircraft.factor.allFinite()) {
@@ -207,11 +198,7 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     return HNAV_OK;
 }
 
-void hnav_aircraft_destroy(hnav_aircraft* aircraft) {
-    if (!aircraft) return;
-    aircraft->~hnav_aircraft();
-    std::free(aircraft);
-}
+void hnav_aircraft_destroy(hnav_aircraft* aircraft) { hnav::destroy_object(aircraft); }
 
 hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft) {
     if (!aircraft) return HNAV_ERROR_NULL_ARGUMENT;
@@ -268,35 +255,25 @@ hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_e
 
 hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* bytes) {
     REQUIRE(aircraft, bytes);
-    *bytes = saved_bytes;
+    *bytes = saved_state(aircraft).bytes();
     return HNAV_OK;
 }
 
 hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
-    if (bytes < saved_bytes)
-        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, saved_bytes);
-    const AircraftFlight::State& state = aircraft->flight.state;
-    const SavedHeader header = {magic, aircraft->fingerprint, hash(&state, sizeof state)};
-    std::memcpy(buffer, &header, sizeof header);
-    std::memcpy(static_cast<char*>(buffer) + sizeof header, &state, sizeof state);
+    const hnav::SavedState saved = saved_state(aircraft);
+    if (const hnav_status status = hnav::save_status(*aircraft, bytes, saved.bytes())) return status;
+    std::memcpy(saved.numbers(buffer), &aircraft->flight.state, saved.numbers_bytes);
+    saved.seal(buffer);
     return HNAV_OK;
 }
 
 hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
-    if (bytes != saved_bytes)
-        return aircraft->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this aircraft has %zu", bytes,
-                              saved_bytes);
-    SavedHeader header;
-    std::memcpy(&header, buffer, sizeof header);
-    const char* numbers = static_cast<const char*>(buffer) + sizeof header;
-    if (header.magic != magic || header.fingerprint != aircraft->fingerprint ||
-        header.checksum != hash(numbers, sizeof(AircraftFlight::State)))
-        return aircraft->fail(HNAV_ERROR_STATE_CORRUPT,
-                              "buffer is damaged, of another version, or of an aircraft with other options or another model");
-    std::memcpy(&aircraft->flight.state, numbers, sizeof(AircraftFlight::State));
-    return HNAV_OK;
+    const hnav::SavedState saved = saved_state(aircraft);
+    const hnav::LoadOutcome outcome = saved.check(buffer, bytes);
+    if (outcome == hnav::LoadOutcome::ok) std::memcpy(&aircraft->flight.state, saved.numbers(buffer), saved.numbers_bytes);
+    return hnav::load_status(*aircraft, outcome, "aircraft", bytes, saved.bytes());
 }
 
 } // extern "C"

@@ -8,9 +8,6 @@
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 
-#include <cstdlib>
-#include <new>
-
 // What the C functions need of a filter, whatever its model. Not destroyed through the base: see destroy().
 struct hnav_filter : hnav::KeptMessage<256> {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
@@ -46,7 +43,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
 
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
-    virtual hnav::Outcome load(const void* buffer, std::size_t bytes) = 0;
+    virtual hnav::LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
 
     virtual int nx() const = 0;
     virtual void get_x(double* x) const = 0;
@@ -69,12 +66,11 @@ public:
     using State = typename Model::State;
     using FilterOfModel = Filter<Model>;
 
-    // Null when there is no memory. The only allocation of the object's life.
+    // Null when there is no memory.
     static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold,
                                 const typename FilterOfModel::Settings& settings) {
-        void* memory = std::malloc(sizeof(AttitudeFilter));
-        if (!memory) return nullptr;
-        auto* self = new (memory) AttitudeFilter;
+        auto* self = make_object<AttitudeFilter>();
+        if (!self) return nullptr;
         self->frames = frames;
         self->backward_hold = backward_hold;
         self->causal_only = backward_hold && !Model::reholds;
@@ -85,10 +81,7 @@ public:
         return self;
     }
 
-    void destroy() override {
-        this->~AttitudeFilter();
-        std::free(this);
-    }
+    void destroy() override { destroy_object(this); }
 
     void reset() override { filter_.reset(); }
     void realign() override {
@@ -150,7 +143,7 @@ public:
 
     std::size_t state_size() const override { return filter_.state_size(); }
     void save(void* buffer) const override { filter_.save(buffer); }
-    Outcome load(const void* buffer, std::size_t bytes) override { return filter_.load(buffer, bytes); }
+    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter_.load(buffer, bytes); }
 
     int nx() const override { return Model::nx; }
     void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
@@ -164,9 +157,6 @@ public:
     void show(double t_s, const double* x) override { filter_.show(t_s, x); }
 
 private:
-    AttitudeFilter() = default;
-    ~AttitudeFilter() = default;
-
     const Model& model() const { return filter_.model(); }
     const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
 

@@ -35,6 +35,7 @@ const char* hnav_status_text(hnav_status status) {
     case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
     case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
     case HNAV_ERROR_SOLVER: return "there is no usable answer";
+    case HNAV_ERROR_STATE_VERSION: return "the saved state is of another version of hnav";
     case HNAV_ERROR_ILL_CONDITIONED: return "the data do not determine the answer";
     }
     return "unknown status";
@@ -233,22 +234,14 @@ hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes) {
 
 hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (bytes < filter->state_size())
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, filter->state_size());
+    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->state_size())) return status;
     filter->save(buffer);
     return HNAV_OK;
 }
 
 hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    switch (filter->load(buffer, bytes)) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::size:
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes,
-                            filter->state_size());
-    default:
-        return filter->fail(HNAV_ERROR_STATE_CORRUPT, "buffer is damaged, of another version, or of a filter with other options");
-    }
+    return hnav::load_status(*filter, filter->load(buffer, bytes), "filter", bytes, filter->state_size());
 }
 
 // ------------------------------------------------------------------------------------------------ hybrid view

@@ -1,18 +1,14 @@
 // The C boundary of the filter for coloured INS errors.
 #include "hnav/hnav.h"
 
+#include "base/memory.hpp"
 #include "c_api/message.hpp"
 #include "ins_error/ins_error_filter.hpp"
 #include "options/lists.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 
-using hnav::hash;
 using hnav::InsErrorFilter;
 using hnav::Refusal;
 
@@ -70,16 +66,9 @@ bool scaling_has_meaning(const hnav::InsErrorSettings& s, const hnav_ins_error_m
     return true;
 }
 
-// Saved: this header, then the numbers.
-struct SavedHeader {
-    std::uint64_t magic;
-    std::uint64_t fingerprint;
-    std::uint64_t count;
-    std::uint64_t checksum;
-};
-constexpr std::uint64_t magic = 0x6c6f63'76616e68ull; // "hnavcol"
-
-std::size_t state_size(const hnav_ins_error_filter* f) { return sizeof(SavedHeader) + f->filter->state_count() * sizeof(double); }
+hnav::SavedState saved_state(const hnav_ins_error_filter* f) {
+    return {hnav::SavedState::letters("HNAVINSE"), 2, f->fingerprint, f->filter->state_count() * sizeof(double)};
+}
 
 hnav_status step(hnav_ins_error_filter* f, const double* u, const double* z, const std::uint8_t* present) {
     InsErrorFilter& filter = *f->filter;
@@ -170,9 +159,9 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     // Built once without memory, to learn how much it needs.
     hnav::Arena state_size, work_size;
     InsErrorFilter(state_size, work_size, nullptr, data, settings);
-    const std::size_t head = (sizeof(hnav_ins_error_filter) + 63) / 64 * 64;
+    const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;
     const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
-    void* memory = std::malloc(head + 2 * state_bytes + row_bytes + work_size.used());
+    void* memory = hnav::take_block(head + 2 * state_bytes + row_bytes + work_size.used());
     if (!memory)
         return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx,
                            model->nz, options->window);
@@ -187,16 +176,12 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
         return caller.fail(status_of(why), "%s", why.text);
     }
     self->filter->create();
-    self->fingerprint = hnav::fingerprint(hnav::ins_error_options, options) ^ (self->filter->model.fingerprint() * 3);
+    self->fingerprint = self->filter->model.fingerprint(hnav::fingerprint(hnav::ins_error_options, options));
     *filter = self;
     return HNAV_OK;
 }
 
-void hnav_ins_error_filter_destroy(hnav_ins_error_filter* filter) {
-    if (!filter) return;
-    filter->~hnav_ins_error_filter();
-    std::free(filter);
-}
+void hnav_ins_error_filter_destroy(hnav_ins_error_filter* filter) { hnav::destroy_object(filter); }
 
 hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
@@ -301,39 +286,25 @@ hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, c
 
 hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter, size_t* bytes) {
     REQUIRE(filter, bytes);
-    *bytes = state_size(filter);
+    *bytes = saved_state(filter).bytes();
     return HNAV_OK;
 }
 
 hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (bytes < state_size(filter))
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, state_size(filter));
-    const InsErrorFilter& f = *filter->filter;
-    const std::size_t payload = f.state_count() * sizeof(double);
-    const SavedHeader header = {magic, filter->fingerprint, static_cast<std::uint64_t>(f.state_count()),
-                                hash(f.state(), payload)};
-    std::memcpy(buffer, &header, sizeof header);
-    std::memcpy(static_cast<char*>(buffer) + sizeof header, f.state(), payload);
+    const hnav::SavedState saved = saved_state(filter);
+    if (const hnav_status status = hnav::save_status(*filter, bytes, saved.bytes())) return status;
+    std::memcpy(saved.numbers(buffer), filter->filter->state(), saved.numbers_bytes);
+    saved.seal(buffer);
     return HNAV_OK;
 }
 
 hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (bytes != state_size(filter))
-        return filter->fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this filter has %zu", bytes,
-                            state_size(filter));
-    InsErrorFilter& f = *filter->filter;
-    const std::size_t payload = f.state_count() * sizeof(double);
-    const char* numbers = static_cast<const char*>(buffer) + sizeof(SavedHeader);
-    SavedHeader header;
-    std::memcpy(&header, buffer, sizeof header);
-    if (header.magic != magic || header.fingerprint != filter->fingerprint ||
-        header.count != static_cast<std::uint64_t>(f.state_count()) || header.checksum != hash(numbers, payload))
-        return filter->fail(HNAV_ERROR_STATE_CORRUPT,
-                            "buffer is damaged, of another version, or of a filter with other options or another model");
-    std::memcpy(f.state(), numbers, payload);
-    return HNAV_OK;
+    const hnav::SavedState saved = saved_state(filter);
+    const hnav::LoadOutcome outcome = saved.check(buffer, bytes);
+    if (outcome == hnav::LoadOutcome::ok) std::memcpy(filter->filter->state(), saved.numbers(buffer), saved.numbers_bytes);
+    return hnav::load_status(*filter, outcome, "filter", bytes, saved.bytes());
 }
 
 } // extern "C"

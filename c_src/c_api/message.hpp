@@ -2,7 +2,9 @@
 #pragma once
 
 #include "base/option_list.hpp"
+#include "base/saved_state.hpp"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>
@@ -12,6 +14,13 @@
     do {                                                                                                                         \
         if (!(object)) return HNAV_ERROR_NULL_ARGUMENT;                                                                          \
         if (!(pointer)) return (object)->fail(HNAV_ERROR_NULL_ARGUMENT, #pointer " is null");                                    \
+    } while (0)
+
+// The same for a number that must be finite.
+#define REQUIRE_FINITE(object, number)                                                                                           \
+    do {                                                                                                                         \
+        if (!std::isfinite(number))                                                                                              \
+            return (object)->fail(HNAV_ERROR_NON_FINITE, #number " = %g is not finite", static_cast<double>(number));            \
     } while (0)
 
 namespace hnav {
@@ -77,10 +86,28 @@ struct CallersMessage {
     }
 };
 
-// FNV-1a, byte by byte.
-inline std::uint64_t hash(const void* data, std::size_t bytes, std::uint64_t seed = 14695981039346656037ull) {
-    for (std::size_t i = 0; i < bytes; ++i) seed = (seed ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
-    return seed;
+// Whether a buffer has room for a saved state of so many bytes.
+template <class Object>
+hnav_status save_status(const Object& object, std::size_t bytes, std::size_t needed) {
+    if (bytes >= needed) return HNAV_OK;
+    return object.fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, needed);
+}
+
+// What a load call answers, and says in the message of its object; what: the object in a word, needed: bytes of its state.
+template <class Object>
+hnav_status load_status(const Object& object, LoadOutcome outcome, const char* what, std::size_t bytes, std::size_t needed) {
+    switch (outcome) {
+    case LoadOutcome::ok: return HNAV_OK;
+    case LoadOutcome::size:
+        return object.fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this %s has %zu", bytes, what, needed);
+    case LoadOutcome::other_version:
+        return object.fail(HNAV_ERROR_STATE_VERSION,
+                           "the state was saved by a version of hnav whose states hnav %s does not read", hnav_version());
+    case LoadOutcome::other_object:
+        return object.fail(HNAV_ERROR_STATE_CORRUPT,
+                           "the state is whole, but was saved by another %s: its model or options differ", what);
+    default: return object.fail(HNAV_ERROR_STATE_CORRUPT, "the state is damaged: its checksum does not fit");
+    }
 }
 
 } // namespace hnav

@@ -41,6 +41,12 @@ bool damage(Input& in, State& state) {
     return state != before;
 }
 
+// Damage may write the letters of hnav 0.1 over the header; everything else keeps its answer.
+bool is_right(hnav_status status, bool damaged, bool cut) {
+    if (damaged && status == HNAV_ERROR_STATE_VERSION) return true;
+    return status == (cut ? HNAV_ERROR_SIZE : damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK);
+}
+
 void attitude_filter(Input& in, int head) {
     fuzz::Options options;
     options.ahrs = head & 2;
@@ -61,8 +67,7 @@ void attitude_filter(Input& in, int head) {
     const std::size_t size = head & 4 ? in.byte() * 8u % (other.size() + 1) : other.size();
     const hnav_status status = hnav_filter_load(filter, other.data(), size);
     fuzz::answered(status, hnav_filter_message(filter));
-    if (size != other.size()) HOLDS(status == HNAV_ERROR_SIZE);
-    else HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
+    HOLDS(is_right(status, damaged, size != other.size()));
     HOLDS(fuzz::saved(filter) == whole);
     fuzz::look(filter);
     fuzz::takes_good_sample(filter, 0.01 * samples);
@@ -91,8 +96,7 @@ void ins_error_filter(Input& in, int head) {
     const std::size_t size = head & 4 ? in.byte() * 8u % (other.size() + 1) : other.size();
     const hnav_status status = hnav_ins_error_filter_load(filter, other.data(), size);
     fuzz::answered(status, hnav_ins_error_filter_message(filter));
-    if (size != other.size()) HOLDS(status == HNAV_ERROR_SIZE);
-    else HOLDS(status == (damaged ? HNAV_ERROR_STATE_CORRUPT : HNAV_OK));
+    HOLDS(is_right(status, damaged, size != other.size()));
     HOLDS(fuzz::saved(filter) == whole);
     const double z[2] = {0.1, 0.2};
     HOLDS(hnav_ins_error_filter_step(filter, u, z, nullptr) == HNAV_OK);

@@ -18,6 +18,8 @@
 //     void nominal(double* x) const                            sizes that absolute tolerances are relative to
 #pragma once
 
+#include "base/memory.hpp"
+#include "base/saved_state.hpp"
 #include "hybrid/event_queue.hpp"
 #include "hybrid/propagator.hpp"
 
@@ -25,13 +27,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 
 namespace hnav {
 
-enum class Outcome { ok, late, full, backwards, diverged, size, corrupt };
+enum class Outcome { ok, late, full, backwards, diverged };
 
 template <class Model>
 class Filter {
@@ -56,13 +57,13 @@ public:
     Filter() = default;
     Filter(const Filter&) = delete;
     Filter& operator=(const Filter&) = delete;
-    ~Filter() { std::free(memory_); }
+    ~Filter() { release_block(memory_); }
 
     bool create(const Model& model, const Settings& settings) {
         static_assert(sizeof(State) % 8 == 0 && sizeof(Event) % 8 == 0, "states are saved as 8-byte numbers");
         model_ = model;
         settings_ = settings;
-        memory_ = std::calloc(1, EventQueue<State>::bytes(settings.queue_capacity));
+        memory_ = take_block(EventQueue<State>::bytes(settings.queue_capacity));
         if (!memory_) return false;
         queue_.create(memory_, settings.queue_capacity);
         reset();
@@ -174,65 +175,45 @@ public:
 
     // -------------------------------------------------------------------------------------------- save and load
 
-    std::size_t state_size() const { return sizeof(Header) + 2 * sizeof(State) + settings_.queue_capacity * sizeof(Event); }
+    std::size_t state_size() const { return saved_state().bytes(); }
 
     void save(void* buffer) const {
-        auto* bytes = static_cast<unsigned char*>(buffer);
-        std::memset(bytes, 0, state_size());
-        Header header{};
-        header.magic = magic;
-        header.bytes = state_size();
-        header.fingerprint = settings_.fingerprint;
-        header.now = now_;
-        header.late_limit = late_limit_;
-        header.refused = refused;
-        header.rhs_evals = propagator_.rhs_evals();
-        header.steps = propagator_.steps();
-        header.events = queue_.size();
-        header.solved = queue_.solved();
-        unsigned char* place = bytes + sizeof header;
+        std::memset(buffer, 0, state_size());
+        unsigned char* place = SavedState::numbers(buffer);
+        place = put(place, Kept{now_, late_limit_, refused, propagator_.rhs_evals(), propagator_.steps(),
+                                static_cast<std::uint64_t>(queue_.size()), static_cast<std::uint64_t>(queue_.solved())});
         place = put(place, queue_.at(0).after);
         place = put(place, *view_);
         for (int i = 0; i < queue_.size(); ++i) place = put(place, queue_.at(i).event);
-        header.checksum = checksum(bytes + sizeof header, header.bytes - sizeof header);
-        header.checksum ^=
-            checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint), sizeof header - offsetof(Header, fingerprint));
-        std::memcpy(bytes, &header, sizeof header);
+        saved_state().seal(buffer);
     }
 
-    // The filter is untouched unless the buffer is whole and made by a filter with the same options.
-    Outcome load(const void* buffer, std::size_t size) {
-        if (size != state_size()) return Outcome::size;
-        const auto* bytes = static_cast<const unsigned char*>(buffer);
-        Header header;
-        std::memcpy(&header, bytes, sizeof header);
-        std::uint64_t sum = checksum(bytes + sizeof header, size - sizeof header);
-        sum ^=
-            checksum(reinterpret_cast<const unsigned char*>(&header.fingerprint), sizeof header - offsetof(Header, fingerprint));
-        if (header.magic != magic || header.bytes != size || header.checksum != sum ||
-            header.fingerprint != settings_.fingerprint)
-            return Outcome::corrupt;
-        if (header.events < 1 || header.events > static_cast<std::uint64_t>(settings_.queue_capacity) || header.solved < 1 ||
-            header.solved > header.events)
-            return Outcome::corrupt;
+    // The filter is untouched unless the buffer is whole and made by a filter with the same model and options.
+    LoadOutcome load(const void* buffer, std::size_t size) {
+        const LoadOutcome outcome = saved_state().check(buffer, size);
+        if (outcome != LoadOutcome::ok) return outcome;
+        Kept kept;
+        const unsigned char* place = get(SavedState::numbers(buffer), kept);
+        if (kept.events < 1 || kept.events > static_cast<std::uint64_t>(settings_.queue_capacity) || kept.solved < 1 ||
+            kept.solved > kept.events)
+            return LoadOutcome::damaged;
 
         State base;
-        const unsigned char* place = bytes + sizeof header;
         place = get(place, base);
         place = get(place, coasted_);
         Event event;
         place = get(place, event);
         restart_chain(event.t_s, base);
         queue_.at(0).event = event;
-        for (std::uint64_t i = 1; i < header.events; ++i) place = get(place, queue_.append().event);
-        while (queue_.solved() < static_cast<int>(header.solved))
+        for (std::uint64_t i = 1; i < kept.events; ++i) place = get(place, queue_.append().event);
+        while (queue_.solved() < static_cast<int>(kept.solved))
             if (solve(queue_.solved()) != Outcome::ok) break;
         view_ = &coasted_;
-        now_ = header.now;
-        late_limit_ = header.late_limit;
-        refused = header.refused;
-        propagator_.set_counts(header.rhs_evals, header.steps);
-        return Outcome::ok;
+        now_ = kept.now;
+        late_limit_ = kept.late_limit;
+        refused = kept.refused;
+        propagator_.set_counts(kept.rhs_evals, kept.steps);
+        return LoadOutcome::ok;
     }
 
     Refused refused{};
@@ -245,16 +226,20 @@ private:
         const State* held;
     };
 
-    struct Header {
-        std::uint64_t magic, bytes, checksum;
-        // Everything from here on is covered by the checksum.
-        std::uint64_t fingerprint;
+    // What is saved beside the state of the base, the shown one and the events.
+    struct Kept {
         double now, late_limit;
         Refused refused;
         std::uint64_t rhs_evals, steps;
         std::uint64_t events, solved;
     };
-    static constexpr std::uint64_t magic = 0x31305641'4e48ull + (sizeof(State) << 48); // "HNAV01" and the size
+
+    // Models differ in the sizes of their states and events, and options in their fingerprint.
+    SavedState saved_state() const {
+        const std::size_t sizes[] = {sizeof(State), sizeof(Event)};
+        return {SavedState::letters("HNAVFILT"), 2, hash(sizes, sizeof sizes, settings_.fingerprint),
+                sizeof(Kept) + 2 * sizeof(State) + settings_.queue_capacity * sizeof(Event)};
+    }
 
     static void flow(const void* context, const double* x, double* dx) {
         const auto* c = static_cast<const FlowContext*>(context);
@@ -352,19 +337,6 @@ private:
     static const unsigned char* get(const unsigned char* place, T& value) {
         std::memcpy(static_cast<void*>(&value), place, sizeof value);
         return place + sizeof value;
-    }
-
-    // FNV-1a over 8-byte words: finds damage, not forgery. A product carries bits upwards only, so the shift brings the
-    // high ones down: without it the changed signs of two numbers cancel.
-    static std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (std::size_t i = 0; i + 8 <= size; i += 8) {
-            std::uint64_t word;
-            std::memcpy(&word, bytes + i, 8);
-            hash = (hash ^ word) * 1099511628211ull;
-            hash ^= hash >> 32;
-        }
-        return hash;
     }
 
     Model model_{};

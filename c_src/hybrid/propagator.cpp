@@ -1,11 +1,11 @@
 #include "hybrid/propagator.hpp"
 
+#include "base/memory.hpp"
 #include "hybrid/sundials_names.hpp"
 
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 
 // ------------------------------------------------------------------------------------------------ vectors
 // SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
@@ -287,10 +287,7 @@ struct Propagator::Solver {
 };
 
 Propagator::~Propagator() {
-    if (solver_) {
-        solver_->~Solver();
-        std::free(solver_);
-    }
+    destroy_object(solver_);
     std::free(slope_);
 }
 
@@ -303,9 +300,8 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     if (!slope_) return false;
     if (settings.integrator == Integrator::euler) return true;
 
-    void* memory = std::malloc(sizeof(Solver));
-    if (!memory) return false;
-    solver_ = new (memory) Solver;
+    solver_ = make_object<Solver>();
+    if (!solver_) return false;
     solver_->owner = this;
     if (!solver_->create(settings, nx)) return false;
     double* scratch = slope_ + nx;

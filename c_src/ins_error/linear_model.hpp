@@ -9,6 +9,7 @@
 #pragma once
 
 #include "base/arena.hpp"
+#include "base/hash.hpp"
 #include "maths/discretise.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -154,11 +155,11 @@ public:
         return true;
     }
 
-    // FNV-1a over what the filter will use: equal models, equal fingerprint.
-    std::uint64_t fingerprint() const {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (const Matrix* part : {&A, &B, &H, &An, &Q, &Ql, &Qv, &Lambda0, &P0}) hash = fold(hash, part->data(), part->size());
-        return fold(hash, x0.data(), x0.size());
+    // Over what the filter will use, going on from start: equal models, equal fingerprint.
+    std::uint64_t fingerprint(std::uint64_t start) const {
+        for (const Matrix* part : {&A, &B, &H, &An, &Q, &Ql, &Qv, &Lambda0, &P0})
+            start = hash(part->data(), part->size() * sizeof(double), start);
+        return hash(x0.data(), x0.size() * sizeof(double), start);
     }
 
     template <class M>
@@ -186,15 +187,6 @@ private:
         const Small M = given(G, n, nw);
         const Small S = M * W * M.transpose();
         return 0.5 * (S + S.transpose());
-    }
-
-    static std::uint64_t fold(std::uint64_t hash, const double* values, Eigen::Index count) {
-        for (Eigen::Index i = 0; i < count; ++i) {
-            std::uint64_t word;
-            std::memcpy(&word, values + i, sizeof word);
-            hash = (hash ^ word) * 1099511628211ull;
-        }
-        return hash;
     }
 
     static bool numbers(const char* name, const double* values, int rows, int columns, Refusal& why) {

@@ -261,7 +261,7 @@ TEST(HybridFilter, SaveWreckLoadGoOnIsBitEqual) {
                 interrupted.save(saved.data());
                 ASSERT_EQ(interrupted.push({samples[i].t_s + 0.01, Pendulum::angle, {3, 0, 0}}), Outcome::ok);
                 ASSERT_EQ(interrupted.advance(samples[i].t_s + 1), Outcome::ok);
-                ASSERT_EQ(interrupted.load(saved.data(), saved.size()), Outcome::ok);
+                ASSERT_EQ(interrupted.load(saved.data(), saved.size()), LoadOutcome::ok);
                 EXPECT_TRUE(same_bits(interrupted.shown(), straight.shown()));
             }
         }
@@ -282,12 +282,12 @@ TEST(HybridFilter, EverySingleDamagedByteOfASavedStateIsFound) {
     const Pendulum::State before = filter.shown();
     for (std::size_t i = 0; i < saved.size(); ++i) {
         saved[i] ^= 0x10;
-        EXPECT_EQ(filter.load(saved.data(), saved.size()), Outcome::corrupt) << "byte " << i;
+        EXPECT_EQ(filter.load(saved.data(), saved.size()), LoadOutcome::damaged) << "byte " << i;
         saved[i] ^= 0x10;
     }
-    EXPECT_EQ(filter.load(saved.data(), saved.size() - 8), Outcome::size);
+    EXPECT_EQ(filter.load(saved.data(), saved.size() - 8), LoadOutcome::size);
     EXPECT_TRUE(same_bits(filter.shown(), before));
-    EXPECT_EQ(filter.load(saved.data(), saved.size()), Outcome::ok);
+    EXPECT_EQ(filter.load(saved.data(), saved.size()), LoadOutcome::ok);
 }
 
 TEST(HybridFilter, AnIntegratorOutsideReachesTheSameEstimate) {

@@ -203,7 +203,7 @@ HNAV_API hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filt
  * and options, in this or another process, and it goes on bit for bit. */
 HNAV_API hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes);
 HNAV_API hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT: the filter is as it was. */
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the filter is as it was. */
 HNAV_API hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes);
 
 /* ------------------------------------------------------------------------------------------------ hybrid view */

@@ -125,7 +125,7 @@ HNAV_API hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, si
  * create is not part of it: replace it again after load. */
 HNAV_API hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter, size_t* bytes);
 HNAV_API hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT: the filter is as it was. */
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the filter is as it was. */
 HNAV_API hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus

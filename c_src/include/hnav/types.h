@@ -38,10 +38,11 @@ typedef enum hnav_status {
     HNAV_ERROR_NOT_STARTED = 11,    /* no attitude yet: the start waits for samples */
     HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
     HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
-    HNAV_ERROR_STATE_CORRUPT = 14,  /* saved state damaged, of another version, or of a filter with other options */
-    HNAV_ERROR_SOLVER = 15,         /* there is no usable answer; the samples that led there were dropped */
-    HNAV_ERROR_UNSUPPORTED = 16,    /* this filter cannot do what was asked */
-    HNAV_ERROR_ILL_CONDITIONED = 17 /* the data do not determine the answer; the message says what is missing */
+    HNAV_ERROR_STATE_CORRUPT = 14, /* saved state damaged, or of another object: its model or options differ; see the message */
+    HNAV_ERROR_SOLVER = 15, /* there is no usable answer; the samples that led there were dropped */
+    HNAV_ERROR_UNSUPPORTED = 16, /* this filter cannot do what was asked */
+    HNAV_ERROR_ILL_CONDITIONED = 17, /* the data do not determine the answer; the message says what is missing */
+    HNAV_ERROR_STATE_VERSION = 18 /* saved state of a version of hnav whose states this one does not read */
 } hnav_status;
 
 /* One line of English for a status; never null. */

@@ -24,7 +24,7 @@ from hnav.renamed import now_called
 STATUS = (
     "ok", "null argument", "option", "options stamp", "out of memory", "non-finite", "zero vector", "out of range",
     "late sample", "queue full", "time backwards", "not started", "no data", "size", "state corrupt", "solver",
-    "unsupported", "ill-conditioned",
+    "unsupported", "ill-conditioned", "state version",
 )  # fmt: skip
 SENSORS = ("gyro", "accel", "mag", "heading")
 # The filters of the library, and the presets of each.
