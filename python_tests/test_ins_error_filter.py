@@ -142,7 +142,7 @@ def test_a_saved_filter_goes_on_with_the_same_bits():
     other.load(state)
     again = other.run(u[90:], z[90:])
     assert all(np.array_equal(getattr(tail, n), getattr(again, n)) for n in OUTPUTS)
-    with pytest.raises(HnavError, match="other options or another model"):
+    with pytest.raises(HnavError, match="its model or options differ"):
         InsErrorFilter(model, InsErrorOptions(gate_alpha=0.01)).load(state)
 
 

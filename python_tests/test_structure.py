@@ -16,7 +16,7 @@ FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 # Room of the includer: the rooms that it may include from, its own beside them.
 ALLOWED = {
     **{f"c_src/{room}": {room, *below} for room, below in BELOW.items()},
-    **{f"c_src/{room}": {room, "hybrid", "maths", "base"} for room in PRODUCTS},
+    **{f"c_src/{room}": {room, "hybrid", "maths", "base", "hnav"} for room in PRODUCTS},
     "c_src/options": {"options", "base"},
     "c_src/c_api": {"c_api", *PRODUCTS, "options", "hybrid", "maths", "base", "hnav"},
     "c_src/include": {"hnav"},

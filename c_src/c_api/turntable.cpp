@@ -1,33 +1,20 @@
 // The C boundary of the turntable.
-#include "c_api/message.hpp"
-#include "hnav/simulation.h"
-#include "options/lists.hpp"
-#include "simulation/motion.hpp"
-#include "simulation/random.hpp"
-#include "simulation/streams.hpp"
+#include "simulation/turntable.hpp"
 
-#include <cstdlib>
-#include <new>
+#include "base/memory.hpp"
+#include "c_api/message.hpp"
+#include "options/lists.hpp"
+
+#include <cmath>
 
 using hnav::Quaternion;
 using hnav::Vector3;
 
-struct hnav_turntable {
+struct hnav_turntable : hnav::KeptMessage<160> {
     hnav::TurntableMotion motion;
 };
 
 namespace {
-
-hnav::AxisMotion axis_of(const hnav_axis_options& o, double chance) {
-    hnav::AxisMotion axis;
-    axis.kind = static_cast<hnav::Motion>(o.motion);
-    axis.angle_rad = o.angle_rad + o.unknown_rad * (2 * chance - 1);
-    axis.amplitude_rad = o.amplitude_rad;
-    axis.rate_rad_s = o.rate_rad_s;
-    axis.period_s = o.period_s;
-    axis.start_s = o.start_s;
-    return axis;
-}
 
 void store(const hnav::Truth& from, double t_s, hnav_truth* truth) {
     truth->t_s = t_s;
@@ -54,46 +41,44 @@ hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_o
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     const hnav_status status = caller.check_options(options, hnav::turntable_options);
     if (status != HNAV_OK) return status;
-    void* memory = std::malloc(sizeof(hnav_turntable));
-    if (!memory) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
-    auto* self = new (memory) hnav_turntable;
-    const hnav::RandomStream random(static_cast<std::uint64_t>(options->seed), hnav::streams::turntable);
-    const hnav_axis_options* axes[] = {&options->roll, &options->pitch, &options->yaw};
-    for (int i = 0; i < 3; ++i) self->motion.axes[i] = axis_of(*axes[i], random.uniform(static_cast<std::uint64_t>(i)));
-    self->motion.force_n = {0, 0, -options->gravity_m_s2};
-    const double dip = options->field_dip_rad, declination = options->declination_rad;
-    self->motion.field_n = options->field_strength_tesla *
-                           Vector3(std::cos(dip) * std::cos(declination), std::cos(dip) * std::sin(declination), std::sin(dip));
+    auto* self = hnav::make_object<hnav_turntable>();
+    if (!self) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
+    self->motion = hnav::turntable_of(*options);
     *table = self;
     return HNAV_OK;
 }
 
-void hnav_turntable_destroy(hnav_turntable* table) { std::free(table); }
+void hnav_turntable_destroy(hnav_turntable* table) { hnav::destroy_object(table); }
+
+const char* hnav_turntable_message(const hnav_turntable* table) { return table ? table->message : "table is null"; }
 
 hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_truth* truth) {
     return hnav_turntable_in_piece(table, t_s, t_s, truth);
 }
 
 hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s, double t_s, hnav_truth* truth) {
-    if (!table || !truth) return HNAV_ERROR_NULL_ARGUMENT;
-    if (!std::isfinite(t_s) || !std::isfinite(piece_s)) return HNAV_ERROR_NON_FINITE;
+    REQUIRE(table, truth);
+    REQUIRE_FINITE(table, t_s);
+    REQUIRE_FINITE(table, piece_s);
     store(table->motion.at(t_s, table->motion.pieces(piece_s)), t_s, truth);
     return HNAV_OK;
 }
 
 hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s, double* corner_s) {
-    if (!table || !corner_s) return HNAV_ERROR_NULL_ARGUMENT;
-    if (!std::isfinite(t_s)) return HNAV_ERROR_NON_FINITE;
+    REQUIRE(table, corner_s);
+    REQUIRE_FINITE(table, t_s);
     *corner_s = table->motion.next_corner_s(t_s);
     return HNAV_OK;
 }
 
 hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2,
                                      double* field_b_tesla) {
-    if (!table || !q_nb || !force_b_m_s2 || !field_b_tesla) return HNAV_ERROR_NULL_ARGUMENT;
+    REQUIRE(table, q_nb);
+    REQUIRE(table, force_b_m_s2);
+    REQUIRE(table, field_b_tesla);
     const double length = Quaternion(q_nb).norm();
-    if (!std::isfinite(length)) return HNAV_ERROR_NON_FINITE;
-    if (!(length > 1e-150)) return HNAV_ERROR_ZERO_VECTOR;
+    if (!std::isfinite(length)) return table->fail(HNAV_ERROR_NON_FINITE, "q_nb is not finite, or its length is not");
+    if (!(length > 1e-150)) return table->fail(HNAV_ERROR_ZERO_VECTOR, "q_nb has length %g, which is no attitude", length);
     hnav::Truth truth;
     truth.q = Quaternion(q_nb) / length;
     table->motion.see(&truth);

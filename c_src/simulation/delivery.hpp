@@ -7,8 +7,8 @@
 
 namespace hnav {
 
-constexpr int most_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
-constexpr double longest_latency_periods = 30;
+constexpr int max_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
+constexpr double max_latency_periods = 30;
 
 class Delivery {
 public:
@@ -20,7 +20,7 @@ public:
     // Plain numbers, oldest sample first.
     struct State {
         double waiting;
-        Sample queue[most_in_flight];
+        Sample queue[max_in_flight];
         Sample newest; // delivered
         double count;
     };

@@ -246,6 +246,34 @@ TEST(Turntable, ImpossibleOptionsAreNamed) {
     EXPECT_EQ(hnav_turntable_seen_from(good.table, none, force, field), HNAV_ERROR_ZERO_VECTOR);
 }
 
+TEST(Turntable, AMessageNamesWhatWasWrong) {
+    const Table good(hnav_turntable_defaults());
+    hnav_turntable* table = good.table;
+    const auto said = [table](const char* what) {
+        const std::string text = hnav_turntable_message(table);
+        return text.find(what) != std::string::npos ? std::string() : text;
+    };
+    EXPECT_STREQ(hnav_turntable_message(table), "");
+    EXPECT_STREQ(hnav_turntable_message(nullptr), "table is null");
+    hnav_truth truth;
+    double corner, force[3], field[3];
+    const double none[4] = {}, infinite[4] = {INFINITY, 0, 0, 0};
+    hnav_turntable_at(table, 0, nullptr);
+    EXPECT_EQ(said("truth is null"), "");
+    hnav_turntable_at(table, NAN, &truth);
+    EXPECT_EQ(said("t_s = nan is not finite"), "");
+    hnav_turntable_in_piece(table, INFINITY, 0, &truth);
+    EXPECT_EQ(said("piece_s = inf is not finite"), "");
+    hnav_turntable_next_corner_s(table, -INFINITY, &corner);
+    EXPECT_EQ(said("t_s = -inf is not finite"), "");
+    hnav_turntable_seen_from(table, none, force, field);
+    EXPECT_EQ(said("q_nb has length 0"), "");
+    hnav_turntable_seen_from(table, infinite, force, field);
+    EXPECT_EQ(said("q_nb is not finite"), "");
+    hnav_turntable_seen_from(table, none, force, nullptr);
+    EXPECT_EQ(said("field_b_tesla is null"), "");
+}
+
 // ------------------------------------------------------------------------------------------------ errors, one at a time
 
 TEST(ImuMagSensor, WithoutErrorsReadsTheTruth) {
@@ -656,4 +684,38 @@ TEST(ImuMagSensor, ImpossibleOptionsAndArgumentsAreNamed) {
     hnav_imu_mag_sensor* none = nullptr;
     const hnav_imu_mag_sensor_options o = hnav_imu_mag_sensor_defaults();
     EXPECT_EQ(hnav_imu_mag_sensor_create(&none, &o, NAN, nullptr, 0), HNAV_ERROR_NON_FINITE);
+}
+
+TEST(ImuMagSensor, AMessageNamesWhatWasWrong) {
+    Sensor good(hnav_imu_mag_sensor_defaults());
+    hnav_imu_mag_sensor* sensor = good.sensor;
+    const auto said = [sensor](const char* what) {
+        const std::string text = hnav_imu_mag_sensor_message(sensor);
+        return text.find(what) != std::string::npos ? std::string() : text;
+    };
+    EXPECT_STREQ(hnav_imu_mag_sensor_message(sensor), "");
+    EXPECT_STREQ(hnav_imu_mag_sensor_message(nullptr), "sensor is null");
+    hnav_truth truth = rest();
+    truth.force_b_m_s2[2] = NAN;
+    hnav_imu_mag_sensor_sample(sensor, 0, &truth);
+    EXPECT_EQ(said("truth.force_b_m_s2[2] = nan is not finite"), "");
+    truth = rest();
+    truth.q_nb[0] = 0.25;
+    hnav_imu_mag_sensor_sample(sensor, 0, &truth);
+    EXPECT_EQ(said("truth.q_nb has length 0.25"), "");
+    hnav_imu_mag_sensor_sample(sensor, INFINITY, &truth);
+    EXPECT_EQ(said("t_s = inf is not finite"), "");
+    hnav_imu_mag_sensor_advance(sensor, NAN);
+    EXPECT_EQ(said("t_s = nan is not finite"), "");
+    hnav_imu_mag_sensor_next_event_s(sensor, nullptr);
+    EXPECT_EQ(said("next_s is null"), "");
+    hnav_reading reading;
+    hnav_imu_mag_sensor_reading(sensor, HNAV_SENSOR_HEADING, &reading);
+    EXPECT_EQ(said("sensor_kind = 3"), "");
+    double psd;
+    hnav_imu_mag_sensor_noise_psd(sensor, static_cast<hnav_sensor>(-1), &psd);
+    EXPECT_EQ(said("sensor_kind = -1"), "");
+    unsigned char byte;
+    hnav_imu_mag_sensor_save(sensor, &byte, 1);
+    EXPECT_EQ(said("buffer has 1 bytes"), "");
 }

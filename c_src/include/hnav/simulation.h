@@ -107,7 +107,7 @@ HNAV_API hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, h
 /* Numbers only; fits aircraft made with equal options and model. */
 HNAV_API hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* bytes);
 HNAV_API hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT: the aircraft is as it was. */
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the aircraft is as it was. */
 HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes);
 
 /* ------------------------------------------------------------------------------------------------ truth
@@ -148,6 +148,8 @@ HNAV_API hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_tu
                                            size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_turntable_destroy(hnav_turntable* table);
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_turntable_message(const hnav_turntable* table);
 
 HNAV_API hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_truth* truth);
 /* The next corner after t_s, where a rate jumps; infinity if there is none. */
@@ -188,6 +190,8 @@ HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, co
                                                 double start_s, char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor* sensor);
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_imu_mag_sensor_message(const hnav_imu_mag_sensor* sensor);
 /* Back to the moment after create. */
 HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor* sensor);
 
@@ -216,7 +220,7 @@ HNAV_API hnav_status hnav_imu_mag_sensor_noise_psd(const hnav_imu_mag_sensor* se
 /* Numbers only; fits sensors made with equal options and start. */
 HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor* sensor, size_t* bytes);
 HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT: the sensor is as it was. */
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the sensor is as it was. */
 HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus
