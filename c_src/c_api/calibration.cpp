@@ -13,9 +13,25 @@ namespace {
 using hnav::Refusal;
 
 constexpr double deg = M_PI / 180;
-constexpr double largest_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
+constexpr double max_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
 
 bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
+
+// Rows of three NaN are missing; the others are finite and within reason.
+hnav_status check_rows(const hnav::CallersMessage& caller, const char* name, const double* rows, std::size_t n) {
+    for (std::size_t i = 0; i < n; ++i) {
+        const double* v = rows + 3 * i;
+        if (missing(v)) continue;
+        for (int k = 0; k < 3; ++k) {
+            if (!std::isfinite(v[k]))
+                return caller.fail(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
+            if (std::fabs(v[k]) > max_reading)
+                return caller.fail(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k],
+                                   max_reading);
+        }
+    }
+    return HNAV_OK;
+}
 
 void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
               size_t size) {
@@ -23,8 +39,8 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
     case Refusal::none: break;
     case Refusal::no_memory: std::snprintf(text, size, "no memory for the samples"); break;
     case Refusal::too_few_samples:
-        std::snprintf(text, size, "too few samples: %lld rows have a field, min_samples = %d",
-                      static_cast<long long>(c.samples), o.min_samples);
+        std::snprintf(text, size, "too few samples: %lld rows have a field, min_samples = %d", static_cast<long long>(c.samples),
+                      o.min_samples);
         break;
     case Refusal::too_little_motion:
         std::snprintf(
@@ -111,38 +127,14 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     if (!field) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "field is null");
     if (!calibration) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
     const hnav_magnetometer_options o = options ? *options : hnav_magnetometer_defaults();
-    if (const hnav_status status = caller.check_options(&o, hnav::magnetometer_options)) return status;
+    hnav_status status = caller.check_options(&o, hnav::magnetometer_options);
+    if (status == HNAV_OK) status = check_rows(caller, "field", field, n);
+    if (status == HNAV_OK && force_b_m_s2) status = check_rows(caller, "force_b_m_s2", force_b_m_s2, n);
+    if (status != HNAV_OK) return status;
 
-    for (const double* rows : {field, force_b_m_s2}) {
-        const char* name = rows == field ? "field" : "force_b_m_s2";
-        for (size_t i = 0; rows && i < n; ++i) {
-            const double* v = rows + 3 * i;
-            if (missing(v)) continue;
-            for (int k = 0; k < 3; ++k) {
-                if (!std::isfinite(v[k]))
-                    return caller.fail(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1],
-                                       v[2]);
-                if (std::fabs(v[k]) > largest_reading)
-                    return caller.fail(HNAV_ERROR_OUT_OF_RANGE, "%s row %zu has a component of %g, beyond %g", name, i, v[k],
-                                       largest_reading);
-            }
-        }
-    }
-
-    hnav::MagnetometerSettings settings{};
-    settings.robust = o.robust != 0;
-    settings.outlier_sigma = o.outlier_sigma;
-    settings.max_condition = o.max_condition;
-    settings.max_ambiguity = o.max_ambiguity;
-    settings.min_coverage = o.min_coverage;
-    settings.max_axis_ratio = o.max_axis_ratio;
-    settings.max_direction_sigma_rad = o.max_direction_sigma_rad;
-    settings.force_tolerance = o.force_tolerance;
-    settings.min_samples = o.min_samples;
-    settings.allow_hard_iron_only = o.allow_hard_iron_only != 0;
     hnav::MagnetometerCalibration c;
     Refusal refusal;
-    const bool answered = hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, settings, &c, &refusal);
+    const bool answered = hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, o, &c, &refusal);
     char reason[320] = "";
     describe(refusal, c, o, reason, sizeof reason);
     if (answered) {

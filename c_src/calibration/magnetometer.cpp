@@ -115,12 +115,12 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
 // one. A force that stays far from one angle to the field is not gravity. A rotation that explains little of the scatter has
 // been fitted to what else is in it (places with another field, accelerations), and one that is badly known does harm: chips
 // are rarely misaligned by much.
-void turn_by_gravity(const MagnetometerSettings& settings, double loss_sigma, const Ellipsoid& ellipsoid,
+void turn_by_gravity(const hnav_magnetometer_options& options, double loss_sigma, const Ellipsoid& ellipsoid,
                      const Alignment& alignment, Samples& s, Correction* correction, MagnetometerCalibration* c) {
     Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
     refine(loss_sigma, true, s, &turned);
     const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
-    c->aligned = turned.M.determinant() > 0 && sigma <= settings.max_direction_sigma_rad &&
+    c->aligned = turned.M.determinant() > 0 && sigma <= options.max_direction_sigma_rad &&
                  dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(*correction, s));
     if (!c->aligned) return;
     *correction = turned;
@@ -128,61 +128,62 @@ void turn_by_gravity(const MagnetometerSettings& settings, double loss_sigma, co
 }
 
 // The ellipsoid through the samples, refined, and turned by gravity where that is known.
-Refusal find_correction(const MagnetometerSettings& settings, Samples& s, Correction* correction, MagnetometerCalibration* c) {
+Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Correction* correction,
+                        MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values weight = s.weight(), residual = s.residual(), scratch = s.scratch(), angle = s.angle();
-    const double loss_sigma = settings.robust ? settings.outlier_sigma : 0;
+    const double loss_sigma = options.robust ? options.outlier_sigma : 0;
     if (is_flat(z)) return Refusal::planar;
 
     Ellipsoid ellipsoid{};
     const bool fits = fit_ellipsoid(z, loss_sigma, weight, residual, scratch, &ellipsoid);
     c->condition = ellipsoid.condition;
     c->ambiguity = ellipsoid.ambiguity;
-    if (c->condition > settings.max_condition || c->ambiguity > settings.max_ambiguity) return Refusal::ill_conditioned;
+    if (c->condition > options.max_condition || c->ambiguity > options.max_ambiguity) return Refusal::ill_conditioned;
     if (!fits) return Refusal::not_an_ellipsoid;
     for (Index i = 0; i < s.count; ++i) u.col(i) = ellipsoid.root * (z.col(i) - ellipsoid.centre);
 
     *correction = {ellipsoid.root, ellipsoid.centre, 0};
     Alignment alignment{};
-    c->aligned = c->force_samples >= settings.min_samples && align(u, s.a(), s.trust(), loss_sigma, angle, scratch, &alignment) &&
-                 alignment.condition <= settings.max_condition;
+    c->aligned = c->force_samples >= options.min_samples && align(u, s.a(), s.trust(), loss_sigma, angle, scratch, &alignment) &&
+                 alignment.condition <= options.max_condition;
     refine(loss_sigma, false, s, correction);
     if (!(correction->M.allFinite() && correction->o.allFinite() && correction->M.determinant() > 0))
         return Refusal::not_an_ellipsoid;
     correction->M = symmetric_factor(correction->M);
     c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, *correction);
-    if (c->aligned) turn_by_gravity(settings, loss_sigma, ellipsoid, alignment, s, correction, c);
+    if (c->aligned) turn_by_gravity(options, loss_sigma, ellipsoid, alignment, s, correction, c);
     return Refusal::none;
 }
 
 // Whether the correction can be believed, by its shape, its uncertainty, and what it makes of the samples.
-Refusal judge_correction(const MagnetometerSettings& settings, const Vector3& middle_z, const Correction& correction, Samples& s,
-                         MagnetometerCalibration* c) {
+Refusal judge_correction(const hnav_magnetometer_options& options, const Vector3& middle_z, const Correction& correction,
+                         Samples& s, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values residual = s.residual();
     const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
     c->axis_ratio = inverse_axes[0] / inverse_axes[2];
-    if (!(c->axis_ratio <= settings.max_axis_ratio)) return Refusal::stretched;
-    if (!(c->direction_sigma_rad <= settings.max_direction_sigma_rad)) return Refusal::uncertain;
+    if (!(c->axis_ratio <= options.max_axis_ratio)) return Refusal::stretched;
+    if (!(c->direction_sigma_rad <= options.max_direction_sigma_rad)) return Refusal::uncertain;
 
     for (Index i = 0; i < s.count; ++i) {
         u.col(i) = correction.M * (z.col(i) - correction.o);
         residual[i] = u.col(i).norm() - 1;
     }
-    judge(settings.outlier_sigma, middle_z, s, z, c);
-    if (c->coverage < settings.min_coverage) return Refusal::little_coverage;
+    judge(options.outlier_sigma, middle_z, s, z, c);
+    if (c->coverage < options.min_coverage) return Refusal::little_coverage;
     if (c->residual_after > c->residual_before) return Refusal::worse;
     return Refusal::none;
 }
 
 // middle: mean of the field, scale: what z was divided by.
-Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
+Refusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle, double scale, Samples& s,
                  MagnetometerCalibration* c) {
     Correction correction{};
-    if (const Refusal why = find_correction(settings, s, &correction, c); why != Refusal::none) return why;
-    if (const Refusal why = judge_correction(settings, middle / scale, correction, s, c); why != Refusal::none) return why;
+    if (const Refusal why = find_correction(options, s, &correction, c); why != Refusal::none) return why;
+    if (const Refusal why = judge_correction(options, middle / scale, correction, s, c); why != Refusal::none) return why;
 
     // The ellipsoid has no unit: a determinant of 1 keeps the strength on the mean over all directions.
     const double size = std::cbrt(correction.M.determinant());
@@ -195,11 +196,11 @@ Refusal full_fit(const MagnetometerSettings& settings, const Vector3& middle, do
 }
 
 // False when not even the centre of a circle is determined, or too badly.
-bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, double scale, Samples& s,
+bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& middle, double scale, Samples& s,
                    MagnetometerCalibration* c) {
     const Columns z = s.z();
     Values weight = s.weight(), residual = s.residual(), scratch = s.scratch();
-    const double loss_sigma = settings.robust ? settings.outlier_sigma : 0;
+    const double loss_sigma = options.robust ? options.outlier_sigma : 0;
     const Sphere sphere = fit_sphere(z, loss_sigma, thin, weight, residual, scratch);
     if (sphere.axes < 2 || !sphere.centre.allFinite()) return false;
     // Across the plane of flat samples the field is left as it was.
@@ -216,19 +217,19 @@ bool hard_iron_fit(const MagnetometerSettings& settings, const Vector3& middle, 
         scratch[i] = u.col(i).norm();
     }
     c->strength = scale * median(scratch.data(), s.count);
-    judge(settings.outlier_sigma, middle / scale, s, z, c);
+    judge(options.outlier_sigma, middle / scale, s, z, c);
     // Through samples that fill a disc or a cap a sphere fits as badly as any other.
     if (!(robust_sigma(residual, scratch) < round_enough) || c->residual_after > c->residual_before) return false;
     c->direction_sigma_rad = not_a_number; // in a plane the direction out of it is not known
     if (sphere.axes < 3) return true;
     const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
     c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::centre_and_radius, s, correction);
-    return c->direction_sigma_rad <= settings.max_direction_sigma_rad;
+    return c->direction_sigma_rad <= options.max_direction_sigma_rad;
 }
 
 } // namespace
 
-bool calibrate_magnetometer(Index n, const double* field, const double* force, const MagnetometerSettings& settings,
+bool calibrate_magnetometer(Index n, const double* field, const double* force, const hnav_magnetometer_options& options,
                             MagnetometerCalibration* c, Refusal* refusal) {
     Samples s(n);
     if (!s) {
@@ -240,7 +241,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     Vector3 middle;
     double scale;
     normalise(s, &middle, &scale);
-    if (s.count < settings.min_samples) {
+    if (s.count < options.min_samples) {
         *refusal = Refusal::too_few_samples;
         return false;
     }
@@ -249,11 +250,11 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
         *refusal = Refusal::constant_field;
         return false;
     }
-    choose_forces(settings.force_tolerance, s);
+    choose_forces(options.force_tolerance, s);
     drop_rests(new_attitude, s);
     c->used_samples = s.count;
     c->force_samples = static_cast<Index>(s.trust().sum());
-    if (s.count < settings.min_samples) {
+    if (s.count < options.min_samples) {
         *refusal = Refusal::too_little_motion;
         return false;
     }
@@ -262,9 +263,9 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     normalise(s, &middle_left, &scale_left);
     middle += scale * middle_left;
     scale *= scale_left;
-    *refusal = full_fit(settings, middle, scale, s, c);
+    *refusal = full_fit(options, middle, scale, s, c);
     if (*refusal == Refusal::none) return true;
-    return settings.allow_hard_iron_only && hard_iron_fit(settings, middle, scale, s, c);
+    return options.allow_hard_iron_only && hard_iron_fit(options, middle, scale, s, c);
 }
 
 } // namespace hnav

@@ -8,22 +8,10 @@
 #pragma once
 
 #include "calibration/robust.hpp"
+#include "hnav/options/magnetometer.h"
 #include "maths/rotation.hpp"
 
 namespace hnav {
-
-struct MagnetometerSettings {
-    bool robust;             // samples beyond outlier_sigma lose their weight
-    double outlier_sigma;    // in robust standard deviations
-    double max_condition;
-    double max_ambiguity;
-    double min_coverage;
-    double max_axis_ratio;
-    double max_direction_sigma_rad;
-    double force_tolerance;
-    Index min_samples;
-    bool allow_hard_iron_only;
-};
 
 struct MagnetometerCalibration {
     Vector3 offset = Vector3::Zero();          // unit of the input
@@ -64,7 +52,7 @@ enum class Refusal {
 
 // field: n x 3, finite, a row of three NaN is missing; force: the same, or null. refusal: why the answer is hard iron only
 // where it is, or why there is none. True when there is an answer.
-bool calibrate_magnetometer(Index n, const double* field, const double* force, const MagnetometerSettings& settings,
+bool calibrate_magnetometer(Index n, const double* field, const double* force, const hnav_magnetometer_options& options,
                             MagnetometerCalibration* calibration, Refusal* refusal);
 
 } // namespace hnav

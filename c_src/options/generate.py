@@ -33,6 +33,7 @@ import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 HEADERS = HERE.parent / "include" / "hnav" / "options"
@@ -110,7 +111,7 @@ class OptionList:
         return f"hnav_{self.name}_options"
 
 
-def read_choices(tables: dict) -> dict[str, Choices]:
+def read_choices(tables: dict[str, Any]) -> dict[str, Choices]:
     return {
         name: Choices(name, table.get("enum", f"hnav_{name}"), table["prefix"], table["text"], table["items"])
         for name, table in tables.items()
@@ -120,17 +121,21 @@ def read_choices(tables: dict) -> dict[str, Choices]:
 class Written(float):
     """A number that remembers how the list writes it."""
 
-    def __new__(cls, text: str):
+    text: str
+
+    def __new__(cls, text: str) -> Written:
         self = super().__new__(cls, text)
         self.text = text
         return self
 
 
-def written(value) -> str:
-    return ", ".join(map(written, value)) if isinstance(value, list) else getattr(value, "text", str(value)).removesuffix(".0")
+def written(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(written, value))
+    return (value.text if isinstance(value, Written) else str(value)).removesuffix(".0")
 
 
-def read_toml(path: Path) -> dict:
+def read_toml(path: Path) -> dict[str, Any]:
     return tomllib.loads(path.read_text(), parse_float=Written)
 
 
@@ -153,16 +158,16 @@ def read_range(text: str) -> tuple[float, float, bool, bool]:
     return number(found[2]), number(found[3]), found[1] == "(", found[4] == ")"
 
 
-def values_of(value, choices: Choices | None) -> tuple[float, ...]:
+def values_of(value: Any, choices: Choices | None) -> tuple[float, ...]:
     if choices:
         return (float(list(choices.items).index(value)),)
     return tuple(number(v) for v in value) if isinstance(value, list) else (number(value),)
 
 
-def make_option(group: str, name: str, inside: bool, said: dict, choices: dict[str, Choices]) -> Option:
+def make_option(group: str, name: str, inside: bool, said: dict[str, Any], choices: dict[str, Choices]) -> Option:
     chosen = choices[said["choices"]] if "choices" in said else None
     default = values_of(said["default"], chosen)
-    span = said.get("range") or f"[0, {len(chosen.items) - 1}]"
+    span = f"[0, {len(chosen.items) - 1}]" if chosen else said["range"]
     low, high, low_open, high_open = read_range(span)
     for v in default:
         if not (low < v if low_open else low <= v) or not (v < high if high_open else v <= high):
@@ -173,7 +178,7 @@ def make_option(group: str, name: str, inside: bool, said: dict, choices: dict[s
     )  # fmt: skip
 
 
-def read_presets(table: dict, choices: dict[str, Choices], options: tuple[Option, ...]) -> tuple[Preset, ...]:
+def read_presets(table: dict[str, Any], choices: dict[str, Choices], options: tuple[Option, ...]) -> tuple[Preset, ...]:
     by_name = {option.path: option for option in options}
     presets = []
     for value, name in enumerate(choices[table["choices"]].items if table else ()):
