@@ -19,13 +19,15 @@ PARAMETER_SET = """<ssv:ParameterSet version="1.0" name="made" xmlns:ssv="http:/
 BINDING = "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{}</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"
 COMPONENT = """<ssd:Component name="{}" type="application/x-fmu-sharedlibrary" source="resources/{}.fmu">
 <ssd:Connectors>{}</ssd:Connectors></ssd:Component>"""
-NUMBERS = {bool: "Boolean", int: "Integer", float: "Real"}
+KINDS_OF_VALUES = {bool: "Boolean", int: "Integer", float: "Real", str: "Enumeration"}
 
 
 def parameter_set(values: Mapping[str, object]) -> str:
-    """The text of an SSV; True, 1 and 1.0 become a Boolean, an Integer and a Real."""
+    """The text of an SSV; True, 1, 1.0 and text become a Boolean, an Integer, a Real and an Enumeration."""
     entry = '<ssv:Parameter name="{}"><ssv:{} value="{}"/></ssv:Parameter>'
-    return PARAMETER_SET.format("".join(entry.format(name, NUMBERS[type(v)], str(v).lower()) for name, v in values.items()))
+    return PARAMETER_SET.format(
+        "".join(entry.format(name, KINDS_OF_VALUES[type(v)], str(v).lower()) for name, v in values.items())
+    )
 
 
 def make_system(
@@ -81,13 +83,19 @@ def _expanded(connection: tuple[str, str], variables: Mapping) -> list[tuple[str
 
 
 SENSORS = ("gyro.", "accel.", "mag.")
+# Settings of make_turntable: without noise of its own a run is hardly one.
+NOISE = {
+    "sensor.gyro.noise_deg_per_sqrt_h": 0.3,
+    "sensor.accel.noise_ug_per_sqrt_hz": 200.0,
+    "sensor.mag.noise_nt_per_sqrt_hz": 50.0,
+}
 
 
 def make_turntable(folder: Path) -> Path:
     """Turntable -> ImuMagSensor -> Hrekf twice and Ahrs; the scenario gamma_off turns gamma off in both Hrekf."""
     filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "ahrs": "Ahrs"}
     connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"{f}.{s}*") for f in filters for s in SENSORS)]
-    parameters = {f"{name}.sampling_mode": 1 for name in filters} | {"hekf.gamma_mode": 0, "hrekf.gamma_mode": 3}
+    parameters = {f"{name}.sampling_mode": "counter" for name in filters} | {"hekf.gamma_mode": "off", "hrekf.gamma_mode": "kl"}
     make_system(folder, {"turntable": "Turntable", "sensor": "ImuMagSensor", **filters}, connections, parameters)
-    (folder / "scenario_gamma_off.ssv").write_text(parameter_set({"hrekf.gamma_mode": 0}))
+    (folder / "scenario_gamma_off.ssv").write_text(parameter_set({"hrekf.gamma_mode": "off"}))
     return folder

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
 from hnav.io.recordings import read_recording
-from test_cli import hnav
 
 OFFSET_UT = np.array([12.0, -7.0, 20.0])
 SOFT_IRON = np.array([[1.1, 0.04, -0.03], [0.02, 0.95, 0.05], [-0.04, 0.01, 1.02]])

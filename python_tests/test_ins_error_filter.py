@@ -10,7 +10,8 @@ from hnav.errors import HnavError
 from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel
 from hnav.native.library import option_table
 from hnav.reference.ins_error import run_reference
-from hnav.systems.aircraft import models_folder, read_aircraft, simulate
+from hnav.systems.aircraft import simulate
+from hnav.systems.aircraft_file import models_folder, read_aircraft
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 SETTINGS = [

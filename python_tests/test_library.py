@@ -95,7 +95,7 @@ def test_the_same_samples_give_the_same_bits_for_every_advance_pattern(motion):
 _CONTINUE = """
 import sys
 sys.path.insert(0, {tests!r})
-from conftest import tilted_motion
+from motion import tilted_motion
 from hnav import Filter, Options
 from test_library import NOISE, push
 m = tilted_motion(1).recording
@@ -111,7 +111,7 @@ print(bytes(f.posterior()).hex())
 def test_a_saved_filter_goes_on_bit_for_bit_in_a_new_process(tmp_path):
     from pathlib import Path
 
-    from conftest import tilted_motion
+    from motion import tilted_motion
 
     m = tilted_motion(1).recording
     f = Filter(Options("hrekf", **NOISE))

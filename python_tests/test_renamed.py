@@ -8,10 +8,12 @@ import pytest
 from hnav import HnavError, Options
 from hnav.filters.calibration import calibrate_magnetometer
 from hnav.fmi.engines import run_recording
-from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
+from hnav.fmi.fmu_run import parameter_values
+from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.native.library import FILTERS, OTHERS, option_table
 from hnav.renamed import TABLE, new_name, now_called
-from hnav.systems.structure import Parameter, read_system, system_path
+from hnav.systems.ssp_reader import read_system, system_path
+from hnav.systems.structure import Parameter
 
 ROWS = [tuple(row.values()) for row in csv.DictReader(TABLE.open())]
 OPTIONS = [(old, new) for kind, old, new in ROWS if kind == "option"]

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-TOP = Path(__file__).resolve().parents[1]
+from checkout import TOP
+
 BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
 PRODUCTS = ("attitude", "ins_error", "calibration", "simulation")
 SHARED_BY_FMUS = ("attitude_filter", "aircraft")

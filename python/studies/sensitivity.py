@@ -1,6 +1,6 @@
 """How much a filter's score hangs on each of its parameters: every one times and divided by a factor, one at a time.
 
-    python -m studies.sensitivity DIR [--filter ahrs] [--factor 1.3]
+    ./run study sensitivity DIR [--filter ahrs] [--factor 1.3]
 
 DIR holds BROAD trials. Parameters are the real options that are not zero in the default preset; those that state a fact of
 the place or the mounting, or belong to the integrators, are left out. Prints the mean total error in deg (hnav.reports.scores) and
@@ -10,18 +10,18 @@ the worst case.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.table import Table
 
-from hnav.errors import HnavError
-from hnav.io.recordings import Recording, RecordingError, find_trials, read_recording
+from hnav.cli.console import say, show
+from hnav.cli.parameters import FilterName, Folder
+from hnav.io.recordings import Recording, find_trials, read_recording
 from hnav.native.library import Filter, Options, option_table
 from hnav.reports.scores import score
+from studies.command import study
 
 NO_TUNING = (
     "start_q_nb",
@@ -55,39 +55,26 @@ def mean_error_deg(recordings: Sequence[Recording], filter: str, **values: float
     return float(np.mean(totals))
 
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-
-@app.command()
-def sensitivity(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")],
-    filter: Annotated[str, typer.Option(help="ahrs or hrekf")] = "ahrs",
+def command(
+    folder: Folder,
+    filter: FilterName = "ahrs",
     factor: Annotated[float, typer.Option(min=1.0, help="Each parameter times and divided by this")] = 1.3,
 ) -> None:
     """Prints the mean total error with each parameter times and divided by a factor."""
-    try:
-        recordings = [read_recording(path) for path in find_trials(folder).values()]
-        parameters = tuned_options(filter)
-        table = Table(
-            "parameter",
-            "default",
-            f"x {factor:g}",
-            f"/ {factor:g}",
-            title=f"{filter}: mean total error in deg, {len(recordings)} trials",
-        )
-        table.add_row("", "", f"{mean_error_deg(recordings, filter):.3f}", "as it is")
-        worst = 0.0
-        for name, value in parameters.items():
-            up, down = (mean_error_deg(recordings, filter, **{name: v}) for v in (value * factor, value / factor))
-            worst = max(worst, up, down)
-            table.add_row(name, f"{value:g}", f"{up:.3f}", f"{down:.3f}")
-    except (HnavError, RecordingError) as error:
-        typer.echo(f"sensitivity: {error}", err=True)
-        raise typer.Exit(2) from None
-    console = Console()
-    (console if console.is_terminal else Console(width=110)).print(table)
-    typer.echo(f"worst: {worst:.3f} deg")
+    recordings = [read_recording(path) for path in find_trials(folder).values()]
+    title = f"{filter}: mean total error in deg, {len(recordings)} trials"
+    table = Table("parameter", "default", f"x {factor:g}", f"/ {factor:g}", title=title)
+    table.add_row("", "", f"{mean_error_deg(recordings, filter):.3f}", "as it is")
+    worst = 0.0
+    for name, value in tuned_options(filter).items():
+        up, down = (mean_error_deg(recordings, filter, **{name: v}) for v in (value * factor, value / factor))
+        worst = max(worst, up, down)
+        table.add_row(name, f"{value:g}", f"{up:.3f}", f"{down:.3f}")
+    show(table, width=110)
+    say(f"worst: {worst:.3f} deg")
 
+
+main = study("sensitivity", command)
 
 if __name__ == "__main__":
-    app()
+    main()

@@ -1,6 +1,6 @@
 """The paper's Table 1 beside ours: the turntable experiment by HEKF and HREKF, in closed co-simulation, many seeds.
 
-    python -m studies.table1 --runs 200
+    ./run study table1 --runs 200
 
 Two regimes of the system `turntable` (models/systems/turntable). `fitted`: the paper prints no start covariance and no
 rho; P0 = 1e-6 I and rho = 0.015 were searched for until its ratios came back. `fitted_honest`: the same sensors and the
@@ -14,15 +14,15 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
-from hnav.errors import HnavError, HnavRuntimeError
+from hnav.cli.console import bar, show
+from hnav.errors import HnavRuntimeError
 from hnav.filters.rotations import euler_rad
 from hnav.systems.montecarlo import mean_interval, ratio_interval
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import Run, simulate
+from studies.command import study
 
 SYSTEM = "turntable"
 FILTERS = {"HEKF": "hekf", "HREKF": "hrekf"}
@@ -87,28 +87,15 @@ def table(found: dict[str, dict[str, np.ndarray]]) -> Table:
     return out
 
 
-def run_table(runs: int, console: Console) -> None:
-    """Runs both regimes with a progress bar and prints the table. Raises HnavError."""
-    with Progress(
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=Console(stderr=True), transient=True
-    ) as bar:
-        task = bar.add_task("Table 1", total=runs * len(REGIMES))
-        found = experiment(runs, list(REGIMES), lambda: bar.advance(task))
-    (console if console.is_terminal else Console(width=150, highlight=False)).print(table(found))
-
-
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-
-@app.command()
-def main(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime")] = 200) -> None:
+def command(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime")] = 200) -> None:
     """Prints the paper's Table 1 beside ours."""
-    try:
-        run_table(runs, Console(highlight=False))
-    except HnavError as error:
-        typer.echo(f"table1: {error}", err=True)
-        raise typer.Exit(2) from None
+    with bar() as progress:
+        task = progress.add_task("Table 1", total=runs * len(REGIMES))
+        found = experiment(runs, list(REGIMES), lambda: progress.advance(task))
+    show(table(found), width=150)
 
+
+main = study("table1", command)
 
 if __name__ == "__main__":
-    app()
+    main()

@@ -7,27 +7,18 @@ tolerance.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
 from hnav.native.library import FILTERS, Filter, Options, Run, empty_run
 from hnav.renamed import now_called
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
-Progress = Callable[[int, int], None]  # rows done, rows in all
-
-
-@dataclass
-class Result(Run):
-    """What a filter made of a recording: the arrays of a Run, by which engine, and at what cost."""
-
-    engine: str = ""
-    us_per_sample: float = np.nan
-    counts: dict[str, int] = field(default_factory=dict)  # used, gated, late, ... by name
+CHUNK = 20000  # rows that the library runs between two reports of progress
 
 
 def run_recording(
@@ -45,21 +36,10 @@ def run_recording(
 
     Raises HnavError for impossible settings and engines.
     """
-    if filter not in FILTERS:
-        raise HnavValueError("option", f"--filter {filter}{now_called(filter, 'filter')}: choose one of {', '.join(FILTERS)}")
-    if engine not in ENGINES:
-        raise HnavValueError("option", f"engine {engine}: choose one of {', '.join(ENGINES)}")
-    if step_s is not None and not step_s > 0:
-        raise HnavValueError("option", f"step {step_s:g} must be above 0 seconds")
-    if len(recording.t_s) == 0:
-        raise HnavValueError("size", f"{recording.name}: no samples")
+    _check(recording, filter, engine, step_s, smooth)
     settings = dict(settings or {})
-    if smooth and engine != "c":
-        raise HnavRuntimeError("unsupported", f"smoothing needs engine c, not {engine}: an FMU sees no future")
-    if recording.field_t_s is not None and engine != "c":
-        raise HnavRuntimeError("unsupported", f"late samples need engine c, not {engine}")
     if engine != "c":
-        from hnav.fmi.fmus import run_fmu
+        from hnav.fmi.fmu_run import run_fmu  # fmpy takes a while to load
 
         return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
     options = Options(filter, preset, **settings)
@@ -71,10 +51,27 @@ def run_recording(
     return _run_by_arrival(recording, options, progress)
 
 
+def _check(recording: Recording, filter: str, engine: str, step_s: float | None, smooth: bool) -> None:
+    """Raises HnavError for what no engine does."""
+    for name, value, known in (("filter", filter, FILTERS), ("engine", engine, ENGINES)):
+        if value not in known:
+            raise HnavValueError(
+                "option", f"{name} = {value}{now_called(value, 'filter')}: choose one of {', '.join(known)}", name
+            )
+    if step_s is not None and not step_s > 0:
+        raise HnavValueError("option", f"step_s = {step_s:g}: must be above 0 seconds", "step_s")
+    if len(recording.t_s) == 0:
+        raise HnavValueError("size", f"{recording.name}: no samples")
+    if smooth and engine != "c":
+        raise HnavRuntimeError("unsupported", f"engine = {engine}: smoothing needs engine c, for an FMU sees no future", "engine")
+    if recording.field_t_s is not None and engine != "c":
+        raise HnavRuntimeError("unsupported", f"engine = {engine}: late samples need engine c", "engine")
+
+
 def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Result:
     attitude_filter = Filter(options)
     n = len(recording.t_s)
-    chunk = n if smooth or progress is None else 20000
+    chunk = n if smooth or progress is None else CHUNK
     batch = attitude_filter.smooth if smooth else attitude_filter.run
     parts: list[Run] = []
     begin = time.perf_counter()

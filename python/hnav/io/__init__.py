@@ -1,0 +1,1 @@
+"""Files in: recordings of sensors, and model files."""

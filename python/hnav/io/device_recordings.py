@@ -22,6 +22,7 @@ import numpy as np
 from scipy.constants import g as GRAVITY_M_S2
 from scipy.spatial.transform import Rotation
 
+from hnav.errors import HnavRuntimeError
 from hnav.io.recordings import Recording
 from hnav.places import CHECKOUT
 
@@ -39,8 +40,14 @@ TESLA_PER_ARBITRARY_UNIT = 50e-6
 ENU_FROM_NWU = Rotation.from_euler("z", 90, degrees=True)
 
 
-class WheelUnavailable(Exception):
-    """The wheel with the recordings cannot be had; the message says how to provide it."""
+class WheelUnavailable(HnavRuntimeError):
+    """The wheel with the recordings cannot be had; the text says how to provide it."""
+
+    def __init__(self, text: str):
+        super().__init__("no data", text)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self),)
 
 
 @dataclass(frozen=True)

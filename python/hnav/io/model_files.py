@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any, NoReturn
 
 from hnav.errors import HnavValueError
 from hnav.places import CHECKOUT, PACKAGE
@@ -15,11 +16,23 @@ def model_files(kind: str) -> Path:
     return packaged if packaged.is_dir() else CHECKOUT / "models" / kind
 
 
-def read_json(path: Path):
-    """What a JSON file holds. Raises HnavError, with the file's name and the reason, when that cannot be told."""
-    try:
-        return json.loads(path.read_text())
-    except OSError as error:
-        raise HnavValueError("option", f"{path}: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
-        raise HnavValueError("option", f"{path.name}: no JSON: {str(error).splitlines()[0]}") from None
+class ModelFile:
+    """The object that a JSON file holds. Every refusal is an HnavError with the file's name and the reason."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        try:
+            self.data: Any = json.loads(path.read_text())
+        except OSError as error:
+            raise HnavValueError("option", f"{path}: {error.strerror}") from None
+        except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
+            self.refuse(f"no JSON: {str(error).splitlines()[0]}")
+
+    def refuse(self, reason: str) -> NoReturn:
+        raise HnavValueError("option", f"{self.path.name}: {reason}") from None
+
+    def entry(self, name: str) -> Any:
+        value = self.data.get(name) if isinstance(self.data, dict) else None
+        if value is None:
+            self.refuse(f"{name} is missing")
+        return value

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hnav.errors import HnavValueError
 from hnav.io.mat_file import read_mat
 
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
@@ -20,8 +21,14 @@ TESLA_PER = {"T": 1.0, "uT": 1e-6, "G": 1e-4, "au": 5e-5}  # au: arbitrary; the 
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 
 
-class RecordingError(Exception):
+class RecordingError(HnavValueError):
     """A file cannot be read; the text names file, line and column as far as they are known."""
+
+    def __init__(self, text: str, argument: str | None = None):
+        super().__init__("no data", text, argument)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), self.argument)
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,12 @@ def find_trials(folder: str | Path) -> dict[int, Path]:
     if not found:
         raise RecordingError(f"{folder}: no BROAD trials (NN_undisturbed_*.hdf5, NN_disturbed_*.mat)")
     return dict(sorted(found.items()))
+
+
+def is_disturbed(name: str) -> bool:
+    """Whether a BROAD trial of this name was recorded in a disturbed field."""
+    match = TRIAL_NAME.match(name)
+    return match is not None and match.group(2) is None
 
 
 def find_trial(folder: str | Path, number: int) -> Path:
@@ -151,7 +164,7 @@ def read_csv(path: Path, mag_unit: str = "T") -> Recording:
     Rates in rad/s, force in m/s2, field in mag_unit. Empty cells and nan are missing samples; time must increase.
     """
     if mag_unit not in TESLA_PER:
-        raise RecordingError(f"--mag-unit {mag_unit}: choose one of {', '.join(TESLA_PER)}")
+        raise RecordingError(f"mag_unit = {mag_unit}: choose one of {', '.join(TESLA_PER)}", "mag_unit")
     columns = _header(path)
     import pandas
 

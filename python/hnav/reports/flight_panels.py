@@ -80,7 +80,7 @@ def draw_faults(run: Run) -> go.Figure:
 
 
 @panel("flight-table", "Root mean square errors", "Of this one flight, where the channel has no more noise than usual and where it has. One flight says "
-       "little about coloured errors, which hardly change in it: python -m studies.ins_error_table flies a thousand.", is_flight)  # fmt: skip
+       "little about coloured errors, which hardly change in it: ./run study ins_error_table flies a thousand.", is_flight)  # fmt: skip
 def draw_table(run: Run) -> go.Figure:
     flight = channels(run)
     labels = [track.filter for track in flight[0].tracks]

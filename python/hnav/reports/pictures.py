@@ -25,9 +25,9 @@ def write_pictures(run: Run, folder: Path) -> list[Path]:
     be written."""
     pictures = {}
     if estimates(run):
-        pictures |= {"attitude": _figure(run, draw_attitude), "bias": _figure(run, draw_bias)}
+        pictures |= {"attitude": figure_of(run, draw_attitude), "bias": figure_of(run, draw_bias)}
         if truth_q_nb(run) is not None:
-            pictures["error"] = _figure(run, draw_error)
+            pictures["error"] = figure_of(run, draw_error)
     flights = channels(run)
     for aircraft in dict.fromkeys(channel.aircraft for channel in flights):
         pictures[aircraft] = draw_flight([channel for channel in flights if channel.aircraft == aircraft])
@@ -41,7 +41,8 @@ def write_pictures(run: Run, folder: Path) -> list[Path]:
     return files
 
 
-def _figure(run: Run, draw: Callable) -> plots.Figure:
+def figure_of(run: Run, draw: Callable[[plots.Figure, Run], None]) -> plots.Figure:
+    """A figure that draw fills."""
     with plots.styled():
         figure = plots.figure(WIDTH_PX, 3 * ROW_PX, DPI)
         draw(figure, run)

@@ -4,27 +4,21 @@ Every function draws into axes that it is given and touches nothing else; figure
 state is shared and no display is needed. Angles are drawn in degrees, times in seconds. Colours are those of Okabe
 and Ito (Color Universal Design, 2008), which people with any kind of colour vision can tell apart; what a colour
 says is said by label or line style as well.
-
-    python -m hnav.reports.plots overview --broad FOLDER --out FILE.png      the picture of the README
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
-from hnav.errors import HnavError
 from hnav.filters.rotations import euler_rad
-from hnav.io.recordings import RecordingError
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
@@ -245,35 +239,3 @@ def save(picture: Figure, path: Path) -> None:
     """Writes the figure as PNG (or what the ending says), making the folder when it is missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture.savefig(path)
-
-
-# --------------------------------------------------------------------------------------------- the command
-
-app = typer.Typer(
-    add_completion=False, pretty_exceptions_enable=False, help="Pictures of hnav's documentation, made anew from data."
-)
-
-
-@app.callback()
-def commands() -> None:
-    """Keeps `overview` a subcommand although it is the only one."""
-
-
-@app.command()
-def overview(
-    broad: Annotated[Path, typer.Option(help="folder with the trials of the BROAD data set", exists=True, file_okay=False)],
-    out: Annotated[Path, typer.Option(help="PNG file to write")],
-) -> None:
-    """The picture of the README: one BROAD trial against optical truth, and a few samples seen from near."""
-    from studies.overview import draw_overview, save_small  # it draws with this module
-
-    try:
-        save_small(draw_overview(broad), out)
-    except (HnavError, RecordingError, OSError) as error:
-        typer.echo(f"overview: {error}", err=True)
-        raise typer.Exit(2) from None
-    typer.echo(f"{out} ({out.stat().st_size / 1000:.0f} kB)")
-
-
-if __name__ == "__main__":
-    app()

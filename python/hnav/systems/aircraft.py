@@ -1,28 +1,22 @@
-"""Linear aircraft from a model file (models/aircraft), as seen by an INS with time-correlated errors.
+"""Linear aircraft as seen by an INS with time-correlated errors; hnav.systems.aircraft_file reads them.
 
     aircraft = read_aircraft("models/aircraft/f4c_lateral.json")
     flight = simulate(aircraft, runs=100, steps=200, seed=1)
     InsErrorFilter(aircraft.model()).run(flight.u, flight.z[0])
 
-The file holds the continuous model dx/dt = A x + B u + w in SI units; every channel of the INS measures one state, with
-white noise and a first-order Gauss-Markov error. Faults multiply the standard deviation of the white noise for a while.
+The continuous model is dx/dt = A x + B u + w in SI units; every channel of the INS measures one state, with white noise
+and a first-order Gauss-Markov error. Faults multiply the standard deviation of the white noise for a while.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.linalg import expm
 
-from hnav.errors import HnavValueError
 from hnav.filters.ins_error import LinearModel
-from hnav.io.model_files import model_files, read_json
-
-LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
-DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
 
 
 @dataclass(frozen=True)
@@ -139,111 +133,3 @@ def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], 
         x.append(state)
         z.append(state @ m.H.T + error + draw("measurement", k) * v_sigma * factor[k])
     return Flight(u, np.stack(x, axis=1), np.stack(z, axis=1), factor)
-
-
-# --------------------------------------------------------------------------------------------- model files
-
-
-def models_folder() -> Path:
-    return model_files("aircraft")
-
-
-def read_aircraft(path: str | Path) -> Aircraft:
-    """Raises HnavError, with the file's name and the reason, for data that no filter could use."""
-    path = Path(path)
-
-    def refuse(reason: str):
-        raise HnavValueError("option", f"{path.name}: {reason}")
-
-    data = read_json(path)
-
-    def entry(name: str):
-        value = data.get(name) if isinstance(data, dict) else None
-        if value is None:
-            refuse(f"{name} is missing")
-        return value
-
-    def array(name: str, shape: tuple[int, ...]) -> np.ndarray:
-        given = entry(name)
-        try:
-            value = np.array(given, float)
-        except (TypeError, ValueError, OverflowError):
-            refuse(f"{name} is no array of numbers")
-        if value.shape != shape:
-            refuse(f"{name} has the shape {value.shape}, expected {shape}")
-        if not np.isfinite(value).all():
-            refuse(f"{name} is not finite")
-        if (np.abs(value) > LARGEST).any():
-            refuse(f"{name} holds a number beyond {LARGEST:g}")
-        return value
-
-    def sigma(name: str, above: bool = False) -> np.ndarray:
-        value = array(name, (n,))
-        if (value < 0).any() or (above and (value <= 0).any()):
-            refuse(f"{name} must be {'above' if above else 'at least'} 0 in every channel")
-        return value
-
-    def objects(name: str, value) -> list[dict]:
-        if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
-            refuse(f"{name} is no list of objects")
-        return value
-
-    def number(holder: dict, name: str) -> float:
-        value = holder[name]
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
-            refuse(f"{name} = {str(value)[:40]!r} is no finite number")
-        return float(value)
-
-    def text(holder: dict, name: str) -> str:
-        if not isinstance(holder[name], str):
-            refuse(f"{name} = {str(holder[name])[:40]!r} is no text")
-        return holder[name]
-
-    def fault(f: dict) -> Fault:
-        if f["channel"] not in names:
-            refuse(f"faults: there is no channel {str(f['channel'])[:40]}")
-        found = Fault(
-            names.index(f["channel"]), number(f, "noise_factor"), int(number(f, "first_step")), int(number(f, "last_step"))
-        )
-        if found.noise_factor <= 0 or not 0 <= found.first_step <= found.last_step:
-            refuse("faults: noise_factor must be above 0, and 0 <= first_step <= last_step")
-        return found
-
-    entry("source")
-    states, controls = objects("states", entry("states")), objects("inputs", entry("inputs"))
-    n, m = len(states), len(controls)
-    if not 1 <= n <= 32:
-        refuse(f"states: {n} given, 1 to 32 can be used")
-    if not 1 <= m <= 32:
-        refuse(f"inputs: {m} given, 1 to 32 can be used")
-    try:
-        channels = tuple(
-            Channel(text(s, "name"), text(s, "unit"), text(s, "display_unit"), DISPLAY.get((s["unit"], s["display_unit"]), 1.0))
-            for s in states
-        )
-        inputs = tuple(
-            Control(text(c, "name"), *(number(c, k) for k in ("amplitude", "period_s", "phase_rad"))) for c in controls
-        )
-        names = [c.name for c in channels]
-        faults = tuple(fault(f) for f in objects("faults", data.get("faults", [])))
-    except KeyError as error:
-        refuse(f"{error.args[0]} is missing in states, inputs or faults")
-    if any(c.period_s <= 0 for c in inputs):
-        refuse("inputs: period_s must be above 0")
-    entry("interval_s")
-    interval = number(data, "interval_s")
-    if interval <= 0:
-        refuse("interval_s must be above 0")
-
-    entry("name")
-    A = array("A_1_s", (n, n))
-    values = np.linalg.eigvals(A)
-    unstable = values[values.real > 1e-9]
-    if len(unstable):
-        refuse(f"A_1_s is unstable: eigenvalue {unstable[0]:.4g} 1/s")
-    return Aircraft(
-        name=text(data, "name"), channels=channels, controls=inputs, A_1_s=A, B_1_s=array("B_1_s", (n, m)),
-        process_noise=sigma("process_noise_per_sqrt_s"), measurement_sigma=sigma("measurement_sigma"),
-        ins_error_sigma=sigma("ins_error_sigma"), ins_error_time_constant_s=sigma("ins_error_time_constant_s", above=True),
-        start_sigma=sigma("start_sigma"), interval_s=interval, faults=faults,
-    )  # fmt: skip

@@ -15,21 +15,23 @@ from __future__ import annotations
 import ctypes as C
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from hnav.errors import HnavError, HnavValueError
-from hnav.fmi.engines import Progress
+from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu
-from hnav.systems.structure import Component, System
+from hnav.fmi.results import Progress
+from hnav.systems.structure import Component, Connection, System, refuse
 
 # Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.
 RECORDED, UNRECORDED = ("*",), re.compile(r".*\.cov\.P\[\d,[456]\]")
 LOST = re.compile(r"(.+\.)?missed")  # counters of samples that fell between two communication points
 STEP_SLACK = 1e-9  # of a step: a stop time that is a whole number of steps but for rounding
 PROGRESS_PARTS = 200
+CROSSING = ("reals", "integers", "booleans")  # the types whose variables cross together
 
 
 @dataclass
@@ -50,9 +52,9 @@ class Record:
 def communication_points(start_s: float, stop_s: float, step_s: float) -> np.ndarray:
     """start + k step up to the last that does not pass stop. Raises HnavError for steps and times that make none."""
     if not (np.isfinite(step_s) and step_s > 0):
-        raise HnavValueError("option", f"step {step_s:g} must be above 0 seconds")
+        refuse(f"step_s = {step_s:g}: must be above 0 seconds", "step_s")
     if not (np.isfinite(start_s) and np.isfinite(stop_s) and stop_s - start_s >= step_s * (1 - STEP_SLACK)):
-        raise HnavValueError("option", f"stop {stop_s:g} s must be at least a step of {step_s:g} s after start {start_s:g} s")
+        refuse(f"stop_s = {stop_s:g}: must be at least a step of {step_s:g} s after the start at {start_s:g} s", "stop_s")
     return start_s + step_s * np.arange(int(np.floor((stop_s - start_s) / step_s + STEP_SLACK)) + 1)
 
 
@@ -70,42 +72,55 @@ def run_system(
     connectors of the system one value for each step, held over it; others keep the FMUs' start values. Raises
     HnavError for what cannot begin; a component that fails a step ends the run, see Record.failure.
     """
-    points = communication_points(system.start_s, stop_s, step_s)
+    points, inputs = communication_points(system.start_s, stop_s, step_s), inputs or {}
     parts = [_Part(component, system, record) for component in system.components.values()]
-    place = {("", name): i for i, name in enumerate(n for n, c in system.connectors.items() if c.kind == "input")}
-    outside = len(place)
-    for part in parts:
-        place |= {(part.name, name): len(place) + i for i, name in enumerate(part.read)}
-    driven = _input_table(system, inputs or {}, list(place)[:outside], len(points) - 1)
+    place = _places(system, parts)
+    driven = _input_table(system, inputs, len(points) - 1)
     table = np.full((len(points), len(place)), np.nan)
     try:
         for part in parts:
-            part.open(place, system.connections, float(points[0]), float(points[-1]), set(inputs or {}))
+            part.open(place, system.connections, float(points[0]), float(points[-1]), set(inputs))
         failure, done = _steps(parts, points, driven, table, progress)
     finally:
         for part in parts:
             part.close()
-    names = {(part.name, name): part.component.variables[name] for part in parts for name in part.recorded}
+    return _record(parts, place, points, table, done, failure)
+
+
+def _places(system: System, parts: Sequence[_Part]) -> dict[tuple[str, str], int]:
+    """Where a value stands in the vector of all: the inputs of the system, then what the components put out."""
+    values = [("", name) for name in _input_names(system)] + [(part.name, name) for part in parts for name in part.read]
+    return {value: i for i, value in enumerate(values)}
+
+
+def _record(
+    parts: Sequence[_Part], place: Mapping[tuple[str, str], int], points: np.ndarray, table: np.ndarray, done: int, failure: str
+) -> Record:
+    """What is to be kept of the first `done` rows."""
+    recorded = [(part, name) for part in parts for name in part.recorded]
     return Record(
         t_s=points[:done],
-        columns={".".join(key): np.ascontiguousarray(table[:done, place[key]]) for key in names},
-        units={".".join(key): variable.unit for key, variable in names.items()},
-        wall_s={part.name: part.wall_s for part in parts},
+        columns={f"{p.name}.{name}": np.ascontiguousarray(table[:done, place[p.name, name]]) for p, name in recorded},
+        units={f"{p.name}.{name}": p.component.variables[name].unit for p, name in recorded},
+        wall_s={p.name: p.wall_s for p in parts},
         lost={p.name: int(sum(table[done - 1, place[p.name, n]] for n in p.counters)) for p in parts if p.counters},
         failure=failure,
     )
 
 
-def _input_table(system: System, inputs: Mapping[str, np.ndarray], connectors: list[tuple[str, str]], steps: int) -> np.ndarray:
-    table = np.zeros((steps, len(connectors)))
-    names = [name for _, name in connectors]
+def _input_names(system: System) -> list[str]:
+    return [name for name, connector in system.connectors.items() if connector.kind == "input"]
+
+
+def _input_table(system: System, inputs: Mapping[str, np.ndarray], steps: int) -> np.ndarray:
+    """steps x inputs of the system: the value held over each step."""
+    names = _input_names(system)
+    table = np.zeros((steps, len(names)))
     for name, values in inputs.items():
         if name not in names:
-            raise HnavValueError("option", f"system {system.name} has no input {name}")
+            refuse(f"system {system.name} has no input {name}")
         if np.shape(values) != (steps,):
-            raise HnavValueError(
-                "option", f"input {name} has shape {np.shape(values)}; ({steps},) is wanted, a value for each step"
-            )
+            refuse(f"input {name} has shape {np.shape(values)}; ({steps},) is wanted, a value for each step")
         table[:, names.index(name)] = values
     return table
 
@@ -131,6 +146,17 @@ def _steps(
     return "", len(points)
 
 
+class _Block(NamedTuple):
+    """Variables of one type that cross by one call: the call, references and values as the FMU takes them, NumPy's view of
+    the same memory, and where the values stand in the vector of all."""
+
+    cross: Callable[[C.Array[C.c_uint32], C.Array[Any]], None]
+    references: C.Array[C.c_uint32]
+    values: C.Array[Any]
+    view: np.ndarray
+    place: slice | np.ndarray
+
+
 class _Part:
     """A component at work: its FMU and buffers through which its variables cross in blocks of one type."""
 
@@ -141,66 +167,62 @@ class _Part:
         self.counters = [v.name for v in outputs if LOST.fullmatch(v.name)]
         wanted = {*self.recorded, *self.counters, *(c.start[1] for c in system.connections if c.start[0] == self.name)}
         # By type, so that each type is one block of the vector of all values.
-        blocks = [[v.name for v in outputs if v.name in wanted and _block(v.kind) == block] for block in range(3)]
-        self.read = [name for block in blocks for name in block]
-        self._read_blocks = blocks
-        self.fmu: Fmu | None = None
+        self._read = {kind: [v.name for v in outputs if v.name in wanted and _crosses_as(v.kind) == kind] for kind in CROSSING}
+        self.read = [name for names in self._read.values() for name in names]
+        self._fmu: Fmu | None = None
+        self._sets: list[_Block] = []
+        self._gets: list[_Block] = []
 
-    def open(self, place: Mapping, connections: list, start_s: float, stop_s: float, inputs: set[str]) -> None:
+    def open(
+        self, place: Mapping[tuple[str, str], int], connections: list[Connection], start_s: float, stop_s: float, inputs: set[str]
+    ) -> None:
         """Instantiates, sets parameters, initialises, makes the buffers. Raises HnavError that names the component."""
         try:
-            self.fmu = Fmu(self.component.fmu, name=self.name)
+            self._fmu = fmu = Fmu(self.component.fmu, name=self.name)
             for name, value in self.component.parameters.items():
-                self.fmu.set(name, value)
-            self.fmu.initialise(start_s, stop_s)
+                fmu.set(name, value)
+            fmu.initialise(start_s, stop_s)
         except HnavError as error:
-            raise HnavValueError("option", f"component {self.name}: {error}") from None
+            refuse(f"component {self.name}: {error}")
         # An input of the system that nobody drives must not overwrite the FMU's start value.
         fed = {c.end[1]: place[c.start] for c in connections if c.end[0] == self.name and (c.start[0] or c.start[1] in inputs)}
-        fmu, variables = self.fmu, self.component.variables
-        setters, getters = (
-            (fmu.set_reals, fmu.set_integers, fmu.set_booleans),
-            (fmu.get_reals, fmu.get_integers, fmu.get_booleans),
-        )
-        first = place[self.name, self.read[0]] if self.read else 0
-        self._sets, self._gets = [], []
-        for block, names in enumerate(self._read_blocks):
-            fed_here = [name for name in fed if _block(variables[name].kind) == block]
-            if fed_here:
-                index = np.array([fed[name] for name in fed_here])
-                self._sets.append((setters[block], *self._buffer(block, fed_here), index))
+        for kind, names in self._read.items():
+            to = [name for name in fed if _crosses_as(self.component.variables[name].kind) == kind]
+            if to:
+                self._sets.append(_block(fmu, "set", kind, to, np.array([fed[name] for name in to])))
             if names:
-                self._gets.append((getters[block], *self._buffer(block, names), slice(first, first + len(names))))
-                first += len(names)
-
-    def _buffer(self, block: int, names: list[str]) -> tuple[C.Array, C.Array, np.ndarray]:
-        """References, the ctypes array that the FMU sees, and NumPy's view of the same memory."""
-        kind = (C.c_double, C.c_int32, C.c_bool if self.fmu.fmi3 else C.c_int32)[block]
-        values = (kind * len(names))()
-        return self.fmu.references(names), values, np.ctypeslib.as_array(values)
+                first = place[self.name, names[0]]
+                self._gets.append(_block(fmu, "get", kind, names, slice(first, first + len(names))))
 
     def step(self, now: np.ndarray, then: np.ndarray, t_s: float, step_s: float) -> None:
         begin = time.perf_counter()
-        for set_values, references, values, view, index in self._sets:
-            view[:] = now[index]
-            set_values(references, values)
-        self.fmu.do_step(t_s, step_s)
+        for cross, references, values, view, place in self._sets:
+            view[:] = now[place]
+            cross(references, values)
+        assert self._fmu is not None
+        self._fmu.do_step(t_s, step_s)
         self.fetch(then)
         self.wall_s += time.perf_counter() - begin
 
     def fetch(self, row: np.ndarray) -> None:
         """The outputs into their places of the row."""
-        for get_values, references, values, view, rows in self._gets:
-            get_values(references, values)
-            row[rows] = view
+        for cross, references, values, view, place in self._gets:
+            cross(references, values)
+            row[place] = view
 
     def close(self) -> None:
-        if self.fmu is not None:
-            self.fmu.__exit__()
+        if self._fmu is not None:
+            self._fmu.__exit__()
 
 
-def _block(kind: str) -> int:
-    return {"Real": 0, "Boolean": 2}.get(kind, 1)
+def _crosses_as(kind: str) -> str:
+    return {"Real": "reals", "Boolean": "booleans"}.get(kind, "integers")
+
+
+def _block(fmu: Fmu, verb: str, kind: str, names: list[str], place: slice | np.ndarray) -> _Block:
+    element = {"reals": C.c_double, "integers": C.c_int32, "booleans": fmu.boolean_type}[kind]
+    values = (element * len(names))()
+    return _Block(getattr(fmu, f"{verb}_{kind}"), fmu.references(names), values, np.ctypeslib.as_array(values), place)
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:

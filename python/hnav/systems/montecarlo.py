@@ -8,17 +8,23 @@ independent; the ratio of two filters over the same runs is bootstrapped over th
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
-from hnav.errors import HnavError, HnavValueError
-from hnav.systems.run_views import Estimate, estimates
+from hnav.errors import HnavError
+from hnav.systems.run_views import Estimate, estimates, finite_mean
 from hnav.systems.simulation import Run, simulate
+from hnav.systems.structure import refuse
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 CONFIDENCE = 0.95
 # What the figures need of a run, and no more: the files of 200 runs stay in memory.
@@ -37,59 +43,63 @@ class Job:
     scenario: str | None
     seed: int
     grade: str | None = None
-    settings: tuple[str, ...] = ()
+    settings: Mapping[str, str] = field(default_factory=dict)
     step_s: float | None = None
     stop_s: float | None = None
 
 
-def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: int = 1, **options) -> list[Job]:
+def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: int = 1, **options: Any) -> list[Job]:
     """Scenario by scenario, seed by seed. Raises HnavError for fewer than two runs, which have no spread."""
     if runs < 2:
-        raise HnavValueError("option", f"runs = {runs}: at least 2 are needed for an interval")
+        refuse(f"runs = {runs}: at least 2 are needed for an interval", "runs")
     return [Job(system, scenario, first_seed + i, **options) for scenario in scenarios for i in range(runs)]
 
 
-def rows_of(job: Job) -> list[dict]:
+Row = dict[str, Any]
+
+
+def rows_of(job: Job) -> list[Row]:
     """One row for each filter of one run; a run that fails gives one row with `failure` and no figures."""
-    key = {"scenario": job.scenario or "as bound", "seed": job.seed}
+    key = _key(job)
     try:
         run = simulate(job.system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s, RECORDED)
         if run.about["failure"]:
-            return [key | {"filter": "", "failure": run.about["failure"]}]
+            return [_failed(job, run.about["failure"])]
         filters = estimates(run)
         if not filters:
-            raise HnavValueError(
-                "option", f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare"
-            )
+            refuse(f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare")
         return [key | {"filter": e.name, "failure": ""} | _figures(e, run) for e in filters]
     except HnavError as error:
-        return [key | {"filter": "", "failure": str(error)}]
+        return [_failed(job, str(error))]
+
+
+def _key(job: Job) -> Row:
+    return {"scenario": job.scenario or "as bound", "seed": job.seed}
+
+
+def _failed(job: Job, reason: str) -> Row:
+    return _key(job) | {"filter": "", "failure": reason}
 
 
 def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
     """Mean squared errors rather than their roots: means over runs of squares are what the paper's Table 1 compares."""
     error, nees = estimate.error_rad, estimate.nees
     if error is None:
-        raise HnavValueError("option", "the system puts out no truth (truth.q): there is nothing to compare with")
+        refuse("the system puts out no truth (truth.q): there is nothing to compare with")
     degrees = np.degrees(error)
-    found = {f"mse_{axis}_deg2": _mean(degrees[:, i] ** 2) for i, axis in enumerate(("north", "east", "down"))}
-    found |= {"mse_deg2": _mean(np.sum(degrees**2, axis=1)), "final_deg": float(np.linalg.norm(degrees[-1]))}
-    found["nees"] = np.nan if nees is None else _mean(nees)
+    found = {f"mse_{axis}_deg2": finite_mean(degrees[:, i] ** 2) for i, axis in enumerate(("north", "east", "down"))}
+    found |= {"mse_deg2": finite_mean(np.sum(degrees**2, axis=1)), "final_deg": float(np.linalg.norm(degrees[-1]))}
+    found["nees"] = np.nan if nees is None else finite_mean(nees)
     for t_s in NEES_AT_S:
         # The last row not after the time: a shorter run has none.
         row = np.searchsorted(run.t_s, t_s * (1 + 1e-12), side="right") - 1
         found[f"nees_{t_s:g}s"] = np.nan if nees is None or run.t_s[-1] < t_s * (1 - 1e-12) else float(nees[row])
     for sensor, name in (("accel", "force"), ("mag", "field")):
-        found[f"nis_{name}"] = _mean(run[f"{estimate.name}.nis.{sensor}"][estimate.sampled(sensor)])
+        found[f"nis_{name}"] = finite_mean(run[f"{estimate.name}.nis.{sensor}"][estimate.sampled(sensor)])
     return found | {
         "tilt_ready_s": estimate.ready_s("align.tilt_ready"),
         "heading_ready_s": estimate.ready_s("align.heading_ready"),
     }
-
-
-def _mean(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
 
 
 def run_jobs(
@@ -100,7 +110,7 @@ def run_jobs(
     workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. Raises HnavError
     if Dask is missing or the scheduler does not answer.
     """
-    found: dict[int, list[dict]] = {}
+    found: dict[int, list[Row]] = {}
     for i, rows in _results(work, workers, scheduler):
         found[i] = rows
         if progress:
@@ -108,30 +118,16 @@ def run_jobs(
     return pd.DataFrame([row for i in sorted(found) for row in found[i]])
 
 
-def _results(work: Sequence[Job], workers: int, scheduler: str | None):
+def _results(work: Sequence[Job], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row]]]:
+    """Number of the job and its rows, as they get finished."""
     if workers < 1:
-        raise HnavValueError("option", f"workers = {workers}: at least 1 is needed")
+        refuse(f"workers = {workers}: at least 1 is needed", "workers")
     if workers == 1 and scheduler is None:
         yield from ((i, rows_of(job)) for i, job in enumerate(work))
         return
-    try:
-        from distributed import Client, LocalCluster, as_completed
-    except ImportError:
-        raise HnavValueError("option", "many workers need Dask: pip install 'hnav[montecarlo]'") from None
-    cluster = None
-    try:
-        if scheduler is None:
-            # The status page: for this machine only, at a port that is free.
-            # What fails in a run is a row; what the workers say when they are sent home concerns nobody.
-            cluster = LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
-            )
-        client = Client(cluster if cluster is not None else scheduler, timeout="10s")
-    except (OSError, TimeoutError, ValueError) as error:
-        if cluster is not None:
-            cluster.close()
-        raise HnavValueError("option", f"scheduler {scheduler or 'of this machine'}: {error}") from None
-    try:
+    with _client(workers, scheduler) as client:
+        from distributed import as_completed
+
         # Keys by number: equal jobs are runs of their own.
         futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): i for i, job in enumerate(work)}
         for future in as_completed(futures):
@@ -139,21 +135,29 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None):
             try:
                 yield i, future.result()
             except Exception as error:  # a worker that died takes its run along, not the others
-                yield (
-                    i,
-                    [
-                        {
-                            "scenario": job.scenario or "as bound",
-                            "seed": job.seed,
-                            "filter": "",
-                            "failure": f"{type(error).__name__}: {error}",
-                        }
-                    ],
+                yield i, [_failed(job, f"{type(error).__name__}: {error}")]
+
+
+@contextmanager
+def _client(workers: int, scheduler: str | None) -> Iterator[Client]:
+    """Dask's client of a cluster of this machine or of the one at the address. Raises HnavError."""
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        refuse("many workers need Dask: pip install 'hnav[montecarlo]'")
+    with ExitStack() as closed:
+        try:
+            # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
+            # workers say when they are sent home concerns nobody.
+            where = scheduler or closed.enter_context(
+                LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
                 )
-    finally:
-        client.close()
-        if cluster is not None:
-            cluster.close()
+            )
+            client = closed.enter_context(Client(where, timeout="10s"))
+        except (OSError, TimeoutError, ValueError) as error:
+            refuse(f"scheduler {scheduler or 'of this machine'}: {error}")
+        yield client
 
 
 # --------------------------------------------------------------------------------------------- what the runs tell
@@ -198,6 +202,6 @@ def write_table(table: pd.DataFrame, file: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         table.to_parquet(file, index=False)
     except ImportError:
-        raise HnavValueError("option", "Parquet needs pyarrow: pip install 'hnav[montecarlo]'") from None
+        refuse("Parquet needs pyarrow: pip install 'hnav[montecarlo]'")
     except OSError as error:
-        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror or error}") from None
+        refuse(f"{file}: cannot be written: {error.strerror or error}")

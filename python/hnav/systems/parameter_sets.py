@@ -1,6 +1,6 @@
 """Parameter sets of SSP 1.0 (SSV files) from plain values.
 
-    write_parameter_set(path, "nominal", {"sensor.seed": 3, "turntable.yaw.unknown_rad": 0.7}, units)
+    text = parameter_set("nominal", {"sensor.seed": 3, "hekf.gamma_mode": "off"}, variables)
 
 Names are component.parameter, as a set that is bound at the system has them. Numbers are written so that
 reading gives the same bits.
@@ -9,8 +9,12 @@ reading gives the same bits.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from xml.sax.saxutils import quoteattr
+
+from fmpy.model_description import ScalarVariable
+
+from hnav.fmi.fmus import item_value
+from hnav.systems.structure import Value
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -31,35 +35,30 @@ def unit_elements(units: set[str], indent: str) -> str:
     return "".join(lines)
 
 
-def value_element(value: bool | int | float, unit: str = "") -> str:
+def parameter_element(name: str, value: Value, variable: ScalarVariable) -> str:
+    """ssv:Parameter. An enumeration goes by number, because fmpy and Ecos read it so; its name stands beside for people."""
     if isinstance(value, bool):
-        return f'<ssv:Boolean value="{str(value).lower()}"/>'
-    if isinstance(value, int):
-        return f'<ssv:Integer value="{value}"/>'
-    declared = f" unit={quoteattr(unit)}" if unit in BASE_UNITS else ""
-    return f'<ssv:Real value="{value!r}"{declared}/>'
+        described, element = "", f'<ssv:Boolean value="{str(value).lower()}"/>'
+    elif isinstance(value, str):
+        described, element = f" description={quoteattr(value)}", f'<ssv:Integer value="{item_value(variable, value)}"/>'
+    elif isinstance(value, int):
+        described, element = "", f'<ssv:Integer value="{value}"/>'
+    else:
+        declared = f" unit={quoteattr(variable.unit)}" if variable.unit in BASE_UNITS else ""
+        described, element = "", f'<ssv:Real value="{value!r}"{declared}/>'
+    return f"<ssv:Parameter name={quoteattr(name)}{described}>{element}</ssv:Parameter>\n"
 
 
-def parameter_set(name: str, values: Mapping[str, bool | int | float], units: Mapping[str, str], description: str = "") -> str:
-    """The SSV text. units: by parameter, "" or missing for none."""
+def parameter_set(name: str, values: Mapping[str, Value], variables: Mapping[str, ScalarVariable], description: str = "") -> str:
+    """The SSV text. variables: of the FMUs, by parameter."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>\n<ssv:ParameterSet version="1.0" name=', quoteattr(name)]
     if description:
         lines.append(f" description={quoteattr(description)}")
     lines.append(f'\n    xmlns:ssv="{SSV}"\n    xmlns:ssc="{SSC}">\n  <ssv:Parameters>\n')
-    for parameter, value in values.items():
-        lines.append(
-            f"    <ssv:Parameter name={quoteattr(parameter)}>{value_element(value, units.get(parameter, ''))}</ssv:Parameter>\n"
-        )
+    lines += [f"    {parameter_element(parameter, value, variables[parameter])}" for parameter, value in values.items()]
     lines.append("  </ssv:Parameters>\n")
-    used = {units.get(p, "") for p, v in values.items() if isinstance(v, float)}
+    used = {variables[p].unit or "" for p, v in values.items() if isinstance(v, float)}
     if used & set(BASE_UNITS):
         lines.append("  <ssv:Units>\n" + unit_elements(used, "    ") + "  </ssv:Units>\n")
     lines.append("</ssv:ParameterSet>\n")
     return "".join(lines)
-
-
-def write_parameter_set(
-    path: Path, name: str, values: Mapping[str, bool | int | float], units: Mapping[str, str], description: str = ""
-) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(parameter_set(name, values, units, description))

@@ -127,14 +127,15 @@ def figures(estimate: Estimate) -> Figures:
     nis = {}
     for sensor, meaning in SENSORS.items():
         rows = estimate.sampled(sensor)
-        nis[meaning] = (_mean(estimate.run[f"{estimate.name}.nis.{sensor}"][rows]), estimate.dimension(sensor))
+        nis[meaning] = (finite_mean(estimate.run[f"{estimate.name}.nis.{sensor}"][rows]), estimate.dimension(sensor))
     return Figures(
-        rmse_deg=np.sqrt(_mean(total**2)), heading_rmse_deg=np.sqrt(_mean(heading**2)), final_deg=float(total[-1]),
-        nees=np.nan if estimate.nees is None else _mean(estimate.nees), nis=nis,
+        rmse_deg=np.sqrt(finite_mean(total**2)), heading_rmse_deg=np.sqrt(finite_mean(heading**2)), final_deg=float(total[-1]),
+        nees=np.nan if estimate.nees is None else finite_mean(estimate.nees), nis=nis,
         tilt_ready_s=estimate.ready_s("align.tilt_ready"), heading_ready_s=estimate.ready_s("align.heading_ready"),
     )  # fmt: skip
 
 
-def _mean(values: np.ndarray) -> float:
+def finite_mean(values: np.ndarray) -> float:
+    """Of the finite ones; NaN without any."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else np.nan

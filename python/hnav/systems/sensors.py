@@ -13,11 +13,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from hnav.errors import HnavValueError
-from hnav.io.model_files import model_files, read_json
+from hnav.io.model_files import ModelFile, model_files
 
 GRADES = ("consumer", "industrial", "tactical")
+TEXTS = ("name", "source", "assumed")
 G_M_S2 = 9.80665
 DEG = math.pi / 180
 
@@ -116,35 +117,37 @@ def models_folder() -> Path:
 def read_grade(name_or_path: str | Path) -> Grade:
     """A grade of GRADES, or a file. Raises HnavError that names file, entry and unit."""
     path = models_folder() / f"{name_or_path}.json" if str(name_or_path) in GRADES else Path(name_or_path)
-
-    def refuse(reason: str):
-        raise HnavValueError("option", f"{path.name}: {reason}")
-
-    data = read_json(path)
-    if not isinstance(data, dict):
-        refuse("no object of sensors")
-    for text in ("name", "source", "assumed"):
-        if not isinstance(data.get(text), str) or not data[text]:
-            refuse(f"{text} is missing")
-    unknown = sorted(set(data) - {"name", "source", "assumed"} - set(ENTRIES))
+    file = ModelFile(path)
+    if not isinstance(file.data, dict):
+        file.refuse("no object of sensors")
+    for text in TEXTS:
+        if not isinstance(file.data.get(text), str) or not file.data[text]:
+            file.refuse(f"{text} is missing")
+    unknown = sorted(set(file.data) - {*TEXTS} - set(ENTRIES))
     if unknown:
-        refuse(f"there is no sensor {unknown[0]}; there are {', '.join(ENTRIES)}")
-
+        file.refuse(f"there is no sensor {unknown[0]}; there are {', '.join(ENTRIES)}")
     values = {}
-    for sensor, entries in ENTRIES.items():
-        given = data.get(sensor, {})
+    for sensor in ENTRIES:
+        given = file.data.get(sensor, {})
         if not isinstance(given, dict):
-            refuse(f"{sensor} is no object of entries")
+            file.refuse(f"{sensor} is no object of entries")
         for key, entry in given.items():
-            if key not in entries:
-                refuse(f"{sensor}.{key} is unknown; there are {', '.join(entries)}")
-            if not isinstance(entry, dict) or set(entry) != {"value", "unit"}:
-                refuse(f"{sensor}.{key} must have value and unit")
-            parameter, units = entries[key]
-            value, unit = entry["value"], entry["unit"]
-            if unit not in units:
-                refuse(f"{sensor}.{key}: unit {unit} is not one of {', '.join(units)}")
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
-                refuse(f"{sensor}.{key} = {value} {unit} must be a number of at least 0")
-            values[f"{sensor}.{parameter}"] = value * units[unit]
-    return Grade(data["name"], values)
+            parameter, value = _parameter(file, sensor, key, entry)
+            values[f"{sensor}.{parameter}"] = value
+    return Grade(file.data["name"], values)
+
+
+def _parameter(file: ModelFile, sensor: str, key: str, entry: Any) -> tuple[str, float]:
+    """Name and value, in its unit, of the parameter that an entry of a sensor sets."""
+    entries = ENTRIES[sensor]
+    if key not in entries:
+        file.refuse(f"{sensor}.{key} is unknown; there are {', '.join(entries)}")
+    if not isinstance(entry, dict) or set(entry) != {"value", "unit"}:
+        file.refuse(f"{sensor}.{key} must have value and unit")
+    parameter, units = entries[key]
+    value, unit = entry["value"], entry["unit"]
+    if unit not in units:
+        file.refuse(f"{sensor}.{key}: unit {unit} is not one of {', '.join(units)}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
+        file.refuse(f"{sensor}.{key} = {value} {unit} must be a number of at least 0")
+    return parameter, value * units[unit]

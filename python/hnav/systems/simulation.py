@@ -10,19 +10,19 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
 from hnav import __version__
-from hnav.errors import HnavValueError
-from hnav.fmi.engines import Progress
-from hnav.native.library import parse_setting
+from hnav.fmi.results import Progress
 from hnav.systems.master import RECORDED, Record, run_system
-from hnav.systems.structure import Parameter, read_system, system_path
+from hnav.systems.ssp_reader import read_system, system_path
+from hnav.systems.structure import Parameter, Value, refuse
 
 SIGNALS, ABOUT, CERTIFICATE = "signals.h5", "run.json", "certificate.json"
 DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
@@ -35,7 +35,7 @@ class Run:
     t_s: np.ndarray
     columns: dict[str, np.ndarray]
     units: dict[str, str]
-    about: dict
+    about: dict[str, Any]
 
     @property
     def components(self) -> list[str]:
@@ -56,7 +56,7 @@ def simulate(
     system: str | Path,
     scenario: str | None = None,
     grade: str | None = None,
-    settings: Sequence[str] = (),
+    settings: Mapping[str, Value] | None = None,
     seed: int | None = None,
     step_s: float | None = None,
     stop_s: float | None = None,
@@ -65,13 +65,14 @@ def simulate(
 ) -> Run:
     """Reads the system (name, .ssp or folder), sets its parameters and runs it.
 
-    settings: "component.parameter=value", after grade and scenario. step_s, stop_s None: what the system asks for.
+    settings: values by "component.parameter", after grade and scenario; text will do. step_s, stop_s None: what the
+    system asks for.
     A component that fails ends the run: about["failure"] says so and the samples until then are kept. Raises
     HnavError for what cannot begin.
     """
     with read_system(system_path(str(system))) as read:
         read.choose(grade, scenario)
-        read.apply([Parameter(name, "", value) for name, value in map(_setting, settings)], "--set")
+        read.apply([Parameter(name, "", str(value)) for name, value in (settings or {}).items()], "settings")
         if seed is not None:
             read.seed(seed)
         step_s = step_s if step_s is not None else read.step_s or DEFAULT_STEP_S
@@ -88,14 +89,7 @@ def simulate(
     return Run(left.t_s, left.columns, left.units, about | _outcome(left))
 
 
-def _setting(text: str) -> tuple[str, str]:
-    name, value = parse_setting(text)
-    if "." not in name:
-        raise HnavValueError("option", f"--set {text}: component.parameter=value is wanted")
-    return name, value
-
-
-def _outcome(left: Record) -> dict:
+def _outcome(left: Record) -> dict[str, Any]:
     packages = ("fmpy", "h5py", "numpy")
     versions = {"hnav": __version__} | {name: importlib.metadata.version(name) for name in packages}
     return {"wall_s": left.wall_s, "lost": left.lost, "failure": left.failure, "versions": versions}
@@ -114,7 +108,7 @@ def write_run(run: Run, folder: Path) -> None:
         file = folder / ABOUT
         file.write_text(json.dumps(run.about, indent=2, allow_nan=False) + "\n")
     except OSError as error:
-        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror or error}") from None
+        refuse(f"{file}: cannot be written: {error.strerror or error}")
 
 
 def read_run(folder: Path) -> Run:
@@ -134,6 +128,6 @@ def read_run(folder: Path) -> Run:
             columns = {name: source[name][()] for name in units}
             return Run(source["t_s"][()], columns, units, about)
     except FileNotFoundError:
-        raise HnavValueError("option", f"{file}: file not found; hnav simulate writes it") from None
+        refuse(f"{file}: file not found; hnav simulate writes it")
     except (OSError, KeyError, ValueError) as error:
-        raise HnavValueError("option", f"{file}: cannot be read: {error}") from None
+        refuse(f"{file}: cannot be read: {error}")

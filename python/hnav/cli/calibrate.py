@@ -1,0 +1,82 @@
+"""hnav calibrate: a magnetometer's hard iron, soft iron, scale and misalignment from a recording of it being turned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import say, show, writing
+from hnav.cli.parameters import MagUnit
+from hnav.cli.words import UsageError
+from hnav.errors import HnavError
+from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
+from hnav.io.recordings import TESLA_PER, read_recording
+
+
+def command(
+    recording: Annotated[
+        Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
+    allow_hard_iron_only: Annotated[
+        bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
+    ] = False,
+    mag_unit: MagUnit = "T",
+) -> None:
+    data = read_recording(recording, mag_unit)
+    if data.field_b_tesla is None:
+        raise UsageError(f"{recording}: has no magnetometer")
+    unit = mag_unit if recording.suffix == ".csv" else "uT"  # the unit in the file is the one to answer in
+    field = data.field_b_tesla / TESLA_PER[unit]
+    try:
+        found = calibrate_magnetometer(field, data.force_b_m_s2, unit, allow_hard_iron_only=allow_hard_iron_only)
+    except HnavError as error:
+        if error.status != "ill-conditioned":
+            raise
+        hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
+        raise UsageError(f"{recording}: {error}{hint}") from None
+    if out is not None:
+        write_calibration(out, found)
+    if picture is not None:
+        # Matplotlib takes longer to load than everything else here.
+        from hnav.reports.calibration_picture import draw_calibration
+        from hnav.reports.plots import save
+
+        with writing(picture):
+            save(draw_calibration(field, found, data.name), picture)
+    show(calibration_table(found, data.name))
+    if found.note:
+        axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"
+        say(f"hard iron only{axes}: {found.note}")
+
+
+def calibration_table(found: MagnetometerCalibration, name: str) -> Table:
+    unit = "" if found.unit == "au" else f" {found.unit}"
+
+    def change(before: float, after: float, unit: str) -> str:
+        return "-" if np.isnan(before) else f"{before:.2f} -> {after:.2f} {unit}"
+
+    table = Table("", "value", "meaning", title=f"{name}: {found.fit}", show_header=False)
+    rows = [
+        ("offset", ", ".join(f"{v:.5g}" for v in found.offset) + unit, "hard iron"),
+        ("matrix", "\n".join("  ".join(f"{v: .5f}" for v in row) for row in found.matrix), "corrected = matrix (field - offset)"),
+        ("strength", f"{found.strength:.5g}{unit}", "of the corrected field"),
+        ("dip", "-" if np.isnan(found.dip_rad) else f"{np.degrees(found.dip_rad):.2f} deg", "below the horizon"),
+        ("residual", change(100 * found.residual_before, 100 * found.residual_after, "%"), "scatter of the length, outliers left out"),
+        ("dip spread", change(np.degrees(found.dip_spread_before_rad), np.degrees(found.dip_spread_after_rad), "deg"), "robust standard deviation"),
+        ("uncertainty", "-" if np.isnan(found.direction_sigma_rad) else f"{np.degrees(found.direction_sigma_rad):.2f} deg", "of the corrected direction, over the whole sphere"),
+        ("outliers", f"{100 * found.outlier_fraction:.1f} %", f"of {found.used_samples} attitudes in {found.samples} samples; {found.force_samples} with gravity"),
+        ("coverage", f"{found.coverage:.2f}", "1: all directions alike, 0: in a plane"),
+        ("condition", f"{found.condition:.0f}, ambiguity {found.ambiguity:.3f}", "full fit up to 1000 and 0.1"),
+        ("axis ratio", f"{found.axis_ratio:.3f}" if found.fit != "hard iron only" else "-", "longest over shortest axis of the ellipsoid"),
+    ]  # fmt: skip
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -1,0 +1,76 @@
+"""hnav certify: the stability certificate of a run as a table, a file and a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from hnav.certify.run import certify_run, write_certificate
+from hnav.certify.summary import certificate_rows
+from hnav.cli.console import bar, say, show, writing
+from hnav.cli.parameters import FilterName, MagUnit, Settings, parse_settings
+from hnav.cli.words import UsageError
+
+
+def command(
+    recording: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RECORDING]", help="Recording in the formats of hnav filter, or a folder of results with signals.h5"
+        ),
+    ] = None,
+    experiment: Annotated[str | None, typer.Option(help="turntable: the paper's experiment instead of a recording")] = None,
+    filter: FilterName = "hrekf",
+    settings: Settings = None,
+    preset: Annotated[
+        str | None, typer.Option(help="default or paper; without it a folder is certified with the filter that was simulated")
+    ] = None,
+    begin: Annotated[
+        float, typer.Option("--from", metavar="SECONDS", help="Leave out the corrections before, while the gains settle")
+    ] = 15.0,
+    duration: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Use the first seconds only; the experiment lasts 40 s")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the experiment and of the starts on the boundary")] = 5,
+    gain_factor: Annotated[
+        float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")
+    ] = 1.0,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
+    mag_unit: MagUnit = "T",
+) -> None:
+    if (recording is None) == (experiment is None):
+        raise UsageError("name a recording or --experiment turntable, one of them")
+    if filter != "hrekf":
+        raise UsageError(f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
+    with bar() as progress:
+        tasks: dict[str, int] = {}
+
+        def note(what: str, done: int, of: int) -> None:
+            task = tasks.setdefault(what, len(tasks))
+            if task == len(progress.tasks):
+                progress.add_task(what, total=of)
+            progress.update(progress.task_ids[task], completed=done)
+
+        found = certify_run(
+            recording, experiment, preset=preset, settings=parse_settings(settings), begin_s=begin, duration_s=duration,
+            seed=seed, gain_factor=gain_factor, mag_unit=mag_unit, progress=note,
+        )  # fmt: skip
+    if out is not None:
+        with writing(out):
+            write_certificate(out, found)
+    if picture is not None:
+        # Matplotlib takes a while to load.
+        from hnav.reports.certificate_picture import draw_certificate
+        from hnav.reports.plots import save
+
+        with writing(picture):
+            save(draw_certificate(found), picture)
+    table = Table("", "value", "meaning", title=found.name, show_header=False)
+    for row in certificate_rows(found):
+        table.add_row(*row)
+    show(table)
+    say("certified" if found.certified else f"not certified: {found.reason}")

@@ -1,0 +1,43 @@
+"""What all commands share when they talk to the user: lines, tables, the progress bar, files that cannot be written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hnav.cli.words import UsageError
+
+console = Console()
+# A pipe has no width of its own: a table is as wide as its columns want, up to this.
+WIDTH_OF_A_PIPE = 140
+
+
+def say(text: str) -> None:
+    """One line, whatever the width of the terminal, without colours or markup of its own."""
+    console.print(text, highlight=False, soft_wrap=True, markup=False)
+
+
+def show(table: Table, width: int = WIDTH_OF_A_PIPE) -> None:
+    """Prints a table, as wide as the terminal."""
+    (console if console.is_terminal else Console(width=width)).print(table)
+
+
+def bar() -> Progress:
+    """A progress bar on stderr that is gone when it ends; nothing where nobody looks."""
+    errors = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Whoever writes the file inside gets a UsageError with its name when that fails."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: an ending that is no picture format
+        raise UsageError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None

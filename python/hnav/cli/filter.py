@@ -1,0 +1,68 @@
+"""hnav filter: a recording through a filter into a CSV of attitude, bias and sigmas."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from hnav.cli.console import bar, say, writing
+from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
+from hnav.cli.words import UsageError
+from hnav.filters.calibration import read_calibration
+from hnav.fmi.engines import Result, run_recording
+from hnav.io.recordings import read_recording
+from hnav.renamed import new_name
+
+CSV_HEADER = (
+    "t_s,q0,q1,q2,q3,roll_deg,pitch_deg,yaw_deg,bias_x_deg_s,bias_y_deg_s,bias_z_deg_s,"
+    "sigma_x_deg,sigma_y_deg,sigma_z_deg,sigma_bias_x_deg_s,sigma_bias_y_deg_s,sigma_bias_z_deg_s"
+)
+
+
+def command(
+    recording: Annotated[
+        Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
+    ],
+    out: Annotated[Path, typer.Option(help="CSV to write, one row for each IMU sample")],
+    filter: FilterName = "ahrs",
+    engine: Engine = "c",
+    settings: Settings = None,
+    preset: Preset = "default",
+    step: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
+    ] = None,
+    frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
+    mag_unit: MagUnit = "T",
+    smooth: Smooth = False,
+    calibration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
+    ] = None,
+) -> None:
+    if new := new_name(str(recording), "filter"):
+        raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
+    chosen = {"navigation_frame": frame} | parse_settings(settings)
+    data = read_recording(recording, mag_unit)
+    if calibration is not None:
+        data = read_calibration(calibration).apply_to(data)
+    with bar() as progress:
+        task = progress.add_task(data.name, total=len(data.t_s))
+
+        def show(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        result = run_recording(data, filter, engine, chosen, preset, step, show, smooth)
+    write_csv(out, result)
+    counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
+    say(f"{len(result.t_s)} rows to {out}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}")
+
+
+def write_csv(path: Path, result: Result) -> None:
+    table = np.column_stack([
+        result.t_s, result.q_nb, np.degrees(result.euler_rad), np.degrees(result.gyro_bias_rad_s),
+        np.degrees(result.sigma_rad), np.degrees(result.gyro_bias_sigma_rad_s),
+    ])  # fmt: skip
+    with writing(path):
+        np.savetxt(path, table, fmt="%.9g", delimiter=",", header=CSV_HEADER, comments="")

@@ -1,0 +1,82 @@
+"""hnav montecarlo: many runs of a system, their rows in a file, and a table of means with their intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import pandas as pd
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, say, show
+from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.words import UsageError
+from hnav.systems.montecarlo import jobs, mean_interval, nees_bounds, ratio_interval, run_jobs, write_table
+from hnav.systems.ssp_reader import read_system, system_path
+
+
+def command(
+    system: SystemName,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Parquet, a row for each filter and run")],
+    runs: Annotated[int, typer.Option(help="Runs of each scenario")] = 200,
+    scenarios: Annotated[str | None, typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
+    grade: Grade = None,
+    settings: SystemSettings = None,
+    first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
+    step: SystemStep = None,
+    stop: SystemStop = None,
+    workers: Annotated[int, typer.Option(help="Processes on this machine")] = 1,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
+) -> None:
+    named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
+    chosen = parse_system_settings(settings)
+    # What is wrong with all runs is said at once, not once for each.
+    for scenario in named:
+        with read_system(system_path(system)) as read:
+            read.choose(grade, scenario)
+            read.seed(first_seed)
+    work = jobs(system, named, runs, first_seed, grade=grade, settings=chosen, step_s=step, stop_s=stop)
+    with bar() as progress:
+        task = progress.add_task(system, total=len(work))
+        table = run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done))
+    write_table(table, out)
+    failed = table[table["failure"] != ""]
+    if len(failed) < len(table):
+        show(means_table(table[table["failure"] == ""]), width=200)
+    for row in failed.itertuples():
+        say(f"failed: {row.scenario}, seed {row.seed}: {row.failure}")
+    say(f"{len(work) - len(failed)} of {len(work)} runs to {out}")
+    if len(failed) == len(work):
+        raise UsageError(f"no run came to its end; the first said: {failed.iloc[0]['failure']}")
+
+
+def means_table(runs: pd.DataFrame) -> Table:
+    """A line for each scenario and filter: means over the runs with their intervals, NEES at times beside its bounds.
+
+    first / this: mean squared error about down of the scenario's first filter over that of this one, above 1 a win.
+    """
+    times = [name for name in runs.columns if name.startswith("nees_") and runs[name].notna().any()]
+    heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES"]
+    table = Table(
+        *heads, *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s", title="means over the runs [95 % interval]"
+    )
+    for scenario, of_scenario in runs.groupby("scenario", sort=False):
+        first = None
+        for name, rows in of_scenario.groupby("filter", sort=False):
+            first = rows if first is None else first
+            paired = first.merge(rows, on="seed", suffixes=("_first", ""))
+            ratio = ratio_interval(paired["mse_down_deg2_first"].to_numpy(), paired["mse_down_deg2"].to_numpy())
+            low, high = nees_bounds(len(rows))
+            ready = rows["heading_ready_s"].dropna()
+            means = [_interval(mean_interval(rows[column].to_numpy())) for column in ("mse_deg2", "mse_down_deg2", "nees")]
+            table.add_row(
+                str(scenario), str(name), str(len(rows)), *means[:2], "1" if rows is first else _interval(ratio), means[2],
+                *(f"{rows[t].mean():.3g}" for t in times), f"{low:.2f} to {high:.2f}",
+                f"{ready.median():.3g} ({len(ready)})" if len(ready) else "never",
+            )  # fmt: skip
+    return table
+
+
+def _interval(found: tuple[float, float, float]) -> str:
+    return "{:.3g} [{:.3g}, {:.3g}]".format(*found)

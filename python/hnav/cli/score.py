@@ -1,0 +1,88 @@
+"""hnav score: errors and consistency of a filter on the BROAD trials of a folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, say, show, writing
+from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, parse_settings
+from hnav.fmi.engines import run_recording
+from hnav.io.recordings import find_trials, is_disturbed, read_recording
+from hnav.reports.scores import Score, nees, score
+
+
+def command(
+    folder: Folder,
+    filter: FilterName = "ahrs",
+    engine: Engine = "c",
+    settings: Settings = None,
+    preset: Preset = "default",
+    crop: Annotated[float | None, typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
+    smooth: Smooth = False,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
+) -> None:
+    chosen = parse_settings(settings) | {"navigation_frame": "enu"}
+    trials = find_trials(folder)
+    scores: dict[str, Score] = {}
+    consistency: dict[str, float] = {}
+    us_per_sample = []
+    with bar() as progress:
+        task = progress.add_task("trials", total=len(trials))
+        for path in trials.values():
+            data = read_recording(path)
+            if crop is not None:
+                data = data.cropped(crop)
+            result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)
+            scores[data.name] = score(result.q_nb, data.reference_q_nb, data.movement)
+            consistency[data.name] = nees(result.q_nb, result.sigma_rad, data.reference_q_nb, data.movement).nees_per_axis
+            us_per_sample.append(result.us_per_sample)
+            progress.advance(task)
+    show(score_table(scores, consistency, f"{filter} ({engine})"))
+    us = float(np.median(us_per_sample))
+    say(f"median time per sample: {us:.2f} us")
+    if json_file:
+        figures = {
+            "filter": filter, "engine": engine, "settings": chosen, "preset": preset, "us_per_sample": us,
+            "trials": {
+                str(number): {"name": name, **scores[name]._asdict(), "nees_per_axis": consistency[name]}
+                for number, name in zip(trials, scores, strict=True)
+            },
+            "mean": mean_score(scores)._asdict(),
+        }  # fmt: skip
+        with writing(json_file):
+            json_file.write_text(json.dumps(figures, indent=1) + "\n")
+
+
+GROUPS: dict[str, Callable[[str], bool]] = {
+    "mean": lambda name: True,
+    "undisturbed": lambda name: not is_disturbed(name),
+    "disturbed": is_disturbed,
+}
+
+
+def mean_score(scores: dict[str, Score], keep: Callable[[str], bool] = GROUPS["mean"]) -> Score:
+    kept = [found for name, found in scores.items() if keep(name)]
+    return Score(*np.mean(kept, axis=0).tolist()) if kept else Score(np.nan, np.nan, np.nan)
+
+
+def score_table(scores: dict[str, Score], consistency: dict[str, float], title: str) -> Table:
+    """By name of the trial, and means; RMSE in deg. NEES/3 is from the sigmas, without correlations."""
+    table = Table("trial", f"{title}: total", "heading", "inclination", "NEES/3", title="RMSE in deg over the movement phase")
+
+    def cells(*values: float) -> list[str]:
+        return ["-" if np.isnan(v) else f"{v:.2f}" for v in values]
+
+    for name, found in scores.items():
+        table.add_row(name, *cells(*found, consistency[name]))
+    table.add_section()
+    for group, keep in GROUPS.items():
+        stated = [v for name, v in consistency.items() if keep(name)]
+        table.add_row(group, *cells(*mean_score(scores, keep), float(np.mean(stated)) if stated else np.nan))
+    return table

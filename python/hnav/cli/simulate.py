@@ -1,0 +1,42 @@
+"""hnav simulate: one run of a system of FMUs, kept in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hnav.cli.console import bar, say
+from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.words import UsageError
+from hnav.systems.simulation import simulate, write_run
+
+
+def command(
+    system: SystemName,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
+    scenario: Annotated[str | None, typer.Option(help="A scenario of the system")] = None,
+    grade: Grade = None,
+    settings: SystemSettings = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,
+    step: SystemStep = None,
+    stop: SystemStop = None,
+) -> None:
+    chosen = parse_system_settings(settings)
+    with bar() as progress:
+        task = progress.add_task(system, total=None)
+
+        def show(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        run = simulate(system, scenario, grade, chosen, seed, step, stop, progress=show)
+    write_run(run, out)
+    wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
+    length = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s"
+    say(f"{length}, {len(run.columns)} signals to {out}; us/step: {wall}")
+    for name, lost in run.about["lost"].items():
+        if lost:
+            say(f"{name} lost {lost} samples between the communication points: take a finer --step")
+    if run.about["failure"]:
+        raise UsageError(f"{run.about['failure']}; the samples until then are in {out}")

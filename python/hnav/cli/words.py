@@ -1,0 +1,40 @@
+"""How the command line says what went wrong: the library speaks of Python's arguments, users typed options."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hnav.errors import HnavError
+
+# Arguments of the library, and the options that stand for them. What is neither is an option of a filter: --set NAME=VALUE.
+OPTIONS = {
+    "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
+    "unit": "--mag-unit", "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set",
+}  # fmt: skip
+
+
+class UsageError(Exception):
+    """What the user typed cannot be done; the text says why."""
+
+
+def of_the_command_line(error: HnavError) -> str:
+    """The text of an error in which the argument at its head bears the name of its option."""
+    text, argument = str(error), error.argument
+    if not argument or not text.startswith(argument):
+        return text
+    rest = text[len(argument) :]
+    if argument not in OPTIONS:
+        return f"--set {argument}{rest.replace(' = ', '=', 1) if rest.startswith(' = ') else rest}"
+    return f"{OPTIONS[argument]} {rest[3:]}" if rest.startswith(" = ") else f"{OPTIONS[argument]}{rest}"
+
+
+def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | None = None) -> None:
+    """Runs a command; what the user can mend becomes one line on stderr and exit code 2."""
+    try:
+        command(arguments)
+    except (UsageError, HnavError) as error:
+        text = of_the_command_line(error) if isinstance(error, HnavError) else str(error)
+        print(f"{name}: {text}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,208 @@
+"""A recording through the FMU of a filter: Co-Simulation by steps, Model Exchange by fmpy's CVODE.
+
+fmpy's simulate_fmu looks inputs up by a linear search in every step and adds a step at every change of a discrete input,
+which is quadratic for a recording; so the loop is ours. All real inputs go in by one call and all real outputs come out
+by one, in buffers that are made once.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import time
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from hnav.filters.rotations import euler_rad
+from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.fmi.results import Progress, Result
+from hnav.io.recordings import Recording
+from hnav.native.library import Options
+
+# The FMU of each filter.
+MODELS = {"hrekf": "Hrekf", "ahrs": "Ahrs"}
+SENSORS = {"gyro": "gyro.rate", "accel": "accel.force", "mag": "mag.field"}
+COUNTS = (
+    "gyro_used", "accel_used", "mag_used", "accel_gated", "mag_gated", "late", "non_finite", "zero", "missed",
+    "corrections", "gamma_raised", "covariance_repaired",
+)  # fmt: skip
+# Outputs that are read after each sample, and where they stand among all that are read.
+OUTPUTS = (("post.q", 4), ("post.bias", 3), ("post.sigma", 6))
+Q, BIAS, SIGMA, BIAS_SIGMA, NIS = slice(0, 4), slice(4, 7), slice(7, 10), slice(10, 13), slice(13, 15)
+READY = ("align.tilt_ready", "align.heading_ready")
+PROGRESS_POINTS = 500
+
+
+def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int | str]:
+    """Settings as the FMU's parameters: arrays become name[1] ... name[n], choices stay names. Raises HnavError."""
+    options = Options(filter, preset, **settings)
+    values: dict[str, float | int | str] = {"preset": preset, "sampling_mode": "counter"}
+    for name in settings:
+        value = getattr(options, name)
+        if isinstance(value, (str, int, float)):
+            values[name] = value
+        else:
+            values |= {f"{name}[{i}]": float(v) for i, v in enumerate(value, start=1)}
+    return values
+
+
+def run_fmu(
+    recording: Recording,
+    filter: str,
+    engine: str,
+    settings: Mapping[str, str],
+    preset: str = "default",
+    step_s: float | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """engine: fmi2-cs, fmi2-me, fmi3-cs or fmi3-me. Samples are marked by their counters and stamped with their times.
+
+    step_s None: a communication point at every sample. Otherwise a grid of that step, and a sample is delivered at the
+    first point at or after its time; of several samples between two points a sensor delivers the newest, and the rows
+    of the others are NaN.
+    """
+    version, kind = engine.split("-")
+    with Fmu(fmu_path(MODELS[filter], int(version[3:])), model_exchange=kind == "me") as fmu:
+        for name, value in parameter_values(filter, settings, preset).items():
+            fmu.set(name, value)
+        fmu.initialise(float(recording.t_s[0]))
+        points, rows = communication_points(recording.t_s, step_s)
+        samples, estimates = _Samples(fmu, recording), _Estimates(fmu, len(recording.t_s))
+        loop: _Loop = _ModelExchangeLoop(fmu, points) if kind == "me" else _CoSimulationLoop(fmu, points)
+        begin = time.perf_counter()
+        delivered = -1
+        for k, row in enumerate(rows):
+            fresh = row > delivered
+            if fresh:
+                samples.deliver(row)
+            loop.process(k)
+            if fresh:
+                estimates.note(row)
+                delivered = row
+            loop.go_on(k)
+            if progress and k % PROGRESS_POINTS == 0:
+                progress(int(row), len(recording.t_s))
+        seconds = time.perf_counter() - begin
+        if progress:
+            progress(len(recording.t_s), len(recording.t_s))
+        counts = {name: int(fmu.get(f"count.{name}")) for name in COUNTS} | {"rhs_evals": int(fmu.get("solver.rhs_evals"))}
+    return estimates.result(recording, samples.present, engine, 1e6 * seconds / len(rows), counts)
+
+
+def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the points, and for each the row of the newest sample that is not later."""
+    if step_s is None:
+        last_step = t_s[-1] - t_s[-2] if len(t_s) > 1 else 0.01
+        return np.append(t_s, t_s[-1] + last_step), np.arange(len(t_s))
+    # k step + start in one rounding, and an end beyond the last sample.
+    points = t_s[0] + step_s * np.arange(int(np.ceil((t_s[-1] - t_s[0]) / step_s)) + 2)
+    rows = np.searchsorted(t_s, points[:-1] * (1 + 1e-15), side="right") - 1
+    return points, rows
+
+
+# --------------------------------------------------------------------------------------------- inputs and outputs
+
+
+class _Samples:
+    """The samples of a recording on their way into an FMU; a sensor's counter goes up when it has a new one."""
+
+    def __init__(self, fmu: Fmu, recording: Recording):
+        arrays = [recording.rate_b_rad_s, recording.force_b_m_s2]
+        if recording.field_b_tesla is not None:
+            arrays.append(recording.field_b_tesla)
+        sensors = list(SENSORS)[: len(arrays)]
+        self.present = np.stack([~np.isnan(a).all(axis=1) for a in arrays], axis=1)  # n x sensors
+        names = [f"{SENSORS[s]}[{i}]" for s in sensors for i in (1, 2, 3)] + [f"{s}.t_meas" for s in sensors]
+        self._fmu, self._references, self._inputs = fmu, fmu.references(names), (C.c_double * len(names))()
+        self._counter_references = fmu.references(f"{s}.sample" for s in sensors)
+        self._counters = (C.c_int32 * len(sensors))()
+        self._values = np.concatenate([*arrays, np.repeat(recording.t_s[:, None], len(sensors), axis=1)], axis=1)
+        # ctypes arrays and NumPy see the same memory.
+        self._input_view, self._counter_view = np.frombuffer(self._inputs), np.frombuffer(self._counters, np.int32)
+
+    def deliver(self, row: int) -> None:
+        self._input_view[:] = self._values[row]
+        self._counter_view += self.present[row]
+        self._fmu.set_reals(self._references, self._inputs)
+        self._fmu.set_integers(self._counter_references, self._counters)
+
+
+class _Estimates:
+    """What an FMU puts out just after each of n samples."""
+
+    def __init__(self, fmu: Fmu, n: int):
+        names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]
+        self._fmu, self._references, self._outputs = fmu, fmu.references(names), (C.c_double * len(names))()
+        self._ready_references, self._ready_now = fmu.references(READY), (fmu.boolean_type * len(READY))()
+        self._view = np.frombuffer(self._outputs)
+        self._table = np.full((n, len(names)), np.nan)
+        self._ready = np.zeros((n, len(READY)), bool)
+
+    def note(self, row: int) -> None:
+        self._fmu.get_reals(self._references, self._outputs)
+        self._fmu.get_booleans(self._ready_references, self._ready_now)
+        self._table[row] = self._view
+        self._ready[row] = self._ready_now
+
+    def result(
+        self, recording: Recording, present: np.ndarray, engine: str, us_per_sample: float, counts: dict[str, int]
+    ) -> Result:
+        """NaN before the start, and NIS where no sample was used."""
+        table = self._table
+        started = np.isfinite(table[:, 0]) & (table[:, SIGMA.start] < np.pi)  # sigma is pi before the start
+        table[~started] = np.nan
+        nis = table[:, NIS].copy()
+        nis[nis == 0] = np.nan
+        for column in range(present.shape[1] - 1):  # force and, if there is one, field
+            nis[~present[:, column + 1], column] = np.nan
+        return Result(
+            t_s=recording.t_s, q_nb=table[:, Q], euler_rad=euler_rad(table[:, Q]), sigma_rad=table[:, SIGMA],
+            gyro_bias_rad_s=table[:, BIAS], gyro_bias_sigma_rad_s=table[:, BIAS_SIGMA], accel_nis=nis[:, 0], mag_nis=nis[:, 1],
+            ready=self._ready, engine=engine, us_per_sample=us_per_sample, counts=counts,
+        )  # fmt: skip
+
+
+# --------------------------------------------------------------------------------------------- both interfaces
+
+
+class _Loop(Protocol):
+    def process(self, k: int) -> None:
+        """Takes in what was set at point k."""
+
+    def go_on(self, k: int) -> None:
+        """To point k + 1."""
+
+
+class _CoSimulationLoop:
+    """Inputs at a point, then the step that processes them."""
+
+    def __init__(self, fmu: Fmu, points: np.ndarray):
+        self._fmu, self._points = fmu, points
+
+    def process(self, k: int) -> None:
+        t = float(self._points[k])
+        self._fmu.do_step(t, float(self._points[k + 1]) - t)
+
+    def go_on(self, k: int) -> None:
+        pass
+
+
+class _ModelExchangeLoop:
+    """Inputs in event mode, the event, then fmpy's CVODE to the next point."""
+
+    def __init__(self, fmu: Fmu, points: np.ndarray):
+        self._fmu, self._points = fmu, points
+        self._solver = fmu.solver(float(points[0]))
+
+    def process(self, k: int) -> None:
+        self._fmu.update_discrete_states()
+
+    def go_on(self, k: int) -> None:
+        f, t, end = self._fmu.fmu, float(self._points[k]), float(self._points[k + 1])
+        self._fmu.call(f.enterContinuousTimeMode)
+        self._solver.reset(t)
+        self._fmu.call(self._solver.step, t, end)
+        self._fmu.call(f.setTime, end)
+        self._fmu.call(f.completedIntegratorStep)
+        self._fmu.call(f.enterEventMode)

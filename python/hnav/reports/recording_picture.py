@@ -1,0 +1,50 @@
+"""One picture of what a filter made of recordings: attitude, differences, innovations and bias over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hnav.reports import plots
+from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
+
+
+def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:
+    """One column a recording: attitude, differences in the filter's own 3 sigma, NIS, gyro bias, over time in s."""
+    compared = any(run.reference for run in runs)
+    names = ["attitude"] + (["heading", "inclination"] if compared else ["sigma"]) + ["nis", "bias"]
+    with plots.styled():
+        fig = plots.figure(850 * len(runs), 320 + 230 * len(names))
+        grid = fig.subplots(len(names), len(runs), squeeze=False, sharex="col", height_ratios=[1.5] + [1.0] * (len(names) - 1))
+        for column, run in enumerate(runs):
+            _draw_column(dict(zip(names, grid[:, column], strict=True)), run)
+        fig.align_ylabels()
+        fig.tight_layout(h_pad=1.2, w_pad=2.0)
+    return fig
+
+
+def _draw_column(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
+    recording, result = run.recording, run.result
+    t_s = recording.t_s - recording.t_s[0]
+    reference_q_nb = recording.reference_q_nb if run.reference else None
+    drawn = plots.draw_attitude(panels["attitude"], t_s, result.q_nb, reference_q_nb, run.reference)
+    panels["attitude"].set_title(f"{recording.name}\n{drawn}, body to east-north-up")
+    if reference_q_nb is None:
+        plots.draw_sigma(panels["sigma"], t_s, np.degrees(result.sigma_rad), ("east", "north", "up"))
+        panels["sigma"].set_title("Standard deviation of the rotation about")
+    else:
+        against = compare(recording.t_s, result.q_nb, reference_q_nb)
+        plots.draw_error_band(panels["heading"], t_s, against.heading_deg, np.degrees(result.sigma_rad[:, 2]), "heading")
+        panels["heading"].set_title(f"Heading against the {run.reference}")
+        tilt = tilt_sigma_deg(result)
+        plots.draw_error_band(
+            panels["inclination"], t_s, against.inclination_deg, tilt, "inclination", plots.GREEN, one_sided=True
+        )
+        panels["inclination"].set_title(f"Inclination against the {run.reference}")
+    plots.draw_nis(panels["nis"], t_s, {"force": result.accel_nis, "field": result.mag_nis})
+    panels["nis"].set_title("Innovations")
+    plots.draw_bias(panels["bias"], t_s, np.degrees(result.gyro_bias_rad_s), np.degrees(result.gyro_bias_sigma_rad_s))
+    panels["bias"].set_title("Gyro bias")
+    panels["bias"].set_xlabel("time / s")
+    panels["bias"].set_xlim(t_s[0], t_s[-1])

@@ -1,0 +1,130 @@
+"""The command: which filters, on which sets, and where the rows and the picture go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, say, show, writing
+from hnav.cli.parameters import Folder
+from hnav.cli.words import UsageError
+from hnav.io.recordings import find_trials, read_recording
+from hnav.reports.plots import save
+from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
+from studies.bench.peers import PEERS
+from studies.bench.picture import draw_benchmark
+from studies.bench.rows import Line, Row, benchmark, summary, write_csv
+from studies.bench.stress import SETS, variant_count
+from studies.command import study
+
+ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
+DRAWN = "BROAD"
+
+
+def command(
+    folder: Folder,
+    filters: Annotated[
+        str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")
+    ] = ",".join(DEFAULT_FILTERS),
+    peers: Annotated[str, typer.Option(help=f"Filters by others: {', '.join(PEERS)}; all, or none")] = ",".join(DEFAULT_PEERS),
+    sets: Annotated[
+        str, typer.Option(help="The trials as they are, and made harder: python -m pydoc studies.bench.stress")
+    ] = ",".join(SETS),
+    csv_file: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help=f"Draw error and time of the set {DRAWN}")] = None,
+    repeat: Annotated[int, typer.Option(min=1, help="Runs for the time per sample")] = 1,
+) -> None:
+    names = split(sets)
+    check_sets(names, picture)
+    entered, missing = contenders(split(filters), list(PEERS) if peers == "all" else [] if peers == "none" else split(peers))
+    if not entered:
+        raise UsageError("no filter to run: name some in --filters or --peers")
+    recordings = [read_recording(path) for path in find_trials(folder).values()]
+    rows: list[Row] = []
+    with bar() as progress:
+        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in names))
+        for done in benchmark(recordings, entered, names, repeat):
+            rows += done
+            progress.update(task, advance=1, description=f"{done[0].set:7}")
+    show(benchmark_table(summary(rows), {contender.name for contender in entered if contender.ours}))
+    for text in [*missing, *findings(rows)]:
+        say(text)
+    if csv_file:
+        write_file(csv_file, lambda path: write_csv(path, rows))
+    if picture:
+        write_file(picture, lambda path: draw(path, rows, entered))
+
+
+def split(names: str) -> list[str]:
+    return [name.strip() for name in names.split(",") if name.strip()]
+
+
+def check_sets(names: Sequence[str], picture: Path | None) -> None:
+    if not names:
+        raise UsageError(f"--sets names none: choose from {', '.join(SETS)}")
+    for name in names:
+        if name not in SETS:
+            raise UsageError(f"set {name}: choose from {', '.join(SETS)}")
+    if picture and DRAWN not in names:
+        raise UsageError(f"--picture shows the set {DRAWN}: name it in --sets")
+
+
+def findings(rows: Sequence[Row]) -> list[str]:
+    """What went wrong, a line each."""
+    failed = [f"failed: {row.set}, {row.filter}, {row.trial}: {row.failure}" for row in rows if row.failure]
+    gaps = [row for row in rows if row.missing and not row.failure]
+    return failed + [f"{row.set}, {row.filter}, {row.trial}: {row.missing} scored samples without an estimate" for row in gaps]
+
+
+def benchmark_table(lines: Sequence[Line], ours: set[str]) -> Table:
+    """A section for each set; the best of each column in bold, ours in colour."""
+    table = Table(title="RMSE in deg over the scored phase, plain mean over trials; time per IMU sample, median")
+    heads = ("set", "filter", "total", "heading", "inclination", "undisturbed", "disturbed", "NEES/3", "us/sample", "trials")
+    for head in heads:
+        table.add_column(head, justify="left" if head in ("set", "filter") else "right", no_wrap=True)
+    for name in dict.fromkeys(line.set for line in lines):
+        group = [line for line in lines if line.set == name]
+        for i, line in enumerate(group):
+            trials = f"{line.trials}" + (f", {line.failures} failed" if line.failures else "")
+            style = "cyan" if line.filter in ours else None
+            table.add_row(name if i == 0 else "", line.filter, *_cells(line, group), trials, style=style)
+        table.add_section()
+    return table
+
+
+def _cells(line: Line, group: Sequence[Line]) -> list[str]:
+    """The figures of a line, those in bold that nobody in the group is better than."""
+    cells = []
+    for name in (*ERRORS, "nees_per_axis", "us_per_sample"):
+        value = getattr(line, name)
+        text = "-" if np.isnan(value) else f"{value:.2f}"
+        rivals = [getattr(other, name) for other in group]
+        best = name != "nees_per_axis" and not np.isnan(value) and value == np.nanmin(rivals)
+        cells.append(f"[bold]{text}[/bold]" if best else text)
+    return cells
+
+
+def write_file(path: Path, write: Callable[[Path], None]) -> None:
+    with writing(path):
+        write(path)
+    say(str(path))
+
+
+def draw(path: Path, rows: Sequence[Row], entered: Sequence[Contender]) -> None:
+    lines = [line for line in summary(rows) if line.set == DRAWN and line.trials]
+    if not lines:
+        raise UsageError("--picture: no filter finished a trial")
+    save(draw_benchmark(lines, entered), path)
+
+
+main = study("bench", command)
+
+if __name__ == "__main__":
+    main()

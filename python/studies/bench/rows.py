@@ -1,0 +1,149 @@
+"""Every contender on every variant of every recording: one row each, and means over the trials."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from hnav.io.recordings import Recording, is_disturbed
+from hnav.reports.scores import nees, score
+from studies.bench.contenders import Contender, Estimate
+from studies.bench.stress import nominal_rate_hz, variants
+
+
+@dataclass(frozen=True)
+class Row:
+    """One filter on one trial of one set; RMS errors in deg over the scored phase."""
+
+    set: str
+    filter: str
+    trial: str
+    disturbed: bool
+    total_deg: float
+    heading_deg: float
+    inclination_deg: float
+    nees_per_axis: float  # NaN for filters that state no sigma
+    us_per_sample: float  # median over repeats
+    missing: int  # scored samples without an estimate
+    failure: str  # "" or why there are no figures
+
+
+@dataclass(frozen=True)
+class Line:
+    """Means over the trials of one filter in one set; NaN without trials."""
+
+    set: str
+    filter: str
+    total_deg: float
+    heading_deg: float
+    inclination_deg: float
+    undisturbed_deg: float
+    disturbed_deg: float
+    nees_per_axis: float
+    us_per_sample: float
+    trials: int
+    failures: int
+
+
+# --------------------------------------------------------------------------------------------- running
+
+
+def benchmark(
+    recordings: Sequence[Recording], entered: Sequence[Contender], sets: Sequence[str], repeats: int = 1, seed: int = 5
+) -> Iterator[list[Row]]:
+    """The rows of one variant after the other: one row a contender. A failure is a row too, with its reason."""
+    rate_hz = {recording.name: nominal_rate_hz(recording) for recording in recordings}
+    for set_name in sets:
+        for variant in variants(set_name, recordings, seed):
+            nominal = next(rate_hz[name] for name in (variant.name, variant.name.split(" #")[0]) if name in rate_hz)
+            yield run_trial(set_name, variant, nominal, entered, repeats)
+
+
+def run_trial(set_name: str, recording: Recording, rate_hz: float, entered: Sequence[Contender], repeats: int = 1) -> list[Row]:
+    """Every contender on one recording."""
+    estimates: dict[str, Estimate] = {}
+    times_us: dict[str, list[float]] = {contender.name: [] for contender in entered}
+    failures: dict[str, str] = {}
+    for repeat in range(repeats):
+        for contender in entered:
+            if contender.name in failures:
+                continue
+            try:
+                if repeat == 0:
+                    estimates[contender.name] = contender.estimate(recording, rate_hz)
+                us = estimates[contender.name].us_per_sample if repeat == 0 else None
+                times_us[contender.name].append(contender.time_us(recording, rate_hz) if us is None else us)
+            except Exception as error:  # packages of others raise what they like; one failure must not cost the rest
+                failures[contender.name] = str(error).partition("\n")[0] or type(error).__name__
+    return [
+        _failed(set_name, contender.name, recording, failures[contender.name])
+        if contender.name in failures
+        else _scored(set_name, contender.name, recording, estimates[contender.name], float(np.median(times_us[contender.name])))
+        for contender in entered
+    ]
+
+
+def _scored(set_name: str, name: str, recording: Recording, estimate: Estimate, us_per_sample: float) -> Row:
+    result = score(estimate.q_nb, recording.reference_q_nb, recording.movement)
+    scored = recording.movement & np.isfinite(recording.reference_q_nb).all(axis=1)
+    missing = int(np.sum(scored & ~np.isfinite(estimate.q_nb).all(axis=1)))
+    if missing == scored.sum():
+        return _failed(set_name, name, recording, "no estimate in the scored phase")
+    stated = math.nan
+    if estimate.sigma_rad is not None:
+        stated = nees(estimate.q_nb, estimate.sigma_rad, recording.reference_q_nb, recording.movement).nees_per_axis
+    return Row(set_name, name, recording.name, is_disturbed(recording.name), *result, stated, us_per_sample, missing, "")
+
+
+def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
+    nothing = math.nan
+    return Row(
+        set_name, name, recording.name, is_disturbed(recording.name), nothing, nothing, nothing, nothing, nothing, 0, reason
+    )
+
+
+# --------------------------------------------------------------------------------------------- results
+
+
+def summary(rows: Iterable[Row]) -> list[Line]:
+    """One line for each set and filter, in the order of the rows; plain means over the trials that did not fail."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.set, row.filter), []).append(row)
+    return [_line(set_name, name, group) for (set_name, name), group in groups.items()]
+
+
+def _line(set_name: str, name: str, rows: list[Row]) -> Line:
+    good = [row for row in rows if not row.failure]
+
+    def mean(column: str, keep: Callable[[Row], bool] = lambda row: True, middle=np.mean) -> float:
+        values = [value for row in good if keep(row) and not math.isnan(value := getattr(row, column))]
+        return float(middle(values)) if values else math.nan
+
+    return Line(
+        set_name, name, mean("total_deg"), mean("heading_deg"), mean("inclination_deg"),
+        mean("total_deg", lambda row: not row.disturbed), mean("total_deg", lambda row: row.disturbed),
+        mean("nees_per_axis"), mean("us_per_sample", middle=np.median), len(good), len(rows) - len(good),
+    )  # fmt: skip
+
+
+def write_csv(path: Path, rows: Iterable[Row]) -> None:
+    """One row for each set, filter and trial; empty cells where there is no figure. Raises OSError."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(field.name for field in fields(Row))
+        for row in rows:
+            writer.writerow(_cell(value) for value in vars(row).values())
+
+
+def _cell(value) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)

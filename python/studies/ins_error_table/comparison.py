@@ -1,0 +1,145 @@
+"""Flights by every filter: errors, consistency, alarms.
+
+Every filter sees the same flights of the F-4C (models/aircraft). MDKF and AMDKF estimate step k with z(k + 1), and so does
+"HMM, lag 1". Equal data at equal times: AMDKF against lag 1, and AMDKF predicted to now against the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.systems.aircraft import Aircraft, Flight, simulate
+
+STEPS = 200
+BEFORE, FAULT, AFTER = slice(30, 80), slice(80, 151), slice(151, 181)
+AXES = ("f4c_longitudinal", "f4c_lateral")
+FILTERS: dict[str, dict[str, Any]] = {
+    "MDKF": dict(form="mdkf"),
+    "AMDKF, M = 20": dict(form="amdkf", window=20),
+    "AMDKF, predicted to now": dict(form="amdkf", window=20, to_now=True),
+    "plain": dict(form="plain", noise_scaling="none"),
+    "differenced": dict(form="differenced", noise_scaling="none"),
+    "differenced, HMM": dict(form="differenced"),
+    "augmented": dict(noise_scaling="none"),
+    "augmented, paper match": dict(noise_scaling="paper_match"),
+    "augmented, gated match": dict(noise_scaling="gated_match"),
+    "augmented, HMM": dict(),
+    "augmented, HMM, lag 1": dict(lag=1),
+}
+PAPER_NOW = "AMDKF, predicted to now"
+PAPER, OURS, OURS_LATE, ORACLE = "AMDKF, M = 20", "augmented, HMM", "augmented, HMM, lag 1", "oracle"
+# Equal data twice, then one sample less for ours.
+PAIRS = ((OURS, PAPER_NOW), (OURS_LATE, PAPER), (OURS, PAPER))
+
+
+@dataclass
+class Result:
+    error: np.ndarray  # runs x (steps + 1) x n: estimate minus truth of the same step, NaN where there is none
+    nees: np.ndarray  # runs x (steps + 1)
+    fault_probability: np.ndarray  # runs x (steps + 1) x n
+    noise_scale: np.ndarray
+
+    def rmse(self, window: slice) -> np.ndarray:
+        """runs x n"""
+        return np.sqrt(np.mean(self.error[:, window] ** 2, axis=1))
+
+
+def nees_of(error: np.ndarray, P: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
+
+
+def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
+    m = aircraft.model()
+    to_now = setting.get("to_now", False)
+    f = InsErrorFilter(m, InsErrorOptions(**{k: v for k, v in setting.items() if k != "to_now"}))
+    late = setting.get("form") in ("mdkf", "amdkf") or setting.get("lag", 0) == 1
+    error = np.full(flight.x.shape, np.nan)
+    nees = np.full(flight.x.shape[:2], np.nan)
+    fault, scale = np.empty(flight.x.shape), np.empty(flight.x.shape)
+    for i, z in enumerate(flight.z):
+        f.reset()
+        run = f.run(flight.u, z)
+        x, P, steps = run.x, run.covariance, slice(0, None)
+        if to_now:
+            x, P, steps = x[1:] @ m.A.T + flight.u[1:] @ m.B.T, m.A @ P[1:] @ m.A.T + m.Qw, slice(1, None)
+        elif late:
+            x, P, steps = x[1:], P[1:], slice(0, -1)
+        error[i, steps] = x - flight.x[i, steps]
+        nees[i, steps] = nees_of(error[i, steps], P)
+        fault[i], scale[i] = run.fault_probability, run.noise_scale
+    return Result(error, nees, fault, scale)
+
+
+def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
+    """The augmented Kalman filter that is told the noise of every step: the best any adaptation could do. Its gains do
+    not depend on the data, so all runs go at once."""
+    m = aircraft.model().discrete()
+    n = m.nx
+    F, Q, H = block_diag(m.A, m.An), block_diag(m.G @ m.Qw @ m.G.T, m.Bn @ m.QU @ m.Bn.T), np.hstack([m.H, np.eye(m.nz)])
+    X, P = np.zeros((len(flight.z), n + m.nz)), block_diag(m.P0, m.Lambda0)
+    error, nees = np.empty(flight.x.shape), np.empty(flight.x.shape[:2])
+    for k in range(flight.z.shape[1]):
+        if k > 0:
+            X = X @ F.T
+            X[:, :n] += m.B @ flight.u[k]
+            P = F @ P @ F.T + Q
+        R = m.Qv * flight.noise_factor[k][:, None] * flight.noise_factor[k]
+        K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
+        X = X + (flight.z[:, k] - X @ H.T) @ K.T
+        E = np.eye(len(P)) - K @ H
+        P = E @ P @ E.T + K @ R @ K.T
+        error[:, k] = X[:, :n] - flight.x[:, k]
+        nees[:, k] = nees_of(error[:, k], np.broadcast_to(P[:n, :n], (len(X), n, n)))
+    true = np.broadcast_to(flight.noise_factor, flight.x.shape)
+    return Result(error, nees, (true > 1).astype(float), true**2)
+
+
+def compare(
+    aircraft: Aircraft, runs: int, seed: int, filters: tuple[str, ...] = tuple(FILTERS)
+) -> tuple[Flight, dict[str, Result]]:
+    flight = simulate(aircraft, runs, STEPS, seed)
+    results = {name: run_filter(aircraft, flight, FILTERS[name]) for name in filters}
+    return flight, results | {ORACLE: run_oracle(aircraft, flight)}
+
+
+def in_display_units(aircraft: Aircraft, values: np.ndarray) -> np.ndarray:
+    return values * np.array([c.display_factor for c in aircraft.channels])
+
+
+@dataclass
+class Alarms:
+    within_10: np.ndarray  # by faulty channel: share of runs whose fault probability passes 0.5 within 10 steps
+    median_delay: np.ndarray  # steps
+    false_per_1000: np.ndarray  # by channel: alarms raised per 1000 healthy samples
+    names: list[str]
+
+
+def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> Alarms:
+    """An alarm is raised where the fault probability passes 0.5. Healthy samples: those without a fault now or in the 30
+    steps before, which the chain may take to be sure that the channel has recovered."""
+    raised = result.fault_probability > 0.5
+    faulty = flight.noise_factor > 1
+    delays, false, names = [], [], []
+    for i, channel in enumerate(aircraft.channels):
+        healthy = ~faulty[:, i]
+        if faulty[:, i].any():
+            first, last = np.flatnonzero(faulty[:, i])[[0, -1]]
+            healthy[first : last + 31] = False
+            after = raised[:, first : last + 1, i]
+            delays.append(np.where(after.any(axis=1), after.argmax(axis=1), STEPS))
+            names.append(channel.name)
+        onset = np.diff(raised[:, :, i].astype(int), axis=1, prepend=0) > 0
+        false.append(1000 * onset[:, healthy].sum() / (healthy.sum() * len(raised)))
+    within = np.array([np.mean(d <= 10) for d in delays])
+    return Alarms(within, np.array([np.median(d) for d in delays]), np.array(false), names)
+
+
+def wins(one: dict[str, Result], ours: str, theirs: str) -> np.ndarray:
+    """n: whether ours has the smaller error in the fault, by channel."""
+    better: np.ndarray = one[ours].rmse(FAULT).mean(0) < one[theirs].rmse(FAULT).mean(0)
+    return better

@@ -1,0 +1,92 @@
+"""The command: which pictures, from what, and where they go."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from PIL import Image
+
+from hnav.cli.console import say, writing
+from hnav.cli.words import UsageError
+from hnav.io.recordings import find_trials, read_recording
+from hnav.places import CHECKOUT
+from hnav.reports import plots
+from hnav.reports.flights import channels, draw_flight
+from hnav.reports.pictures import draw_error, figure_of
+from hnav.systems.simulation import simulate
+from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, contenders
+from studies.bench.picture import draw_benchmark
+from studies.bench.rows import benchmark, summary
+from studies.command import study
+from studies.pictures.overview import draw_overview
+
+# One aircraft of the system with both, and a seed whose errors are as large as those of most.
+AIRCRAFT, AIRCRAFT_SEED = "aircraft_longitudinal", 3
+
+
+def draw_bench(broad: Path) -> plots.Figure:
+    """Error and time of all filters on the trials as they are."""
+    entered, _ = contenders(DEFAULT_FILTERS, DEFAULT_PEERS)
+    recordings = [read_recording(path) for path in find_trials(broad).values()]
+    rows = [row for rows in benchmark(recordings, entered, ["BROAD"]) for row in rows]
+    return draw_benchmark([line for line in summary(rows) if line.trials], entered)
+
+
+def draw_report() -> plots.Figure:
+    """The errors of the turntable's filters in their bands."""
+    return figure_of(simulate("turntable", seed=1), draw_error)
+
+
+def draw_aircraft() -> plots.Figure:
+    """A flight with a fault."""
+    run = simulate("aircraft", seed=AIRCRAFT_SEED)
+    return draw_flight([channel for channel in channels(run) if channel.aircraft == AIRCRAFT])
+
+
+FROM_RECORDINGS: dict[str, Callable[[Path], plots.Figure]] = {"overview": draw_overview, "bench": draw_bench}
+FROM_SYSTEMS: dict[str, Callable[[], plots.Figure]] = {"report": draw_report, "aircraft": draw_aircraft}
+NAMES = (*FROM_RECORDINGS, *FROM_SYSTEMS)
+
+
+def command(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help=", ".join(NAMES))] = None,
+    broad: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder with the trials of the BROAD data set; default: BROAD_DIR")
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the PNG files")] = CHECKOUT / "docs" / "images",
+) -> None:
+    """Draws the pictures of README and docs."""
+    for name in names or ():
+        if name not in NAMES:
+            raise UsageError(f"there is no picture {name}: choose from {', '.join(NAMES)}")
+    folder = broad or (Path(os.environ["BROAD_DIR"]) if os.environ.get("BROAD_DIR") else None)
+    for name in names or NAMES:
+        if name in FROM_SYSTEMS:
+            save_small(FROM_SYSTEMS[name](), out / f"{name}.png")
+        elif folder is not None:
+            save_small(FROM_RECORDINGS[name](folder), out / f"{name}.png")
+        elif names:
+            raise UsageError(f"{name} is drawn from recordings: set BROAD_DIR, or name their folder by --broad")
+        else:
+            say(f"{name} is left out: BROAD_DIR is not set")
+
+
+def save_small(picture: plots.Figure, path: Path) -> None:
+    """Writes a PNG with a palette of 256 colours: a third of the size, and no eye sees the difference."""
+    full = io.BytesIO()
+    picture.savefig(full, format="png")
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        Image.open(full).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+    say(f"{path} ({path.stat().st_size / 1000:.0f} kB)")
+
+
+main = study("pictures", command)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,9 @@
+"""Does a filter say "heading ready" only when it is? Seeded starts of consumer-grade sensors with exact truth.
+
+    ./run study readiness --starts 1000 [--filter ahrs] [--workers 2] [--csv FILE]
+
+A start is wrong when, at the first instant of heading_ready, the true total error exceeds both 3 sigma (root sum of
+squares of the three stated sigmas) and 5 deg. Every start has random sensors, a random attitude and a random field; the
+groups are a kind of motion and a kind of magnetic disturbance, each equally often. Start i depends on the seed and i
+alone, not on how many there are nor who computes them.
+"""

@@ -1,0 +1,106 @@
+"""The command: how many starts, by which filter, and the table of the groups."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, say, show, writing
+from hnav.cli.parameters import FilterName, Settings, parse_settings
+from hnav.cli.words import UsageError
+from studies.command import study
+from studies.readiness.experiment import Start, experiment, figures
+from studies.readiness.starts import DISTURBANCES, DURATION_S, MOTIONS
+
+
+def command(
+    starts: Annotated[int, typer.Option(help="how many starts; groups take turns")] = 1000,
+    filter: FilterName = "ahrs",
+    settings: Settings = None,
+    workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
+    seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
+) -> None:
+    """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
+    for name, value, least in (("--starts", starts, 1), ("--workers", workers, 1), ("--seed", seed, 0)):
+        if value < least:
+            raise UsageError(f"{name} {value}: must be {least} or more")
+    done: list[Start] = []
+    with bar() as progress:
+        task = progress.add_task("starts", total=starts)
+        for start in experiment(starts, filter, parse_settings(settings), seed, workers):
+            done.append(start)
+            progress.advance(task)
+    title = (
+        f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
+    )
+    show(table(done, title), width=150)
+    if csv_file:
+        with writing(csv_file):
+            write_csv(csv_file, done)
+        say(str(csv_file))
+
+
+def table(starts: Sequence[Start], title: str) -> Table:
+    """A row for each group, after each disturbance all its motions together, at the end all starts."""
+    out = Table(title=title, title_justify="left")
+    for column in ("disturbance", "motion"):
+        out.add_column(column, no_wrap=True)
+    for column in (
+        "starts",
+        "wrong",
+        "95 % interval",
+        "in true field",
+        "ready after: median",
+        "95 %",
+        "never",
+        "error then: median",
+    ):
+        out.add_column(column, justify="right")
+
+    def add(disturbance: str, motion: str, group: Sequence[Start], style: str | None = None) -> None:
+        if not group:
+            return
+        f = figures(group)
+        out.add_row(
+            disturbance, motion, str(f.starts), f"{f.wrong_share:.1%}", f"{f.wrong_low:.1%} to {f.wrong_high:.1%}", f"{f.wrong_in_true_field_share:.1%}",
+            f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", f"{f.never_share:.1%}", f"{f.median_error_deg:.1f} deg", style=style,
+        )  # fmt: skip
+
+    for disturbance in DISTURBANCES:
+        for motion in MOTIONS:
+            add(disturbance, motion, [s for s in starts if (s.disturbance, s.motion) == (disturbance, motion)])
+        add(disturbance, "all", [s for s in starts if s.disturbance == disturbance], "bold")
+        out.add_section()
+    add("all", "all", starts, "bold")
+    return out
+
+
+def write_csv(path: Path, starts: Sequence[Start]) -> None:
+    """One row a start; empty cells where the filter never became ready. Raises OSError."""
+    names = [field.name for field in fields(Start)]
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*names, "wrong"])
+        for start in starts:
+            values = (getattr(start, name) for name in names)
+            writer.writerow(
+                [
+                    *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),
+                    int(start.wrong),
+                ]
+            )
+
+
+main = study("readiness", command)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""A filter over simulated starts: when it says "heading ready", and how wrong it is at that instant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from hnav.fmi.engines import run_recording
+from hnav.native.library import Options
+from hnav.reports.scores import errors_rad
+from studies.readiness.starts import simulated_start
+
+WRONG_FLOOR_DEG, WRONG_SIGMAS = 5.0, 3.0
+CHUNK = 16  # starts that a worker takes at a time
+
+
+@dataclass(frozen=True)
+class Start:
+    """How one start went; NaN where the filter never became ready."""
+
+    index: int
+    motion: str
+    disturbance: str
+    field_true_s: float  # from when on the field was the earth's alone
+    ready_s: float  # since the first sample
+    error_deg: float  # true total error at that instant
+    heading_error_deg: float
+    sigma_deg: float  # stated then: root sum of squares of the three sigmas
+
+    @property
+    def ready(self) -> bool:
+        return bool(np.isfinite(self.ready_s))
+
+    @property
+    def wrong(self) -> bool:
+        return self.ready and self.error_deg > max(WRONG_SIGMAS * self.sigma_deg, WRONG_FLOOR_DEG)
+
+    @property
+    def wrong_in_true_field(self) -> bool:
+        """Wrong although the field was true by then. One that is false and steady looks like a true one."""
+        return self.wrong and self.ready_s >= self.field_true_s
+
+
+def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1) -> Start:
+    """Runs a filter over start `index` and looks at the first instant of heading_ready. Raises HnavError."""
+    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed)
+    result = run_recording(recording, filter, settings={"gyro_hold": "backward", **settings, "navigation_frame": "enu"})
+    heading_ready = result.ready[:, 1]
+    if not heading_ready.any():
+        return Start(index, motion, disturbance, field_true_s, np.nan, np.nan, np.nan, np.nan)
+    i = int(np.argmax(heading_ready))
+    total, heading, _ = (np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], recording.reference_q_nb[i : i + 1]))
+    sigma = np.degrees(np.linalg.norm(result.sigma_rad[i]))
+    ready_s = float(result.t_s[i] - result.t_s[0])
+    return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma))
+
+
+def experiment(starts: int, filter: str, settings: dict[str, str], seed: int = 1, workers: int = 1) -> Iterator[Start]:
+    """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
+    Options(filter, **{"gyro_hold": "backward", **settings})
+    run = partial(judge, filter=filter, settings=settings, seed=seed)
+    if workers == 1:
+        yield from map(run, range(starts))
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(run, range(starts), chunksize=CHUNK)
+
+
+class Figures(NamedTuple):
+    """What a group of starts came to. Times are of the starts that became ready."""
+
+    starts: int
+    wrong_share: float
+    wrong_low: float  # 95 % Wilson interval of the share
+    wrong_high: float
+    wrong_in_true_field_share: float
+    median_s: float
+    late_s: float  # 95 % were ready by then
+    never_share: float
+    median_error_deg: float
+
+
+def figures(starts: Sequence[Start]) -> Figures:
+    """The share of wrong starts is of all starts, ready or not."""
+    ready = [start for start in starts if start.ready]
+    wrong = sum(start.wrong for start in starts)
+    low, high = stats.binomtest(wrong, len(starts)).proportion_ci(method="wilson")
+    times, errors = [start.ready_s for start in ready] or [np.nan], [start.error_deg for start in ready] or [np.nan]
+    in_true_field = sum(start.wrong_in_true_field for start in starts) / len(starts)
+    return Figures(len(starts), wrong / len(starts), low, high, in_true_field, float(np.median(times)), float(np.percentile(times, 95)),
+                   1 - len(ready) / len(starts), float(np.median(errors)))  # fmt: skip

@@ -1,0 +1,480 @@
+"""The certificate: known rates are found, wrong gains are refused, bounds hold on the exact equations."""
+
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from command_line import hnav
+from hnav import Options
+from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
+from hnav.certify.certificate import certify, free_rates, largest, largest_below, largest_from, printed_theorem
+from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, record_gains
+from hnav.certify.results_folder import filter_of_run, read_results
+from hnav.certify.run import attenuation_of, certify_run
+from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
+from hnav.errors import HnavError
+from hnav.io.recordings import RecordingError
+from hnav.native.library import Filter
+from hnav.reference.hrekf import ReferenceFilter, product
+from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
+
+
+def solver():
+    pytest.importorskip("cvxpy", reason="cvxpy is not installed: pip install 'hnav[certify]'")
+
+
+@pytest.fixture(scope="module")
+def turntable():
+    return Turntable().run(2.0, seed=5)
+
+
+@pytest.fixture(scope="module")
+def record(turntable) -> GainRecord:
+    return record_gains(
+        turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    )
+
+
+def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) -> GainRecord:
+    """A body at rest whose every correction shrinks attitude and bias error by e^{-rate T}, a linear law with that decay."""
+    shrink = 1 - np.exp(-rate_1_s * interval_s)
+    H = np.zeros((6, 7))
+    H[:, 1:] = np.eye(6)
+    c = Correction(
+        t_s=0, interval_s=interval_s, Phi=np.eye(7), H=H, K=shrink * H.T, R=1e-6 * np.eye(6), Q=1e-8 * np.eye(7), P=np.eye(7),
+        turn=np.eye(7), norm=1.0, nu=np.zeros(6), q_minus=np.array([1.0, 0, 0, 0]), q=np.array([1.0, 0, 0, 0]), b=np.zeros(3),
+        gamma=np.inf, turns=((np.zeros(3), interval_s),),
+    )  # fmt: skip
+    return GainRecord("invariant", [replace(c, t_s=k * interval_s) for k in range(count)], 0.0)
+
+
+# --------------------------------------------------------------------------------------------- the record
+
+
+def test_the_record_is_of_the_run_of_the_library(record):
+    assert len(record.corrections) == 200
+    assert record.largest_difference < 1e-11
+
+
+def test_a_run_that_the_reference_cannot_follow_is_refused_with_the_difference(turntable):
+    with pytest.raises(HnavError, match="differ by .*closed_form"):
+        record_gains(turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="euler", euler_step_s=0.01))
+
+
+def test_the_closed_form_of_the_flow_is_the_integrated_one(turntable, record):
+    options = Options("hrekf", **turntable.settings, gamma_mode="kl", gyro_noise_rad_per_sqrt_s=0.01)
+    data, reference = turntable.recording.cropped(0.2), ReferenceFilter(options)
+    reference.q, reference.P, reference.rate = np.array([0.5, 0.5, -0.5, 0.5]), 0.01 * np.eye(7), data.rate_b_rad_s[0] + 2
+    watched = WatchedReference(options)
+    watched.q, watched.P, watched.rate = reference.q, reference.P, reference.rate
+    reference.flow(0.3)
+    watched.flow(0.3)
+    np.testing.assert_allclose(watched.q, reference.q, atol=1e-12)
+    np.testing.assert_allclose(watched.P, reference.P, atol=1e-12)
+
+
+def test_the_flow_in_navigation_axes_is_one_exponential(record):
+    for c in record.corrections[::20]:
+        np.testing.assert_allclose(expm(flow_matrix(c.turns[-1][0]) * c.interval_s), c.Phi[1:, 1:], atol=1e-14)
+
+
+def test_the_filters_own_covariance_contracts_at_every_correction(record):
+    rates = free_rates(record)
+    assert len(rates) == len(record.corrections) - 1
+    assert (rates > 0).all() and (np.exp(-rates * INTERVAL_S) < 1).all()
+
+
+def rates_in_c(turntable, options: Options) -> list[tuple[int, float]]:
+    """(corrections, decay rate) after every sample."""
+    in_c, data, seen = Filter(options), turntable.recording, []
+    for t_s, rate, force, field in zip(data.t_s.tolist(), data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla):
+        in_c.push_gyro(t_s, rate)
+        in_c.push_accel(t_s, force)
+        in_c.push_mag(t_s, field)
+        in_c.advance(t_s)
+        status = in_c.status()
+        seen.append((status.corrections, status.decay_rate_1_s))
+    return seen
+
+
+@pytest.mark.parametrize("settings", [
+    {"gamma_mode": "off"}, {"gamma_mode": "relative", "gamma_relative_rate_1_s": 1.0}, {"gamma_mode": "off", "quaternion_noise_per_sqrt_s": 0.0},
+])  # fmt: skip
+def test_the_rate_in_c_is_that_of_the_record(turntable, settings):
+    options = Options("hrekf", "paper", **turntable.settings | settings, solver="closed_form")
+    found = dict(rates_in_c(turntable, options))
+    assert found[0] == 0
+    expected = free_rates(record_gains(turntable.recording, options))
+    np.testing.assert_allclose([found[k] for k in range(2, len(expected) + 2)], expected, atol=1e-9)
+
+
+def test_the_rates_in_c_are_positive_and_errors_fall_at_least_so_fast(turntable, record):
+    found = dict(rates_in_c(turntable, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")))
+    errors = np.linalg.cholesky(record.corrections[0].P[1:, 1:])  # columns on the unit ball of P^-1, and what becomes of them
+    allowed = 1.0
+    for k, c in enumerate(record.corrections[1:], 2):
+        assert found[k] > 0
+        errors = c.M[1:, 1:] @ errors
+        allowed *= np.exp(-found[k] * c.interval_s)
+        assert np.linalg.norm(np.linalg.solve(np.linalg.cholesky(c.P[1:, 1:]), errors), 2) <= allowed * (1 + 1e-9)
+
+
+# --------------------------------------------------------------------------------------------- the bounds
+
+
+def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(record):
+    rng = np.random.default_rng(0)
+    n, rho = 500, 0.4
+    alpha, beta = return_to_sphere(record, rho)
+    for i, c in list(enumerate(record.corrections))[1::40]:
+        axis = rng.normal(size=(n, 3))
+        chord = rho * rng.uniform(size=n)
+        q = quaternion_exp(2 * np.arcsin(chord / 2)[:, None] * axis / np.linalg.norm(axis, axis=1, keepdims=True))
+        d = -q[:, 1:]
+        seen = difference_of_measurements(c, q)
+        r = np.linalg.norm(seen - d @ c.H[:, 1:4].T, axis=1)
+        np.testing.assert_allclose(r, chord * np.linalg.norm(d @ c.H[:, 1:4].T, axis=1), atol=1e-13)
+        y = d @ c.H[:, 1:4].T
+        for first, second in ((slice(0, 3), slice(0, 3)), (slice(3, 6), slice(3, 6)), (slice(0, 3), slice(3, 6))):
+            lengths = np.sum(y[:, first] * y[:, second], axis=1)
+            np.testing.assert_allclose(np.sum(seen[:, first] * seen[:, second], axis=1), lengths, atol=1e-13)
+            across = np.sum(y[:, first] * seen[:, second] + seen[:, first] * y[:, second], axis=1)
+            np.testing.assert_allclose(across, (2 - chord**2) * lengths, atol=1e-13)
+
+        e = np.hstack([1 - q[:, :1], d]) @ c.turn[:4, :4].T - seen @ c.K[:4].T
+        after = np.array([c.norm, 0, 0, 0]) - e
+        d_after = -after[:, 1:] / np.linalg.norm(after, axis=1, keepdims=True)
+        u = seen @ c.K[1:4].T
+        before = np.hstack([1 - q[:, :1], d]) @ c.turn[1:4, :4].T  # d' of return_to_sphere
+        along = before * np.sum(before * u, axis=1, keepdims=True) / c.norm**2
+        assert (np.sum(along**2, axis=1) <= alpha[i] * np.sum(along * u, axis=1) * (1 + 1e-12)).all()
+        rest = c.norm * d_after - (d @ c.turn[1:4, 1:4].T - u + along)
+        assert (np.linalg.norm(rest, axis=1) <= beta[i] * np.linalg.norm(d, axis=1)).all()
+
+        e_b = rng.normal(size=(n, 3))
+        flown, _ = flow(c, q, e_b)
+        s = np.linalg.norm(-flown[:, 1:] - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T, axis=1)
+        farthest = np.maximum(
+            chord, 2 * np.sin(np.arccos(np.clip(flown[:, 0], -1, 1)) / 2)
+        ) + 0.5 * c.interval_s * np.linalg.norm(e_b, axis=1)
+        assert (s <= 0.5 * c.interval_s * farthest * np.linalg.norm(e_b, axis=1) + 1e-14).all()
+
+
+def test_every_form_of_the_inequality_holds_on_the_nonlinear_equations(record):
+    """z of exact errors: B z is what the correction leaves, but for m, and each form has the sign that the S-procedure uses."""
+    rng = np.random.default_rng(1)
+    rho, scale, n = 0.4, 2.0, 200
+    inequality = SampledDataInequality(record, scale)
+    k = np.arange(1, len(record.corrections), 40)
+    B, forms = inequality.terms(k, rho)
+    alpha, beta = (bound[k] for bound in inequality.bounds(rho))
+    for i, c in enumerate(record.corrections[j] for j in k):
+        axis, e_b = rng.normal(size=(n, 3)), 0.3 * rng.normal(size=(n, 3))
+        chord = 0.99 * rho * rng.uniform(size=n)
+        q = quaternion_exp(2 * np.arcsin(chord / 2)[:, None] * axis / np.linalg.norm(axis, axis=1, keepdims=True))
+        q_minus, b_minus = flow(c, q, e_b)
+        d, d_minus = -q[:, 1:], -q_minus[:, 1:]
+        s = d_minus - np.hstack([d, e_b]) @ c.Phi[1:4, 1:].T
+        seen = difference_of_measurements(c, q_minus)
+        r, u = seen - d_minus @ c.H[:, 1:4].T, seen @ c.K[1:4].T
+        turned = np.hstack([1 - q_minus[:, :1], d_minus]) @ c.turn[1:4, :4].T
+        along = turned * np.sum(turned * u, axis=1, keepdims=True) / c.norm**2
+        most_u = np.linalg.norm(c.K[1:4]) * np.linalg.norm(c.H[:, 1:4])
+        z = np.hstack([d, scale * e_b, r / rho, s / (0.5 * rho * c.interval_s), along / (alpha[i] * most_u)])
+
+        value = [np.einsum("ni,ij,nj->n", z, F[i], z) for F in forms]
+        shorter = np.stack([value[0], 0.5 * value[2], 0.5 * value[2], value[1]], axis=1).reshape(-1, 2, 2)
+        assert np.linalg.eigvalsh(shorter).min() > -1e-13
+        np.testing.assert_allclose(value[3:6], 0, atol=1e-12)
+        assert value[6].min() > -1e-12 and value[7].min() > -1e-9 and value[8].min() >= 0
+
+        e = np.hstack([1 - q_minus[:, :1], d_minus, b_minus]) @ c.turn.T - seen @ c.K.T
+        after = np.array([c.norm, 0, 0, 0]) - e[:, :4]
+        exact = np.hstack([-after[:, 1:] / np.linalg.norm(after, axis=1, keepdims=True), scale * e[:, 4:]])
+        missing = exact - z @ B[i].T / np.sqrt(1 + beta[i])
+        assert (np.linalg.norm(missing[:, :3], axis=1) <= beta[i] / c.norm * np.linalg.norm(d_minus, axis=1)).all()
+        np.testing.assert_allclose(missing[:, 3:], 0, atol=1e-13)
+
+
+def test_starts_lie_on_the_boundary():
+    rng = np.random.default_rng(3)
+    A = rng.normal(size=(6, 6))
+    P = A @ A.T + 6 * np.eye(6)
+    q, b = boundary(P, 0.3, 50, rng)
+    e = np.hstack([-q[:, 1:], b])
+    np.testing.assert_allclose(np.einsum("ki,ij,kj->k", e, P, e), 0.3, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(q, axis=1), 1, atol=1e-14)
+
+
+def test_the_printed_theorem_needs_a_flow_that_contracts_and_has_none(record):
+    printed = printed_theorem(record)
+    gain = max(np.linalg.norm(c.K, 2) for c in record.corrections)
+    assert printed.smallest_d == pytest.approx(np.log(1 + 2 * gain * np.sqrt(8)))
+    assert printed.flow_rate_1_s == 0 and not printed.holds
+
+
+# --------------------------------------------------------------------------------------------- the inequality
+
+
+@pytest.mark.parametrize("rate", [0.5, 5.0])
+def test_a_linear_law_is_certified_with_its_decay(rate):
+    solver()
+    found = certify(invariant_record(rate), starts=0)
+    assert found.rate_1_s == pytest.approx(rate, rel=0.01)
+    assert found.rate_1_s <= rate * (1 + 1e-9)
+    assert found.certified, found.reason
+
+
+def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
+    """Its H sees the bias, what no sensor does: the inequality believes it, the equations do not."""
+    solver()
+    found = certify(invariant_record(0.5), starts=20)
+    assert not found.certified
+    assert "simulated start" in found.reason
+
+
+def test_figures_scale_with_time():
+    """Twice the decay at half the interval is the same law in other seconds."""
+    solver()
+    slow, fast = certify(invariant_record(1.0, 0.02), starts=0), certify(invariant_record(2.0, 0.01), starts=0)
+    assert fast.rate_1_s == pytest.approx(2 * slow.rate_1_s, rel=1e-3)
+    assert fast.free_rate_1_s == pytest.approx(2 * slow.free_rate_1_s)
+
+
+def test_gains_that_push_the_wrong_way_are_refused_with_the_correction_named(record):
+    solver()
+    found = certify(record.with_gain(-1), starts=0)
+    assert not found.certified
+    assert "spectral radius" in found.reason and "error grows" in found.reason
+
+
+def test_an_inequality_that_holds_holds_for_every_correction(record):
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    inequality = SampledDataInequality(steady, 2.0)
+    rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
+    P, tau, smallest = inequality.solve(0.2 * rate, 0.0)
+    assert smallest >= 0
+    for k in range(len(steady.corrections)):
+        assert np.linalg.eigvalsh(inequality.X(np.array([k]), P, tau, 0.2 * rate, 0.0)[0])[0] >= 0
+    assert inequality.solve(1.1 * rate, 0.0) is None
+
+
+def test_remainders_are_paid_for_by_decay(record):
+    """With less decay asked the same corrections hold a larger region; what is answered is verified anew from P and tau alone."""
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    inequality = SampledDataInequality(steady, 2.0)
+    rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
+    P, tau, least = inequality.solve(0.1 * rate, 0.05)
+    assert multipliers_hold(tau) and np.linalg.eigvalsh(P[:3, :3])[-1] <= tau[-1]
+    anew = SampledDataInequality(steady, 2.0).smallest_eigenvalues(P, tau, 0.1 * rate, 0.05)
+    assert len(anew) == 50 and anew.min() == pytest.approx(least) and least >= 0
+    assert inequality.solve(0.9 * rate, 0.05) is None
+
+
+def test_the_progress_of_each_stage_grows_and_ends_full(record):
+    solver()
+    told: dict[str, list[tuple[int, int]]] = {}
+    certify(
+        GainRecord(record.name, record.corrections[180:], 0.0),
+        lambda what, done, of: told.setdefault(what, []).append((done, of)),
+        starts=2,
+    )
+    assert list(told) == ["decay rate", "region", "longest interval", "starts"]
+    for steps in told.values():
+        assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+        assert steps[-1][0] == steps[-1][1]
+
+
+def test_intervals_nest(record):
+    """Any order of intervals is more than one interval at a time, and no P helps where a single correction lets errors grow."""
+    solver()
+    steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
+    np.testing.assert_allclose(
+        SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14
+    )
+    # The body turns back faster than the gains have learnt: an interval too long turns the bias error away from them.
+    turned = [replace(c, turns=((np.array([0, 0, -0.3]), INTERVAL_S),)) for c in steady.corrections[::5]]
+    found = certify(GainRecord("turned", turned, 0.0), starts=0)
+    inequality = SampledDataInequality(GainRecord("turned", turned, 0.0), 2.0)
+    assert INTERVAL_S < found.mixed_interval_s <= found.longest_interval_s
+    assert INTERVAL_S < found.region_interval_s <= found.longest_interval_s
+    grows = [
+        np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max() >= 1
+        for t in (found.interval_limit_s, 1.01 * found.interval_limit_s)
+    ]
+    assert found.longest_interval_s <= found.interval_limit_s and grows == [False, True]
+    P, tau, _ = inequality.and_interval(found.mixed_interval_s).solve(0.0, 0.0)
+    for t in (INTERVAL_S, found.mixed_interval_s):
+        assert inequality.with_interval(t).smallest_eigenvalues(P, tau, 0.0, 0.0).min() >= 0
+
+
+def test_the_solver_is_asked_what_is_meant():
+    solver()
+    F = np.zeros((3, 3, 2))
+    F[0, 0, 0] = F[1, 1, 1] = F[0, 2, 0] = F[2, 0, 0] = 1.0
+    F[2, 2] = [0.0, 1.0]
+    # [[x1, 0, x1], [0, x2, 0], [x1, 0, x2]] >= 0.5 I needs (x1 - 0.5)(x2 - 0.5) >= x1^2.
+    x = smallest(np.array([0.0, 1.0]), [(F, 0.5)])
+    assert np.linalg.eigvalsh(F @ x)[0] == pytest.approx(0.5, abs=1e-3)
+    assert x[1] == pytest.approx(0.5 + min(v**2 / (v - 0.5) for v in np.linspace(0.6, 3, 2401)), rel=2e-3)
+    assert smallest(np.array([1.0]), [(-np.ones((1, 1, 1)), 1.0), (np.ones((1, 1, 1)), 0.0)]) is None
+
+
+def test_multipliers_get_the_signs_that_they_missed_by_rounding():
+    tau = np.array([1.0, 1e-9, -2e-8, -0.5, 0.0, 0.5, -1e-12, 0.1, 2.0])
+    assert not multipliers_hold(tau)
+    assert multipliers_hold(with_signs(tau))
+    np.testing.assert_allclose(with_signs(tau), tau, atol=1e-7)
+
+
+def test_bisection_finds_the_edge():
+    assert largest_from(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 2.0, 12) == pytest.approx(0.3, rel=1e-3)
+    assert largest_from(lambda x: None, 1e-3, 1.0, 2.0, 5) == 1e-3
+    assert largest_from(lambda x: x, 1e-3, 1.0, 2.0, 5) == 1.0
+    assert largest(lambda x: x if x < 0.3 else None, 1e-3, 1.0, 20)[0] == pytest.approx(0.3, rel=1e-4)
+    assert largest(lambda x: None, 1e-3, 1.0, 5) is None
+    assert largest_below(lambda x: x if x < 0.03 else None, 1.0, 1e-4, 12)[0] == pytest.approx(0.03, rel=1e-3)
+    assert largest_below(lambda x: None, 1.0, 1e-4, 5) is None
+
+
+# --------------------------------------------------------------------------------------------- experiment and command
+
+
+def test_the_attenuation_of_the_robust_law_stays_below_gamma_squared(turntable):
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_relative_rate_1_s=10.5)
+    robust = record_gains(turntable.recording, options)
+    ratio = attenuation_of(robust, turntable, options)
+    assert 0 < ratio < max(c.gamma for c in robust.corrections) ** 2
+
+
+def test_the_turntable_integrates_to_its_own_attitude():
+    quiet = Turntable(gyro_noise_deg_s=0, gyro_bias_deg_s=0, gyro_scale=0, accel_noise=0, mag_noise=0).run(30, seed=1)
+    q = quiet.q_nb[0]
+    for rate in quiet.recording.rate_b_rad_s[:-1]:
+        q = product(q, quaternion_exp(0.5 * INTERVAL_S * rate[None])[0])
+    np.testing.assert_allclose(q, quiet.q_nb[-1], atol=1e-12)
+    assert np.degrees(np.abs(quiet.recording.rate_b_rad_s).max()) == pytest.approx(10, rel=1e-6)
+    assert np.arctan2(quiet.recording.field_b_tesla[0, 2], np.linalg.norm(quiet.recording.field_b_tesla[0, :2])) == pytest.approx(
+        DIP_RAD
+    )
+
+
+def test_a_seed_is_one_experiment():
+    a, b, c = (Turntable().run(0.5, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(a.recording.rate_b_rad_s, b.recording.rate_b_rad_s)
+    assert not np.array_equal(a.recording.rate_b_rad_s, c.recording.rate_b_rad_s)
+
+
+def test_results_of_a_simulation_are_read_by_the_names_of_their_signals(tmp_path):
+    values = np.arange(12.0).reshape(4, 3)
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+        file["imu.gyro.rate"] = values
+        file["imu.accel.force"] = values + 1
+        for i in range(3):
+            file[f"compass.mag.field[{i + 1}]"] = values[:, i] + 2
+    data = read_results(tmp_path)
+    np.testing.assert_array_equal(data.rate_b_rad_s, values)
+    np.testing.assert_array_equal(data.field_b_tesla, values + 2)
+
+
+def test_values_held_between_samples_are_no_samples(tmp_path):
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+        for end in ("gyro.rate", "accel.force", "mag.field"):
+            for i in range(3):
+                file[f"imu.{end}[{i + 1}]"] = np.array([0.0, 1.0, 1.0, 2.0])
+        file["imu.mag.sample"] = np.array([0.0, 1.0, 1.0, 2.0])
+    data = read_results(tmp_path)
+    np.testing.assert_array_equal(np.isfinite(data.field_b_tesla).all(axis=1), [False, True, False, True])
+    assert np.isfinite(data.rate_b_rad_s).all()
+
+
+def write_run(folder, parameters: dict) -> None:
+    (folder / "run.json").write_text(json.dumps({"parameters": parameters}))
+
+
+def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
+    assert filter_of_run(tmp_path) == ("default", {})
+    start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
+    write_run(
+        tmp_path,
+        start
+        | {
+            "hrekf.preset": "paper",
+            "hrekf.gamma_mode": "kl",
+            "hrekf.solver": "erkstep",
+            "hrekf.gamma": 0.1,
+            "hrekf.sampling_mode": "counter",
+            "hekf.gamma": 9,
+        },
+    )
+    preset, settings = filter_of_run(tmp_path)
+    options = Options("hrekf", preset, **settings)
+    assert preset == "paper" and sorted(settings) == ["gamma", "gamma_mode", "start_q_nb"]
+    assert (options.gamma_mode, options.gamma, list(options.start_q_nb)) == ("kl", 0.1, [0.6, 0.0, 0.8, 0.0])
+    write_run(tmp_path, {"hrekf.preset": 1})
+    with pytest.raises(RecordingError, match="run.json: no parameters"):
+        filter_of_run(tmp_path)
+
+
+def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turntable):
+    """The gains of the folder are those that its settings give, not those of the default preset."""
+    solver()
+    data = turntable.recording
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = data.t_s
+        for end, values in (
+            ("gyro.rate", data.rate_b_rad_s),
+            ("accel.force", data.force_b_m_s2),
+            ("mag.field", data.field_b_tesla),
+        ):
+            file[f"sensor.{end}"] = values
+    write_run(tmp_path, {"hrekf.preset": "paper", "hrekf.gamma_mode": "off"})
+
+    def found(preset, settings):
+        return certify_run(tmp_path, preset=preset, settings=settings, begin_s=0.5, seed=1, gain_factor=-1.0)
+
+    assert found(None, {}).printed == found("paper", {"gamma_mode": "off"}).printed != found("default", {}).printed
+
+
+def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):
+    with pytest.raises(RecordingError, match="no signals.h5"):
+        read_results(tmp_path)
+    with h5py.File(tmp_path / "signals.h5", "w") as file:
+        file["t_s"] = np.arange(4) * 0.01
+    with pytest.raises(RecordingError, match=r"ends in gyro\.rate"):
+        read_results(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        ([], "--experiment turntable"),
+        (["--experiment", "carousel"], "carousel"),
+        (["--experiment", "turntable", "--filter", "ahrs"], "ahrs"),
+        (["--experiment", "turntable", "--duration", "0.5"], "--from"),
+    ],
+)
+def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):
+    done = hnav("certify", *arguments)
+    assert done.returncode == 2
+    assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1
+
+
+def test_the_command_refuses_wrong_gains_and_writes_why(tmp_path):
+    solver()
+    out, picture = tmp_path / "c.json", tmp_path / "c.png"
+    done = hnav("certify", "--experiment", "turntable", "--preset", "paper", "--duration", 1, "--from", 0.5, "--gain-factor", -1, "--out", out, "--picture", picture)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "not certified" in done.stdout
+    figures = json.loads(out.read_text())
+    assert figures["certified"] is False and "spectral radius" in figures["reason"]
+    assert figures["region_deg"] is None and figures["printed"]["holds"] is False
+    assert picture.stat().st_size > 10_000

@@ -1,0 +1,101 @@
+"""The command line as a user types it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from command_line import hnav, hnav_process
+from hnav import __version__
+
+
+@pytest.fixture
+def flight(tmp_path, motion):
+    m = motion.recording.cropped(1)
+    path = tmp_path / "flight.csv"
+    table = np.column_stack([m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla * 1e6])
+    np.savetxt(path, table, delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+    return path
+
+
+@pytest.mark.parametrize("engine", ["c", "fmi3-cs"])
+def test_filter_writes_one_row_for_each_sample(flight, tmp_path, engine):
+    out = tmp_path / "out.csv"
+    done = hnav(
+        "filter", flight, "--filter", "hrekf", "--engine", engine, "--mag-unit", "uT", "--set", "gamma_mode=kl", "--out", out
+    )
+    assert done.returncode == 0, done.stderr
+    table = np.genfromtxt(out, delimiter=",", names=True)
+    assert len(table) == 100
+    assert table.dtype.names[:8] == ("t_s", "q0", "q1", "q2", "q3", "roll_deg", "pitch_deg", "yaw_deg")
+    np.testing.assert_allclose(sum(table[f"q{i}"] ** 2 for i in range(4)), 1, atol=1e-8)
+    assert table["roll_deg"][0] == pytest.approx(20, abs=1)
+    assert "100 rows" in done.stdout
+
+
+def test_a_communication_step_gives_the_same_rows_where_samples_arrive(flight, tmp_path):
+    tables = []
+    for step in ([], ["--step", "0.0037"]):
+        out = tmp_path / "out.csv"
+        done = hnav("filter", flight, "--engine", "fmi2-cs", "--mag-unit", "uT", *step, "--out", out)
+        assert done.returncode == 0, done.stderr
+        tables.append(out.read_text().splitlines())
+    assert tables[0] == tables[1]
+
+
+def test_frames_are_a_choice(flight, tmp_path):
+    yaw = {}
+    for frame in ("ned", "enu"):
+        out = tmp_path / f"{frame}.csv"
+        assert hnav("filter", flight, "--frame", frame, "--mag-unit", "uT", "--out", out).returncode == 0
+        yaw[frame] = np.genfromtxt(out, delimiter=",", names=True)["q0"]
+    assert not np.allclose(yaw["ned"], yaw["enu"])
+
+
+@pytest.mark.parametrize("arguments, named", [
+    (["filter", "nowhere.csv", "--out", "x.csv"], "nowhere.csv"),
+    (["filter", "FLIGHT", "--out", "/nonexistent/x.csv"], "/nonexistent/x.csv"),
+    (["filter", "FLIGHT", "--out", "OUT", "--engine", "fmi9"], "--engine fmi9: choose one of c"),
+    (["filter", "FLIGHT", "--out", "OUT", "--filter", "magic"], "--filter magic: choose one of"),
+    (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma"], "NAME=VALUE"),
+    (["filter", "FLIGHT", "--out", "OUT", "--set", "no_such=1"], "no_such"),
+    (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1"], "gamma"),
+    (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1", "--engine", "fmi3-cs"], "gamma"),
+    (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "navigation_frame"),
+    (["filter", "FLIGHT", "--out", "OUT", "--preset", "best"], "preset"),
+    (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
+    (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "mT"], "--mag-unit mT: choose one of T"),
+    (["score", "nowhere"], "nowhere"),
+    # Names of 0.1, and where they went.
+    (["filter", "FLIGHT", "--out", "OUT", "--filter", "aligner"], "--filter aligner, which is now called ahrs"),
+    (["options", "--filter", "aligner"], "now called ahrs"),
+    (["filter", "aligner", "--out", "OUT"], "now called ahrs: --filter ahrs"),
+    (["bench", "DIR"], "./run study bench"),
+])  # fmt: skip
+def test_what_cannot_be_done_is_one_line_and_exit_code_2(flight, tmp_path, arguments, named):
+    places = {"FLIGHT": str(flight), "OUT": str(tmp_path / "out.csv")}
+    done = hnav(*(places.get(a, a) for a in arguments))
+    assert done.returncode == 2
+    assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_options_are_listed_with_unit_and_range():
+    done = hnav("options")
+    assert done.returncode == 0
+    for word in ("gyro_noise_rad_per_sqrt_s", "rad/sqrt(s)", "off, fixed", "navigation_frame"):
+        assert word in done.stdout.replace("\n", " ")
+
+
+def test_version_names_package_and_library():
+    assert hnav_process("--version").stdout.startswith(f"hnav {__version__}, library {__version__}")
+
+
+def test_score_prints_all_trials_and_writes_json(broad_trials, tmp_path):
+    folder = next(iter(broad_trials.values())).parent
+    out = tmp_path / "scores.json"
+    done = hnav("score", folder, "--set", "solver=closed_form", "--json", out)
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(out.read_text())
+    assert len(figures["trials"]) == len(broad_trials)
+    assert figures["mean"]["total"] < 4.0
+    assert "undisturbed" in done.stdout and "NEES/3" in done.stdout

@@ -1,0 +1,231 @@
+"""The documentation: its links lead somewhere, its snippets run, its command lines exist."""
+
+import ast
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from checkout import BUILD, TOP
+from hnav.cli.app import COMMANDS, load
+from motion import tilted_motion
+
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md"))]
+FMUS = Path(os.environ.get("HNAV_FMUS", BUILD / "fmus"))
+LIBRARY = Path(os.environ.get("HNAV_LIBRARY", BUILD / "c_src" / "libhnav.so"))
+
+FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+COMMENT = re.compile(r"\s{2,}.*$")
+
+
+def blocks(language: str) -> list:
+    """Fenced blocks as parameters named after page and number."""
+    found = []
+    for page in PAGES:
+        texts = [text for kind, text in FENCE.findall(page.read_text()) if kind == language]
+        found += [pytest.param(text, id=f"{page.stem}-{number}") for number, text in enumerate(texts, 1)]
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ links
+
+
+def anchors(page: Path) -> set[str]:
+    """As GitHub and MkDocs make them of headings: lower case, no punctuation, spaces to hyphens."""
+    headings = re.findall(r"^#{1,6}\s+(.*)$", FENCE.sub("", page.read_text()), re.MULTILINE)
+    plain = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower() for heading in headings]
+    return {re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", heading).strip()) for heading in plain}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_relative_link_leads_to_a_file_and_a_heading(page):
+    broken = []
+    for link in LINK.findall(FENCE.sub("", page.read_text())):
+        if "://" in link or link.startswith("mailto:"):
+            continue
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            broken.append(link)
+    assert broken == []
+
+
+def test_the_site_builds_without_a_warning(tmp_path):
+    build = pytest.importorskip("mkdocs.commands.build", reason="the extra docs is not installed")
+    pytest.importorskip("material", reason="the extra docs is not installed")
+    from mkdocs.config import load_config
+
+    config = load_config(str(TOP / "mkdocs.yml"), site_dir=str(tmp_path / "site"), strict=True)
+    build.build(config)  # strict: a warning ends it
+    written = (tmp_path / "site" / "navigation.html").read_text()
+    assert "fonts.googleapis" not in written and 'href="readme.html' in written
+
+
+# ------------------------------------------------------------------------------------------------ snippets
+
+
+def write_recording(path: Path, duration_s: float) -> None:
+    r = tilted_motion(duration_s).recording
+    table = np.column_stack([r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla])
+    np.savetxt(path, table, fmt="%.9g", delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory) -> Path:
+    """What the snippets' file names stand for."""
+    folder = tmp_path_factory.mktemp("recordings")
+    write_recording(folder / "flight.csv", 3)
+    write_recording(folder / "tumbled.csv", 30)
+    return folder
+
+
+@pytest.fixture
+def scratch(tmp_path, recordings, monkeypatch) -> Path:
+    """A folder with recordings and a build, as the checkout has them."""
+    for recording in recordings.iterdir():
+        shutil.copy(recording, tmp_path)
+    if FMUS.is_dir():
+        (tmp_path / "build").mkdir()
+        (tmp_path / "build" / "fmus").symlink_to(FMUS.resolve())
+        (tmp_path / "build" / "ssp").symlink_to((BUILD / "ssp").resolve())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def inputs_that_the_reader_has() -> dict:
+    """Names that snippets use and leave to the reader: an input signal of two seconds at rest."""
+    names = [f"{sensor}[{i}]" for sensor in ("gyro.rate", "accel.force", "mag.field") for i in (1, 2, 3)]
+    signal = np.zeros(201, dtype=[("time", float), *((name, float) for name in names)])
+    signal["time"] = 0.01 * np.arange(201)
+    signal["accel.force[3]"], signal["mag.field[1]"], signal["mag.field[3]"] = -9.81, 2e-5, 4.5e-5
+    return {"signal": signal}
+
+
+@pytest.mark.parametrize("code", blocks("python"))
+def test_a_python_snippet_runs(code, scratch):
+    if "BROAD_DIR" in code and not os.environ.get("BROAD_DIR"):
+        pytest.skip("BROAD_DIR is not set: no BROAD recordings")
+    if ("fmu" in code or "simulate" in code) and not FMUS.is_dir():
+        pytest.skip(f"{FMUS} is not built")
+    given = {name: value for name, value in inputs_that_the_reader_has().items() if name in names_read(code)}
+    exec(compile(code, "snippet", "exec"), {"__name__": "snippet", **given})
+
+
+def names_read(code: str) -> set[str]:
+    """Names that are read and never assigned."""
+    names = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)]
+    return {n.id for n in names if isinstance(n.ctx, ast.Load)} - {n.id for n in names if isinstance(n.ctx, ast.Store)}
+
+
+# Statements that stand alone become a program: two seconds of a level body, and what the reader would supply.
+PROGRAM = """
+#include <stdio.h>
+%(includes)s
+static double t_s; static int rounds;
+static const double rate_b_rad_s[3] = {0, 0, 0}, force_b_m_s2[3] = {0, 0, -9.81}, field_b_tesla[3] = {2e-5, 0, 4.5e-5};
+static void use(const hnav_attitude *attitude) {
+    if (++rounds < 200) t_s += 0.01;
+    else printf("%%.6f\\n", attitude->q_nb[0]);
+}
+int main(void) {
+%(body)s
+    return 0;
+}
+"""
+
+
+def as_program(code: str) -> str:
+    if "int main" in code:
+        return code
+    lines = code.splitlines()
+    includes = "\n".join(line for line in lines if line.startswith("#include"))
+    body = "\n".join(line for line in lines if not line.startswith("#include"))
+    return PROGRAM % {"includes": includes, "body": body.replace("for (;;)", "while (rounds < 200)")}
+
+
+@pytest.mark.parametrize("code", blocks("c"))
+def test_a_c_snippet_compiles_without_a_warning_and_runs(code, tmp_path):
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None or not LIBRARY.is_file():
+        pytest.skip("no C compiler, or the library is not built")
+    source, program = tmp_path / "snippet.c", tmp_path / "snippet"
+    source.write_text(as_program(code))
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{TOP / 'c_src' / 'include'}"]
+    made = subprocess.run(
+        [compiler, *flags, str(source), str(LIBRARY), f"-Wl,-rpath,{LIBRARY.parent.resolve()}", "-lm", "-o", str(program)],
+        capture_output=True,
+        text=True,
+    )
+    assert made.returncode == 0, made.stderr
+    ran = subprocess.run([str(program)], capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 0 and ran.stdout.strip(), ran.stderr
+
+
+# ------------------------------------------------------------------------------------------------ command lines
+
+
+def command_lines() -> list:
+    """Every ./run ... of an indented block, a fence or inline code; a description behind two spaces does not belong to it."""
+    found = {}
+    for page in PAGES:
+        text = page.read_text()
+        inline = re.findall(r"`(\./run [^`]+)`", text)
+        indented = [COMMENT.sub("", line.strip()) for line in re.findall(r"^ {4,}(\./run [^\n]*)$", text, re.MULTILINE)]
+        for line in [*inline, *indented]:
+            for command in re.split(r"\s*(?:&&|#)\s*", " ".join(line.split())):
+                if command.startswith("./run "):
+                    found.setdefault(command, page.stem)
+    return [pytest.param(command, id=f"{page}: {command}") for command, page in found.items()]
+
+
+def modules() -> list[str]:
+    return sorted({name for page in PAGES for name in re.findall(r"-m ((?:hnav|studies)[\w.]*)", page.read_text())})
+
+
+@pytest.mark.parametrize("module", modules())
+def test_a_module_that_is_to_be_run_exists(module):
+    found = importlib.util.find_spec(module)
+    if found is not None and found.submodule_search_locations:
+        found = importlib.util.find_spec(f"{module}.__main__")
+    assert found is not None and "__main__" in Path(found.origin).read_text(), f"python -m {module} does nothing"
+
+
+def run_commands() -> set[str]:
+    """The commands that the script answers to, from its last case."""
+    script = (TOP / "run").read_text()
+    return set(re.findall(r"^  ([a-z]+)(?: \||\))", script[script.rindex("case $command in") :], re.MULTILINE))
+
+
+@pytest.mark.parametrize("line", command_lines())
+def test_a_command_line_names_commands_and_options_that_exist(line):
+    words = shlex.split(re.sub(r"[\[\]|]", " ", line))[1:]
+    assert words[0] in run_commands(), f"./run has no command {words[0]}"
+    if words[0] == "hnav" and len(words) > 1 and words[1].islower() and not words[1].startswith("-"):
+        assert words[1] in COMMANDS, f"hnav has no command {words[1]}"
+        known = options_of(load(words[1]))
+    elif words[0] == "study" and len(words) > 1 and words[1].islower():
+        known = study_options(words[1])
+    else:
+        return
+    assert [word for word in words[2:] if word.startswith("--") and word.split("=")[0] not in known] == []
+
+
+def options_of(command) -> set[str]:
+    return {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)} | {"--help"}
+
+
+def study_options(name: str) -> set[str]:
+    """What a study takes, by its help: studies are free in how they read their arguments."""
+    assert importlib.util.find_spec(f"studies.{name}") is not None, f"there is no study {name}"
+    environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "COLUMNS": "200"}
+    said = subprocess.run([sys.executable, "-m", f"studies.{name}", "--help"], capture_output=True, text=True, env=environment)
+    assert said.returncode == 0, said.stderr
+    return set(re.findall(r"--[a-z-]+", said.stdout))

@@ -1,0 +1,237 @@
+"""Readers of files that others wrote, under damage of every kind: what comes back is whole, or the error says why.
+
+HNAV_FUZZ_EXAMPLES=20000 tries harder than the default.
+"""
+
+import json
+import os
+import random
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hnav.errors import HnavError
+from hnav.io.recordings import Recording, RecordingError, read_recording
+from hnav.systems.aircraft_file import models_folder, read_aircraft
+
+bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
+
+# MATLAB files are read in a process of their own, which takes a second on a busy machine.
+bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
+
+NUMBERS = [
+    "0",
+    "-0",
+    "1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "1e-400",
+    "0x10",
+    "1_000",
+    "1,5",
+    "",
+    " ",
+    "abc",
+    "٣",
+    "\x00",
+    '"',
+    "1e",
+    "--1",
+]
+HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("fuzz")
+
+
+def is_whole(recording: Recording) -> None:
+    """What everything behind a reader relies on."""
+    n = len(recording.t_s)
+    assert n > 0 and recording.t_s.shape == (n,)
+    assert np.isfinite(recording.t_s).all() and (np.diff(recording.t_s) > 0).all()
+    columns = {"rate_b_rad_s": 3, "force_b_m_s2": 3, "field_b_tesla": 3, "reference_q_nb": 4}
+    for name, width in columns.items():
+        value = getattr(recording, name)
+        assert value is None or (value.shape == (n, width) and value.dtype == float), name
+    assert recording.movement is None or recording.movement.shape == (n,)
+
+
+def read_or_say_why(path: Path) -> None:
+    try:
+        recording = read_recording(path)
+    except RecordingError as error:
+        assert path.name in str(error) and "\n" not in str(error)
+    else:
+        is_whole(recording)
+
+
+def damaged(data: bytes, seed: int) -> bytes:
+    """A few bytes changed, a piece cut, doubled or moved."""
+    rng = random.Random(seed)
+    data = bytearray(data)
+    for _ in range(rng.randint(1, 4)):
+        if not data:
+            break
+        i, j = sorted(rng.randrange(len(data) + 1) for _ in range(2))
+        match rng.randrange(5):
+            case 0:
+                data[min(i, len(data) - 1)] = rng.randrange(256)
+            case 1:
+                del data[i:j]
+            case 2:
+                data[i:i] = data[i:j]
+            case 3:
+                del data[i:]
+            case _:
+                data[min(i, len(data) - 1)] ^= 1 << rng.randrange(8)
+    return bytes(data)
+
+
+# --------------------------------------------------------------------------------------------- CSV
+
+cells = st.one_of(st.sampled_from(NUMBERS), st.floats().map(repr), st.text(max_size=4))
+rows = st.lists(st.lists(cells, min_size=8, max_size=11), max_size=4)
+
+
+@bounded
+@given(
+    header=st.one_of(st.just(HEADER.split(",")), st.lists(st.sampled_from(HEADER.split(",") + ["", "x", "\ufeff"]), max_size=12)),
+    rows=rows,
+)
+@example(header=HEADER.split(","), rows=[['"', *"0" * 7], ["0", '"', *"0" * 7, "1,5"]])  # a quoted cell over two lines
+def test_a_csv_of_any_cells_is_read_whole_or_refused(folder, header, rows):
+    path = folder / "cells.csv"
+    path.write_text("\n".join(",".join(row) for row in [header, *rows]) + "\n", encoding="utf-8", errors="replace")
+    read_or_say_why(path)
+
+
+@bounded
+@given(seed=st.integers(0, 2**32))
+def test_a_damaged_csv_is_read_whole_or_refused(folder, seed):
+    path = folder / "damaged.csv"
+    good = HEADER + "\n" + "".join(f"{0.01 * k:.2f},0.1,0.2,0.3,0,0,-9.81,2e-5,0,4e-5\n" for k in range(5))
+    path.write_bytes(damaged(good.encode(), seed))
+    read_or_say_why(path)
+
+
+# --------------------------------------------------------------------------------------------- BROAD
+
+
+def broad_trial(n: int = 6) -> dict:
+    return {
+        "imu_gyr": np.zeros((n, 3)), "imu_acc": np.tile([0, 0, 9.81], (n, 1)), "imu_mag": np.tile([20.0, 0, -40], (n, 1)),
+        "opt_quat": np.tile([1.0, 0, 0, 0], (n, 1)), "movement": np.ones(n), "sampling_rate": 286.0,
+    }  # fmt: skip
+
+
+odd_values = st.one_of(
+    st.sampled_from([0.0, -1.0, np.nan, np.inf, 1e-320, "text", np.zeros(0), np.zeros((6, 2)), np.zeros((5, 3)), np.zeros((1, 3)),
+                     np.zeros((6, 3, 2)), np.zeros((0, 3)), np.zeros((6, 3), complex), np.full((6, 3), np.nan), np.zeros(3)]),
+    st.floats(),
+)  # fmt: skip
+
+
+@bounded_mat
+@given(changes=st.dictionaries(st.sampled_from(list(broad_trial())), st.one_of(st.none(), odd_values), min_size=1, max_size=2),
+       suffix=st.sampled_from([".hdf5", ".mat"]))  # fmt: skip
+def test_a_trial_with_arrays_of_any_shape_is_read_whole_or_refused(folder, changes, suffix):
+    data = {name: value for name, value in (broad_trial() | changes).items() if value is not None}
+    path = folder / f"01_undisturbed_odd{suffix}"
+    if suffix == ".mat":
+        scipy.io.savemat(path, data)
+    else:
+        with h5py.File(path, "w") as file:
+            for name, value in data.items():
+                if name == "sampling_rate":
+                    file.attrs[name] = value
+                else:
+                    file[name] = value
+    read_or_say_why(path)
+
+
+@bounded_mat
+@given(seed=st.integers(0, 2**32))
+@example(seed=22)  # SciPy's reader ends its process
+def test_a_damaged_mat_file_is_read_whole_or_refused(folder, seed):
+    path = folder / "01_undisturbed_damaged.mat"
+    scipy.io.savemat(path, broad_trial())
+    path.write_bytes(damaged(path.read_bytes(), seed))
+    read_or_say_why(path)
+
+
+@bounded
+@given(seed=st.integers(0, 2**32))
+def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
+    path = folder / "01_undisturbed_damaged.hdf5"
+    with h5py.File(path, "w") as file:
+        for name, value in broad_trial().items():
+            if name == "sampling_rate":
+                file.attrs[name] = value
+            else:
+                file[name] = value
+    path.write_bytes(damaged(path.read_bytes(), seed))
+    read_or_say_why(path)
+
+
+# --------------------------------------------------------------------------------------------- aircraft
+
+json_values = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(-(10**400), 10**400), st.floats(), st.text(max_size=5)),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
+    max_leaves=6,
+)
+
+
+def places(node, path=()):
+    yield path
+    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, child in items:
+        yield from places(child, (*path, key))
+
+
+def is_usable(path: Path) -> None:
+    try:
+        aircraft = read_aircraft(path)
+    except HnavError as error:
+        assert path.name in str(error) and "\n" not in str(error)
+        return
+    n, m = len(aircraft.channels), len(aircraft.controls)
+    assert aircraft.A_1_s.shape == (n, n) and aircraft.B_1_s.shape == (n, m)
+    assert 0 < aircraft.interval_s < np.inf
+    factors = aircraft.noise_factors(20)
+    assert factors.shape == (21, n) and np.isfinite(factors).all() and (factors > 0).all()
+    assert np.isfinite(aircraft.inputs(20)).all()
+
+
+MODEL = models_folder() / "f4c_lateral.json"
+
+
+@bounded
+@given(data=st.data())
+def test_a_model_with_any_value_in_any_place_is_usable_or_refused(folder, data):
+    model = json.loads(MODEL.read_text())
+    *branch, leaf = data.draw(st.sampled_from([p for p in places(model) if p]))
+    node = model
+    for key in branch:
+        node = node[key]
+    node[leaf] = data.draw(json_values)
+    path = folder / "aircraft.json"
+    path.write_text(json.dumps(model))
+    is_usable(path)
+
+
+@bounded
+@given(seed=st.integers(0, 2**32))
+def test_a_damaged_model_is_usable_or_refused(folder, seed):
+    path = folder / "aircraft.json"
+    path.write_bytes(damaged(MODEL.read_bytes(), seed))
+    is_usable(path)

@@ -1,0 +1,34 @@
+"""A simulated motion with known attitude and bias."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hnav.io.recordings import Recording
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A tumbling body with known attitude and bias, as an ideal north-east-down sensor would record it."""
+
+    recording: Recording
+    bias: np.ndarray
+
+
+def tilted_motion(duration_s: float, noise: float = 1.0, seed: int = 7, bias=(0.03, -0.05, 0.02)) -> Motion:
+    """Tilted by 20 deg, rates up to 10 rad/s, 100 Hz; the rate of a row is the mean over the interval that follows."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, duration_s, 0.01)
+    w = np.stack([4 * np.sin(1.1 * t), 5 * np.cos(0.7 * t), 7.5 * np.sin(0.4 * t)], axis=1)
+    attitude = [Rotation.from_euler("x", 20, degrees=True)]
+    for k in range(len(t) - 1):
+        attitude.append(attitude[-1] * Rotation.from_rotvec(w[k] * 0.01))
+    attitude = Rotation.concatenate(attitude)
+    force = attitude.apply([0, 0, -9.81], inverse=True) + noise * 0.05 * rng.normal(size=w.shape)
+    field = attitude.apply([2e-5, 0, 4.5e-5], inverse=True) + noise * 2e-7 * rng.normal(size=w.shape)
+    rate = w + bias + noise * 0.01 * rng.normal(size=w.shape)
+    q = attitude.as_quat()[:, [3, 0, 1, 2]]
+    return Motion(Recording("tilted motion", t, rate, force, field, q), np.array(bias))

@@ -1,0 +1,36 @@
+"""The pictures of README and docs."""
+
+import numpy as np
+import pytest
+
+from command_line import answered
+from hnav.io.recordings import read_recording
+from studies.pictures import overview
+from studies.pictures.__main__ import main
+
+
+def test_the_picture_of_the_readme_is_made_by_a_command(broad_trials, tmp_path):
+    if overview.TRIAL not in broad_trials:
+        pytest.skip(f"BROAD_DIR has no trial {overview.TRIAL:02d}")
+    folder = broad_trials[overview.TRIAL].parent
+    picture = tmp_path / "overview.png"
+    done = answered(main, "overview", "--broad", folder, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size < 200_000
+
+
+def test_a_folder_without_trials_gets_one_line(tmp_path):
+    done = answered(main, "overview", "--broad", tmp_path, "--out", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "BROAD" in done.stderr
+
+
+def test_sigma_grows_between_samples_and_falls_at_them(broad_trials):
+    recording = read_recording(next(iter(broad_trials.values())))
+    zoom = overview.look_between(recording, 10.0, 0.05, {"navigation_frame": "enu"})
+    sum_of_squares = (zoom.sigma_rad**2).sum(axis=1)
+    at_jump = np.zeros(len(zoom.t_s) - 1, bool)
+    at_jump[zoom.after_jump[1:] - 1] = True
+    assert (np.diff(sum_of_squares)[at_jump] < 0).all()
+    assert (np.diff(sum_of_squares)[~at_jump] > 0).all()

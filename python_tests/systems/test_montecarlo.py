@@ -1,0 +1,115 @@
+"""Many runs: the same numbers for any number of workers, failures kept, intervals that cover what they should."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from command_line import hnav
+from hnav.errors import HnavError, HnavValueError
+from hnav.fmi.fmus import fmu_path
+from hnav.systems import montecarlo
+from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
+from made_systems import NOISE, make_system, make_turntable
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory) -> str:
+    for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
+        try:
+            fmu_path(name, 2)
+        except HnavError as error:
+            pytest.skip(str(error))
+    return str(make_turntable(tmp_path_factory.mktemp("turntable")))
+
+
+def test_the_same_seeds_give_the_same_numbers_for_any_number_of_workers(system):
+    pytest.importorskip("distributed", reason="distributed is not installed: one worker only")
+    work = jobs(system, [None, "gamma_off"], 3, settings=NOISE, stop_s=2)
+    one, two = run_jobs(work, 1), run_jobs(work, 2)
+    assert len(one) == 2 * 3 * 3
+    assert one["mse_deg2"].nunique() > 6
+    pd.testing.assert_frame_equal(one, two, check_exact=True)
+
+
+def test_a_failing_run_is_a_row_and_the_others_go_on(system, monkeypatch):
+    simulate = montecarlo.simulate
+
+    def failing(name, scenario, grade, settings, seed, *rest):
+        if seed == 2:
+            raise HnavValueError("option", "sensor: broken")
+        return simulate(name, scenario, grade, settings, seed, *rest)
+
+    monkeypatch.setattr(montecarlo, "simulate", failing)
+    seen = []
+    table = run_jobs(jobs(system, [None], 3, stop_s=1), progress=lambda done, total: seen.append((done, total)))
+    assert table[table["failure"] != ""][["seed", "failure"]].values.tolist() == [[2, "sensor: broken"]]
+    assert sorted(table[table["failure"] == ""]["seed"].unique()) == [1, 3]
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+
+
+def test_a_system_without_truth_or_filter_says_so(system, tmp_path):
+    alone = make_system(tmp_path / "alone", {"turntable": "Turntable"}, [])
+    assert "has no attitude filter" in rows_of(Job(str(alone), None, 1, stop_s=0.1))[0]["failure"]
+    untrue = make_system(tmp_path / "untrue", {"filter": "Hrekf", "sensor": "ImuMagSensor"}, [])
+    assert "puts out no truth" in rows_of(Job(str(untrue), None, 1, stop_s=0.1))[0]["failure"]
+
+
+def test_the_command_prints_the_table_and_writes_parquet(system, tmp_path):
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed: no Parquet")
+    out = tmp_path / "new" / "runs.parquet"
+    done = hnav("montecarlo", system, "--runs", "2", "--stop", "1", "--scenarios", "gamma_off", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert "2 of 2 runs to" in done.stdout
+    assert all(name in done.stdout for name in ("hekf", "hrekf", "ahrs"))
+    table = pd.read_parquet(out)
+    assert set(table["filter"]) == {"hekf", "hrekf", "ahrs"}
+    # gamma is off in both: one filter, two names.
+    by_name = table.set_index(["filter", "seed"])["mse_deg2"]
+    np.testing.assert_array_equal(by_name["hekf"], by_name["hrekf"])
+    (tmp_path / "file").touch()
+    with pytest.raises(HnavError, match="cannot be written"):
+        write_table(table, tmp_path / "file" / "runs.parquet")
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--runs", "1"], "--runs 1: at least 2 are needed"),
+        (["--workers", "0", "--runs", "2"], "--workers 0: at least 1 is needed"),
+        (["--scenarios", "none"], "has no scenario none"),
+        (["--grade", "none"], "has no grade none"),
+        (["--scheduler", "nothing", "--runs", "2"], "scheduler nothing"),
+    ],
+)
+def test_what_cannot_be_run_is_said_at_once(system, tmp_path, options, said):
+    if "--scheduler" in options:
+        pytest.importorskip("distributed", reason="distributed is not installed: no scheduler")
+    done = hnav(*["montecarlo", system, "--out", str(tmp_path / "x.parquet"), *options])
+    assert done.returncode == 2 and said in done.stderr
+
+
+def test_the_interval_of_the_mean_covers_it_as_often_as_it_says():
+    rng = np.random.default_rng(3)
+    covered = [low <= 2.0 <= high for _, low, high in (mean_interval(rng.normal(2.0, 3.0, 12)) for _ in range(4000))]
+    # Binomial: 0.95 within four standard deviations of 0.0034.
+    assert abs(np.mean(covered) - 0.95) < 4 * 0.0034
+    assert mean_interval(np.array([1.0, np.nan]))[0] == 1.0
+    assert np.isnan(mean_interval(np.array([1.0]))[1:]).all()
+
+
+def test_the_interval_of_the_ratio_uses_that_both_saw_the_same_noise():
+    common = np.random.default_rng(4).gamma(2.0, 1.0, 200)
+    ratio, low, high = ratio_interval(3.6 * common, common)
+    assert (ratio, low, high) == pytest.approx((3.6, 3.6, 3.6))
+    other = np.random.default_rng(5).permutation(common)
+    ratio, low, high = ratio_interval(3.6 * common, other)
+    assert low < 3.6 - 0.2 and high > 3.6 + 0.2
+    assert ratio_interval(3.6 * common, other) == (ratio, low, high)
+
+
+def test_the_bounds_of_the_mean_nees_hold_for_chi_square_draws():
+    low, high = nees_bounds(200)
+    assert 2.4 < low < 3 < high < 3.7
+    means = np.random.default_rng(6).chisquare(3, (20000, 200)).mean(axis=1)
+    # 0.1 % outside: 20 of 20000, four standard deviations of sqrt(20).
+    assert abs(np.sum((means < low) | (means > high)) - 20) < 4 * np.sqrt(20)

@@ -1,0 +1,169 @@
+"""SSP systems as hnav reads them, every fault named."""
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from checkout import built_system
+from hnav.errors import HnavError
+from hnav.systems.ssp_reader import read_system, system_path
+from hnav.systems.structure import Parameter
+from made_systems import make_system, parameter_set
+
+
+@pytest.fixture(scope="module")
+def ssp() -> str:
+    return built_system("filter")
+
+
+@pytest.fixture
+def pair(ssp, tmp_path) -> Path:
+    """Two filters in a folder of their own: the heading of the first aids the second."""
+    return make_system(
+        tmp_path / "pair",
+        {"first": "Hrekf", "second": "Hrekf"},
+        [("first.att.heading", "second.aid.heading")],
+        {"first.gamma": 2.0},
+    )
+
+
+def test_the_reader_finds_what_the_archive_holds(ssp):
+    with read_system(ssp) as system:
+        assert list(system.components) == ["hekf", "hrekf"]
+        assert system.parameters() == {"hekf.gamma_mode": "off", "hrekf.gamma_mode": "kl"}
+        assert len(system.connections) == 18
+        assert (system.start_s, system.stop_s) == (0.0, 10.0)
+        assert system.connectors["mag.field[1]"].unit == "T"
+
+
+def test_an_unpacked_archive_goes_with_the_system(ssp):
+    with read_system(ssp) as system:
+        fmu = system.components["hekf"].fmu
+        assert fmu.is_file()
+    assert not fmu.exists()
+
+
+def test_a_folder_takes_the_fmus_of_the_build(pair):
+    with read_system(pair) as system:
+        assert system.components["first"].fmu.is_file()
+        assert system.parameters() == {"first.gamma": 2.0}
+    assert (pair / "SystemStructure.ssd").is_file()
+
+
+def test_grade_then_scenario_then_caller(pair):
+    (pair / "grades").mkdir()
+    (pair / "grades" / "fine.ssv").write_text(
+        parameter_set({"first.gamma": 3.0, "first.adaptation_gain": 0.5, "first.mag_gate_nis": 4.0})
+    )
+    (pair / "scenario_hard.ssv").write_text(parameter_set({"first.adaptation_gain": 0.25, "first.gamma": 2.0}))
+    with read_system(pair) as system:
+        system.choose("fine", "hard")
+        # gamma = 2 is what the SSD binds: the scenario is not about it, and the grade's stays.
+        assert system.parameters() == {"first.gamma": 3.0, "first.adaptation_gain": 0.25, "first.mag_gate_nis": 4.0}
+        system.apply([Parameter("first.gamma_mode", "", "kl"), Parameter("second.gyro.valid", "", "false")], "--set")
+        assert system.parameters()["first.gamma_mode"] == "kl"
+        assert system.parameters()["second.gyro.valid"] is False
+
+
+def test_a_name_a_file_and_a_folder_that_are_not_there_are_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("HNAV_SYSTEMS", str(tmp_path))
+    (tmp_path / "known.ssp").touch()
+    for text, said in (
+        ("unknown", "there is no system unknown: there are known"),
+        (str(tmp_path / "no.ssp"), f"{tmp_path}/no.ssp: file not found"),
+        ("no.ssp", "no.ssp: file not found"),
+    ):
+        with pytest.raises(HnavError) as raised:
+            system_path(text)
+        assert str(raised.value) == said
+    assert system_path("known") == tmp_path / "known.ssp"
+
+
+def test_an_archive_that_is_none_is_named(tmp_path):
+    broken = tmp_path / "broken.ssp"
+    broken.write_text("no archive")
+    with pytest.raises(HnavError, match="broken.ssp: no SSP archive"):
+        read_system(broken)
+    empty = tmp_path / "empty.ssp"
+    with zipfile.ZipFile(empty, "w") as archive:
+        archive.writestr("readme.txt", "nothing")
+    with pytest.raises(HnavError, match="empty.ssp/SystemStructure.ssd: file not found"):
+        read_system(empty)
+
+
+def test_an_fmu_that_the_archive_lacks_is_named(ssp, tmp_path):
+    lacking = tmp_path / "lacking.ssp"
+    with zipfile.ZipFile(ssp) as source, zipfile.ZipFile(lacking, "w") as target:
+        target.writestr("SystemStructure.ssd", source.read("SystemStructure.ssd"))
+    with pytest.raises(HnavError, match="component hekf: resources/Hrekf.fmu is missing"):
+        read_system(lacking)
+
+
+AID = 'startElement="first" startConnector="att.heading" endElement="second" endConnector="aid.heading"'
+
+
+@pytest.mark.parametrize(
+    "was, becomes, said",
+    [
+        ("resources/Hrekf.fmu", "resources/Nothing.fmu", "component first: resources/Nothing.fmu is missing"),
+        ('endElement="second"', 'endElement="third"', "first.att.heading -> third.aid.heading: there is no element third"),
+        ('endConnector="aid.heading"', 'endConnector="aid.height"', "second has no connector aid.height"),
+        ('<ssd:Connector name="att.heading"', '<ssd:Connector name="att.height"', "connector first.att.height: Hrekf has no variable att.height"),
+        ('name="aid.heading" kind="input"', 'name="aid.heading" kind="output"', "connector second.aid.heading is an output in the SSD and a variable of kind input in the FMU"),
+        (AID, AID.replace('startElement="first" startConnector="att.heading"', 'startElement="second" startConnector="aid.heading"'),
+         "second.aid.heading -> second.aid.heading: it runs from an input to an input; an output to an input is wanted"),
+        ('<ssc:Real unit="rad"/>', '<ssc:Integer/>', "connector first.att.heading is Integer in the SSD and Real in the FMU"),
+        ('unit="rad"', 'unit="deg"', "connector first.att.heading is in deg in the SSD and in rad in the FMU"),
+        ("first.gamma", "first.gamme", "component first (Hrekf) has no parameter gamme"),
+        ("first.gamma", "none.gamma", "none.gamma names no component of system made (first, second)"),
+        ('"first.gamma"', '"first.att.heading"', "first.att.heading is a variable of kind output, not a parameter"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Integer value="2"/>', "first.gamma is Real, not Integer"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Real value="2.0" unit="m"/>', "first.gamma is in 1 (no unit), not in m"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Real value="two"/>', "first.gamma = two: a Real is wanted"),
+        ("</ssd:Connections>", f"<ssd:Connection {AID}/></ssd:Connections>", "second.aid.heading is already fed by first.att.heading"),
+        (f"{AID}/>", f'{AID}><ssc:LinearTransformation factor="2"/></ssd:Connection>', "has a LinearTransformation, which hnav does not do"),
+        ("</ssd:Elements>", '<ssd:System name="inner"/></ssd:Elements>', "inner is a System; hnav runs components only"),
+        ("</ssd:Elements>", "", "SystemStructure.ssd: cannot be read"),
+    ],
+)  # fmt: skip
+def test_a_faulty_system_is_refused_by_name(pair, was, becomes, said):
+    ssd = pair / "SystemStructure.ssd"
+    text = ssd.read_text()
+    assert was in text
+    ssd.write_text(text.replace(was, becomes, 1))
+    with pytest.raises(HnavError) as raised:
+        read_system(pair)
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_units_of_two_names_agree_when_their_definitions_do(pair):
+    ssd = pair / "SystemStructure.ssd"
+    renamed = ssd.read_text().replace('unit="rad"', 'unit="radian"')
+    units = '<ssd:Units><ssc:Unit name="radian"><ssc:BaseUnit rad="1"{}/></ssc:Unit></ssd:Units></ssd:SystemStructureDescription>'
+    ssd.write_text(renamed.replace("</ssd:SystemStructureDescription>", units.format("")))
+    with read_system(pair) as system:
+        assert system.components["second"].connectors["aid.heading"].unit == "radian"
+    ssd.write_text(renamed.replace("</ssd:SystemStructureDescription>", units.format(' factor="2"')))
+    with pytest.raises(HnavError, match="in radian in the SSD and in rad in the FMU"):
+        read_system(pair)
+
+
+def test_a_bound_file_that_is_missing_is_named(pair):
+    ssd = pair / "SystemStructure.ssd"
+    binding = '<ssd:ParameterBinding source="resources/none.ssv"/></ssd:ParameterBindings>'
+    ssd.write_text(ssd.read_text().replace("</ssd:ParameterBindings>", binding))
+    with pytest.raises(HnavError, match="resources/none.ssv: file not found"):
+        read_system(pair)
+
+
+def test_unknown_choices_and_seeds_without_taker_are_named(pair):
+    (pair / "scenario_calm.ssv").write_text(parameter_set({"first.gamma": 2.0}))
+    with read_system(pair) as system:
+        with pytest.raises(HnavError, match="system made has no scenario wild: it has calm"):
+            system.choose(scenario="wild")
+        with pytest.raises(HnavError, match="system made has no grade best: it has none"):
+            system.choose(grade="best")
+        with pytest.raises(HnavError, match="seed = 1: no component of system made has a parameter seed"):
+            system.seed(1)
