@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -64,6 +65,8 @@ class Answers:
 def compare(old: Path, new: Path, names: list[str]) -> int:
     """Prints a line for each scenario; returns how many differ without a declared reason."""
     declared, begin = declared_exceptions(), time.monotonic()
+    # Who ends this process ends its workers.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     sides = [Answers("old", old, WORK / "inputs", names), Answers("new", new, WORK / "inputs", names)]
     counts = {"equal": 0, "as declared": 0, "different": 0}
     values = 0
