@@ -10,7 +10,8 @@ import frozen_cases as cases
 from closed_loop import ClosedLoop
 from hnav import Filter, Options
 from hnav.filters.calibration import calibrate_magnetometer
-from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, LinearModel
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.filters.linear_model import LinearModel
 
 TOLERANCE = 1e-12
 
@@ -41,7 +42,9 @@ def test_an_attitude_filter_answers_as_it_did(case, frozen):
     kind, preset, settings = cases.ATTITUDE[case]
     m, target = cases.motion(), Filter(Options(kind, preset, **settings))
     run = target.run(m.t_s, m.rate, m.force, m.field)
-    assert_frozen(frozen, case, rows_of(run, cases.OUTPUTS, cases.ROWS) | {"used": np.array(target.status().used)})
+    assert_frozen(
+        frozen, case, rows_of(run, cases.OUTPUTS, cases.ROWS) | {"used": np.array(list(target.diagnostics().used.values()))}
+    )
 
 
 @pytest.mark.parametrize("case", cases.SMOOTHED)

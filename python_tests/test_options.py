@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from hnav.native.library import FILTERS, OTHERS, Options, option_table
+from hnav.filters.attitude import FILTERS, Options
+from hnav.native.options import option_rows
 
 TOP = Path(__file__).resolve().parents[1]
 FOLDER = TOP / "c_src" / "options"
+OTHERS = ("ins_error", "magnetometer", "turntable", "imu_mag_sensor", "aircraft")
 FIRST = 16  # options of a filter that one meets before the advanced ones, at most
 
 
@@ -38,12 +40,12 @@ def test_nothing_is_left_of_a_list_that_is_gone():
 @pytest.mark.parametrize("name", generate.LISTS)
 def test_the_library_says_what_the_list_says(name):
     spec = generate.read_list(name)
-    table = option_table(name)
+    table = option_rows(name)
     assert list(table) == [option.path for option in spec.options]
     for option in spec.options:
         info = table[option.path]
         assert (info.group, info.unit, info.description, info.reason) == (option.group, option.unit, option.text, option.reason)
-        assert (info.min, info.max, info.default) == (option.min, option.max, option.default)
+        assert (info.min, info.max, tuple(info.numbers(info.default))) == (option.min, option.max, option.default)
         assert info.advanced == option.advanced
         items = option.choices.items if option.choices else {}
         assert dict(zip(info.choices, info.choice_descriptions)) == items
@@ -57,7 +59,7 @@ def test_a_preset_differs_from_the_defaults_where_its_list_says_so(filter):
         made = Options(filter, preset.name)
         for option in spec.options:
             value = preset.values.get(option.path, option.default)
-            got = made._field(option_table(filter)[option.path])
+            got = option_rows(filter)[option.path].numbers(getattr(made, option.path))
             assert tuple(got) == value, option.path
 
 

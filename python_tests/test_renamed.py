@@ -6,11 +6,12 @@ import re
 import pytest
 
 from hnav import HnavError, Options
+from hnav.filters.attitude import FILTERS, option_table
 from hnav.filters.calibration import calibrate_magnetometer
 from hnav.fmi.engines import run_recording
 from hnav.fmi.fmu_run import parameter_values
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.native.library import FILTERS, OTHERS, option_table
+from hnav.native.options import option_rows
 from hnav.renamed import TABLE, new_name, now_called
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter
@@ -38,7 +39,8 @@ def test_no_name_is_both_old_and_new():
 
 
 def test_every_option_that_has_a_new_name_has_it_in_some_list():
-    known = {name for filter in (*FILTERS, *OTHERS) for name in option_table(filter)}
+    lists = (*FILTERS, "ins_error", "magnetometer", "turntable", "imu_mag_sensor", "aircraft")
+    known = {name for options in lists for name in option_rows(options)}
     assert {new for _, new in OPTIONS} <= known and not {old for old, _ in OPTIONS} & known
 
 

@@ -13,17 +13,20 @@ import sys
 import tempfile
 from pathlib import Path
 
+from hnav.native.headers import write_binding
+
 TOP = Path(__file__).resolve().parents[1]
 PLATFORM = "manylinux_2_17_x86_64"
 CACHES = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
 
 
 def stage(library: Path, dist: Path, folder: Path) -> None:
-    """The package as it is installed: hnav/ with what hnav.native.library, hnav.fmi.fmus and hnav.systems.aircraft look for beside them."""
+    """The package as it is installed: hnav/ with what hnav.native.library, hnav.fmi.fmus and hnav.io.model_files look for beside them."""
     shutil.copytree(TOP / "python" / "hnav", folder / "python" / "hnav", ignore=CACHES)
     shutil.copy(TOP / "pyproject.toml", folder)
     package = folder / "python" / "hnav"
     shutil.copy(library, package / "libhnav.so")
+    write_binding(TOP / "c_src" / "include", package / "native" / "_hnav.py", "cc")
     for version in ("fmi2", "fmi3"):
         shutil.copytree(dist / version, package / "fmus" / version)
     shutil.copytree(TOP / "models", package / "models")

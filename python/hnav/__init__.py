@@ -1,24 +1,87 @@
-"""Hybrid navigation filters: the C library by ctypes, the same filters as FMUs by fmpy, and what goes around them.
+"""Hybrid navigation filters: attitude and heading from gyroscope, accelerometer and magnetometer, with their uncertainty.
 
-library     the C API: options, filters, arrays in and out
-fmus        the FMUs, driven by fmpy
-engines     one call for both
-recordings  files of real sensors
-scores      errors against a reference attitude
-reference   the filter again in NumPy, slow and readable: the oracle of the tests
-ins_error_filter     linear models with time-correlated INS errors: MDKF, AMDKF and better
-reference_ins_error  the same in NumPy
-ins_error_table      Monte Carlo comparison of its forms
-systems     systems of FMUs by SSP, checked
-master      steps them
-simulation  runs them and keeps what they put out; read_run
-report      one page about a run; report_panels has its panels, run_views what they draw
-montecarlo  many runs of a system
-aircraft    linear aircraft from files, flown with INS errors and faults
+    import hnav
+
+    recording = hnav.read_recording("walk.csv")
+    run = hnav.Filter("ahrs").run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
+    run.to_dataframe()
+
+filters     attitude and heading, linear models with coloured INS errors, magnetometer calibration
+simulation  plants and sensors that drive filters
+io          recordings of real sensors
+fmi         the same filters as FMUs
+systems     systems of FMUs, closed simulation, many runs of them
+reports     errors, pictures and pages
+certify     proofs of stability of a run
+reference   the filters again in NumPy, slow and readable
+native      the C library by its headers
+errors      what can go wrong; units: names of units
+cli         the command line
+
+What is named here is loaded when it is first used.
 """
 
-from hnav.errors import HnavError
-from hnav.native.library import Filter, Options
+from __future__ import annotations
 
-__all__ = ["Filter", "HnavError", "Options", "__version__"]
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOptionError
+
+if TYPE_CHECKING:
+    from hnav.filters.attitude import Filter, Options, Run
+    from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
+    from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
+    from hnav.filters.linear_model import LinearModel
+    from hnav.io.recordings import Recording, read_recording
+
 __version__ = "0.1.0"
+__all__ = [
+    "Filter",
+    "HnavError",
+    "HnavRuntimeError",
+    "HnavValueError",
+    "InsErrorFilter",
+    "InsErrorOptions",
+    "InsErrorRun",
+    "LinearModel",
+    "MagnetometerCalibration",
+    "Options",
+    "Recording",
+    "Run",
+    "UnknownOptionError",
+    "__version__",
+    "calibrate_magnetometer",
+    "read_calibration",
+    "read_recording",
+    "write_calibration",
+]
+
+_HOME = {
+    "Filter": "filters.attitude",
+    "InsErrorFilter": "filters.ins_error",
+    "InsErrorOptions": "filters.ins_error",
+    "InsErrorRun": "filters.ins_error",
+    "LinearModel": "filters.linear_model",
+    "MagnetometerCalibration": "filters.calibration",
+    "Options": "filters.attitude",
+    "Recording": "io.recordings",
+    "Run": "filters.attitude",
+    "calibrate_magnetometer": "filters.calibration",
+    "read_calibration": "filters.calibration",
+    "read_recording": "io.recordings",
+    "write_calibration": "filters.calibration",
+}
+
+
+def __getattr__(name: str) -> object:
+    """What is not loaded yet (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'hnav' has no attribute '{name}'")
+    value: object = getattr(import_module(f"hnav.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

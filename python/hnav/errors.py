@@ -24,7 +24,7 @@ class HnavError(Exception):
     """The C status in words: "option", "size", "late sample", ... (HNAV_ERROR_LATE_SAMPLE in hnav/types.h)."""
 
     argument: str | None
-    """The argument or option at fault when the text begins with its name, "filter = x: ..."; None otherwise.
+    """The argument or option at fault, whose name stands in the text ("filter = x: choose one of ..."); None if it is none.
 
     A command line that has another name for it can put its own in this place."""
 
@@ -38,6 +38,10 @@ class HnavError(Exception):
 
 class HnavValueError(HnavError, ValueError):
     """An argument, an option or a file is wrong; the same call fails again."""
+
+
+class UnknownOptionError(HnavValueError, AttributeError):
+    """There is no option of this name; the text proposes one. hasattr and getattr with a default take it for what it is."""
 
 
 class HnavRuntimeError(HnavError, RuntimeError):

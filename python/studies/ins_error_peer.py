@@ -16,7 +16,8 @@ from scipy.linalg import block_diag
 
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
-from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, LinearModel
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.filters.linear_model import LinearModel
 from studies.command import study
 
 N, STEPS, ROUNDS = 8, 1000, 9

@@ -18,8 +18,8 @@ from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Folder
+from hnav.filters.attitude import Filter, Options, option_table
 from hnav.io.recordings import Recording, find_trials, read_recording
-from hnav.native.library import Filter, Options, option_table
 from hnav.reports.scores import score
 from studies.command import study
 

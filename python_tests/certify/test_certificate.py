@@ -17,8 +17,8 @@ from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.certify.run import attenuation_of, certify_run
 from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
 from hnav.errors import HnavError
+from hnav.filters.attitude import Filter
 from hnav.io.recordings import RecordingError
-from hnav.native.library import Filter
 from hnav.reference.hrekf import ReferenceFilter, product
 from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
 
@@ -96,7 +96,7 @@ def rates_in_c(turntable, options: Options) -> list[tuple[int, float]]:
         in_c.push_accel(t_s, force)
         in_c.push_mag(t_s, field)
         in_c.advance(t_s)
-        status = in_c.status()
+        status = in_c.diagnostics()
         seen.append((status.corrections, status.decay_rate_1_s))
     return seen
 

@@ -61,7 +61,7 @@ def test_frames_are_a_choice(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--set", "no_such=1"], "no_such"),
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1"], "gamma"),
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1", "--engine", "fmi3-cs"], "gamma"),
-    (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "navigation_frame"),
+    (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "--frame down"),
     (["filter", "FLIGHT", "--out", "OUT", "--preset", "best"], "preset"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "mT"], "--mag-unit mT: choose one of T"),

@@ -96,7 +96,7 @@ def test_both_versions_have_the_same_variables():
 
 
 def test_parameters_are_the_options_of_the_library():
-    from hnav.native.library import Options, option_table
+    from hnav.filters.attitude import Options, option_table
 
     variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path(MODEL, 3))).modelVariables}
     defaults = Options(MODEL.lower())

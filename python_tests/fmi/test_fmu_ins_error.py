@@ -14,12 +14,11 @@ import pytest
 
 from checkout import TOP, in_another_process
 from hnav.errors import HnavError
+from hnav.filters.attitude import option_table
 from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.native.library import option_table
-from hnav.systems.aircraft import Aircraft
+from hnav.simulation.aircraft import Aircraft, AircraftPlant
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-from hnav.systems.aircraft_plant import AircraftPlant
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hnav import Filter, Options
+from hnav.filters.attitude import FILTERS
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.fmi.fmu_run import parameter_values
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.io.recordings import read_recording
-from hnav.native.library import FILTERS
 from hnav.reference.hrekf import bias_error_deg_s, run_reference
 from hnav.reports.scores import score
 from motion import tilted_motion
@@ -118,7 +118,7 @@ def test_the_decay_rate_of_the_fmu_is_that_of_the_library_number_by_number(versi
         in_c.push_accel(t_s, force)
         in_c.push_mag(t_s, field)
         in_c.advance(t_s)
-        expected.append(in_c.status().decay_rate_1_s)
+        expected.append(in_c.diagnostics().decay_rate_1_s)
     assert rates_in_fmu(version, settings, m) == expected
     assert sum(rate != 0 for rate in expected) > 90
 

@@ -12,8 +12,8 @@ from matplotlib.container import BarContainer
 from command_line import answered, hnav
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
+from hnav.filters.attitude import FILTERS
 from hnav.io.recordings import Recording, find_trials, is_disturbed, read_recording
-from hnav.native.library import FILTERS
 from hnav.reports.scores import score
 from studies.bench import peers
 from studies.bench.__main__ import main

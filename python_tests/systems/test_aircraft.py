@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.filters.ins_error import LinearModel
+from hnav.filters.linear_model import LinearModel
 from hnav.systems.aircraft import simulate
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 

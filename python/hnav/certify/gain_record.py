@@ -20,8 +20,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from hnav.errors import HnavRuntimeError
+from hnav.filters.attitude import Filter, Options
 from hnav.io.recordings import Recording
-from hnav.native.library import Filter, Options
 from hnav.reference.hrekf import C_bn, Omega, ReferenceFilter, product
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
@@ -212,7 +212,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
             if reference.gain is not None:
                 corrections.append(reference.correction(t_s, t_s - last_s))
                 reference.forget_flow()
-        elif in_c.status().started:
+        elif in_c.diagnostics().started:
             reference.adopt(in_c, t_s)
         if reference.reference is None:
             reference.know_field(in_c)

@@ -9,8 +9,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from hnav.filters.attitude import option_table
 from hnav.io.recordings import Recording, RecordingError
-from hnav.native.library import PRESETS, option_table
+from hnav.native.library import PRESETS
 from hnav.systems.simulation import ABOUT, SIGNALS
 
 

@@ -13,8 +13,8 @@ from hnav.certify.certificate import Certificate, Progress, certify
 from hnav.certify.gain_record import GainRecord, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.filters.attitude import Options
 from hnav.io.recordings import Recording, read_recording
-from hnav.native.library import Options
 from hnav.systems.turntable_recording import Experiment, Turntable
 
 FILTER = "hrekf"

@@ -14,7 +14,8 @@ from hnav.cli.parameters import MagUnit
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
-from hnav.io.recordings import TESLA_PER, read_recording
+from hnav.io.recordings import read_recording
+from hnav.units import TESLA_PER
 
 
 def command(

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from hnav.cli.console import show
 from hnav.cli.parameters import FilterName
-from hnav.native.library import Options, option_table
+from hnav.filters.attitude import Options, option_table
 
 
 def command(filter: FilterName = "ahrs") -> None:

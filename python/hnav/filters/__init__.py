@@ -1,0 +1,1 @@
+"""Filters and calibration of the C library, as Python objects."""

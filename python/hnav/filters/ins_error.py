@@ -1,278 +1,224 @@
-"""Estimation under coloured INS errors by the C library; hnav.h (section coloured INS errors) is the reference.
+"""Estimation of a linear system from measurements with time-correlated errors, such as those of an INS, by the C library.
 
-model = LinearModel(A=A, B=B, H=H, Qw=Qw, Qv=Qv, An=An, QU=QU, P0=P0)
-run = InsErrorFilter(model, InsErrorOptions(form="augmented")).run(u, z)
-run.x, run.sigma, run.compensated, run.fault_probability        # one row for each step
+    model = LinearModel(A=A, B=B, H=H, Qw=Qw, Qv=Qv, An=An, QU=QU, P0=P0)
+    run = InsErrorFilter(model, form="augmented").run(u, z)
+    run.x, run.sigma, run.compensated, run.fault_probability        # one row for each step
+
+    x(k) = A x(k-1) + B u(k-1) + G w(k-1)            w ~ (0, Qw)
+    z(k) = H x(k) + v(k) + lambda(k)                 v ~ (0, Qv)
+    lambda(k) = An lambda(k-1) + Bn U(k-1)           U ~ (0, QU), lambda(0) ~ (0, Lambda0)
+
+Units are the model's. Filters of different threads run in parallel; one filter serves one thread at a time. Source of the
+printed forms: Hajiyev and Hacizade, WSEAS Trans. Systems and Control 18, 2023, doi 10.37394/23203.2023.18.51.
 """
 
 from __future__ import annotations
 
-import ctypes as C
-from dataclasses import dataclass, field, fields, replace
-from functools import cache
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
-from scipy.linalg import expm, solve_discrete_lyapunov
+import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.native.library import LibraryObject, Options, _doubles, library
+from hnav.filters.linear_model import LinearModel
+from hnav.native.arrays import Array, Record, address, doubles
+from hnav.native.library import LibraryObject, enumerators, ffi, library, new, text
+from hnav.native.options import OptionInfo, OptionSet, option_rows
 
-FORMS = ("mdkf", "amdkf", "differenced", "augmented", "plain")
-NOISE_SCALINGS = ("none", "paper_match", "gated_match", "hmm")
+FORMS = enumerators("hnav_ins_error_form", "HNAV_INS_ERROR_")
+"""How the filter treats the correlation: the printed mdkf and amdkf, differenced, augmented (optimal), plain (ignores it)."""
 
+NOISE_SCALINGS = enumerators("hnav_noise_scaling", "HNAV_NOISE_SCALING_")
+"""Adaptation of Qv by channel."""
 
-# --------------------------------------------------------------------------------------------- the C structs
-
-
-MATRICES = ("A", "B", "G", "H", "An", "Bn", "Qw", "Qv", "QU", "Lambda0", "x0", "P0")
-
-
-class _Model(C.Structure):
-    _fields_ = [
-        *((n, C.c_int32) for n in ("nx", "nu", "nz", "nw", "nl")),
-        ("interval_s", C.c_double),
-        *((n, C.c_void_p) for n in MATRICES),
-    ]
+# --------------------------------------------------------------------------------------------- options
 
 
-class _Status(C.Structure):
-    _fields_ = [
-        ("steps", C.c_uint64), ("shown_step", C.c_uint64), ("nx", C.c_int32), ("nu", C.c_int32), ("nz", C.c_int32),
-        ("estimates_lambda", C.c_int32),
-    ]  # fmt: skip
+def option_table() -> Mapping[str, OptionInfo]:
+    """The options by name, in the library's order: unit, range, meaning."""
+    return option_rows("ins_error")
 
 
-class _RunInput(C.Structure):
-    _fields_ = [(n, C.c_void_p) for n in ("u", "z", "present")]
+class InsErrorOptions(OptionSet):
+    """Options of the filter for coloured errors, as attributes; option_table() tells unit, range and meaning of each.
 
+        InsErrorOptions(form="amdkf", window=20)
 
-OUTPUTS = (
-    "x", "sigma", "covariance", "lam", "lam_sigma", "compensated", "innovation", "nis", "noise_scale", "fault_probability",
-)  # fmt: skip
-
-
-class _RunOutput(C.Structure):
-    _fields_ = [(n, C.c_void_p) for n in OUTPUTS]
-
-
-@cache
-def _library() -> C.CDLL:
-    lib = library()
-    p = C.c_void_p
-    for name in ("message", "warning"):
-        getattr(lib, f"hnav_ins_error_filter_{name}").restype = C.c_char_p
-    for name, arguments in {
-        "create": [p, p, p, p, C.c_size_t], "destroy": [p], "reset": [p], "message": [p], "warning": [p],
-        "separability": [p, p], "replace_model": [p, p], "step": [p, p, p, p], "estimate": [p, p, p], "covariance": [p, p],
-        "coloured_error": [p, p, p, p], "innovation": [p, p, p, p], "noise": [p, p, p], "get_status": [p, p],
-        "run": [p, C.c_size_t, p, p, p], "state_size": [p, p], "save": [p, p, C.c_size_t], "load": [p, p, C.c_size_t],
-    }.items():  # fmt: skip
-        getattr(lib, f"hnav_ins_error_filter_{name}").argtypes = arguments
-    return lib
-
-
-# --------------------------------------------------------------------------------------------- options and model
-
-
-class InsErrorOptions(Options):
-    """Options; attributes are the fields of hnav_ins_error_options, choices go by name.
-
-    InsErrorOptions(form="amdkf", window=20)
+    Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values):
-        super().__init__("ins_error", **values)
+    def __init__(self, **values: object):
+        super().__init__("ins_error", None, values)
 
 
-@dataclass(frozen=True)
-class LinearModel:
-    """x(k) = A x(k-1) + B u(k-1) + G w, z(k) = H x(k) + v + lambda(k), lambda(k) = An lambda(k-1) + Bn U.
-
-    None: the default of hnav.h. interval_s above 0: A, B, G, Qw, An, Bn, QU are those of differential equations.
-    """
-
-    A: np.ndarray  # nx x nx
-    H: np.ndarray  # nz x nx
-    Qw: np.ndarray  # nw x nw
-    Qv: np.ndarray  # nz x nz
-    P0: np.ndarray  # nx x nx
-    B: np.ndarray | None = None  # nx x nu; None: no input
-    G: np.ndarray | None = None  # nx x nw; None: the identity
-    An: np.ndarray | None = None  # nz x nz; None: no coloured errors
-    Bn: np.ndarray | None = None  # nz x nl; None: the identity
-    QU: np.ndarray | None = None  # nl x nl
-    Lambda0: np.ndarray | None = None  # nz x nz; None: the stationary covariance
-    x0: np.ndarray | None = None  # nx; None: zero
-    interval_s: float = 0.0
-    nx: int = field(init=False)
-    nu: int = field(init=False)
-    nz: int = field(init=False)
-
-    def __post_init__(self):
-        def put(name, value):
-            object.__setattr__(self, name, value)
-
-        for name in MATRICES:
-            value = getattr(self, name)
-            if value is not None:
-                value = np.ascontiguousarray(value, float)
-                if value.ndim != (1 if name == "x0" else 2):
-                    raise HnavValueError(
-                        "size", f"{name} has the shape {value.shape}, expected a {'vector' if name == 'x0' else 'matrix'}"
-                    )
-                put(name, value)
-        for name in ("A", "H", "Qw", "Qv", "P0"):
-            if getattr(self, name) is None:
-                raise HnavValueError("null argument", f"{name} is None")
-        put("nx", len(self.A))
-        put("nz", len(self.H))
-        put("nu", 0 if self.B is None else self.B.shape[1])
-        nw = self.nx if self.G is None else self.G.shape[1]
-        nl = self.nz if self.Bn is None else self.Bn.shape[1]
-        nx, nz = self.nx, self.nz
-        expected = dict(
-            A=(nx, nx), B=(nx, self.nu), G=(nx, nw), H=(nz, nx), An=(nz, nz), Bn=(nz, nl), Qw=(nw, nw), Qv=(nz, nz),
-            QU=(nl, nl), Lambda0=(nz, nz), x0=(nx,), P0=(nx, nx),
-        )  # fmt: skip
-        for name, shape in expected.items():
-            value = getattr(self, name)
-            if value is not None and value.shape != shape:
-                raise HnavValueError("size", f"{name} has the shape {value.shape}, expected {shape}")
-
-    def _struct(self) -> _Model:
-        nw = 0 if self.G is None else self.G.shape[1]
-        nl = 0 if self.Bn is None else self.Bn.shape[1]
-        pointers = {n: v.ctypes.data for n in MATRICES if (v := getattr(self, n)) is not None}
-        return _Model(nx=self.nx, nu=self.nu, nz=self.nz, nw=nw, nl=nl, interval_s=self.interval_s, **pointers)
-
-    def discrete(self) -> LinearModel:
-        """The same model with discrete matrices and no defaults left but An (Van Loan 1978)."""
-        nx, nz = self.nx, self.nz
-        B = np.zeros((nx, 0)) if self.B is None else self.B
-        G = np.eye(nx) if self.G is None else self.G
-        A, Qw, An, Bn, QU, Lambda0 = self.A, self.Qw, self.An, self.Bn, self.QU, self.Lambda0
-        if An is not None and Bn is None:
-            Bn = np.eye(nz)
-        if self.interval_s > 0:
-            A, B, Qw = _discretise(A, B, G @ Qw @ G.T, self.interval_s)
-            G = np.eye(nx)
-            if An is not None:
-                An, _, QU = _discretise(An, np.zeros((nz, 0)), Bn @ QU @ Bn.T, self.interval_s)
-                Bn = np.eye(nz)
-        if An is not None and Lambda0 is None:
-            Lambda0 = solve_discrete_lyapunov(An, Bn @ QU @ Bn.T)
-        x0 = np.zeros(nx) if self.x0 is None else self.x0
-        return replace(self, A=A, B=B, G=G, Qw=Qw, An=An, Bn=Bn, QU=QU, Lambda0=Lambda0, x0=x0, interval_s=0.0)
-
-
-def _discretise(A, B, Q, T):
-    n, m = B.shape
-    held = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * T)
-    M = expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * T)
-    Qd = M[n:, n:].T @ M[:n, n:]
-    return held[:n, :n], held[:n, n:], 0.5 * (Qd + Qd.T)
-
-
-# --------------------------------------------------------------------------------------------- the filter
+# --------------------------------------------------------------------------------------------- results
 
 
 @dataclass
 class InsErrorRun:
     """Arrays of a batch run: row k is what the filter shows after step k (of step k - 1 for mdkf, amdkf and lag)."""
 
-    x: np.ndarray  # n x nx
-    sigma: np.ndarray  # n x nx
-    covariance: np.ndarray  # n x nx x nx
-    lam: np.ndarray  # n x nz: coloured error lambda
-    lam_sigma: np.ndarray  # n x nz
-    compensated: np.ndarray  # n x nz: z - lambda
-    innovation: np.ndarray  # n x nz
-    nis: np.ndarray  # n
-    noise_scale: np.ndarray  # n x nz
-    fault_probability: np.ndarray  # n x nz
+    x: Array
+    """n x nx: the state."""
+    sigma: Array
+    """n x nx: its standard deviations."""
+    covariance: Array
+    """n x nx x nx."""
+    lam: Array
+    """n x nz: the coloured error lambda; forms other than augmented have no such state and answer z - H x, lambda + v."""
+    lam_sigma: Array
+    """n x nz: its standard deviations."""
+    compensated: Array
+    """n x nz: z - lambda, NaN where z is missing."""
+    innovation: Array
+    """n x nz, NaN where z is missing."""
+    nis: Array
+    """n: normalised innovation squared over the channels that are there."""
+    noise_scale: Array
+    """n x nz: factor on Qv (on R in amdkf)."""
+    fault_probability: Array
+    """n x nz: that the noise of the channel is above Qv."""
+
+
+OUTPUTS = tuple(f.name for f in fields(InsErrorRun))
+_IN_C = {"lam": "lambda", "lam_sigma": "lambda_sigma"}  # lambda is a word of Python
+
+
+@dataclass(frozen=True, eq=False)
+class InsErrorInfo(Record):
+    """Where the filter stands, and its sizes."""
+
+    steps: int
+    """Done since creation or reset."""
+    shown_step: int
+    """The step, counted from 0, that the outputs are about."""
+    nx: int
+    nu: int
+    nz: int
+    estimates_lambda: bool
+    """lambda is a state."""
+
+
+# --------------------------------------------------------------------------------------------- the filter
 
 
 class InsErrorFilter(LibraryObject):
-    """Every method is the C function of that name and raises HnavError with its message."""
+    """A Kalman filter for measurements with time-correlated errors.
+
+        InsErrorFilter(model, form="amdkf", window=20)
+        InsErrorFilter(model, InsErrorOptions(form="amdkf"))
+
+    Raises HnavValueError, naming the matrix or option, for models and options that are impossible: covariances that are none,
+    an An that lets lambda grow, an unstable mode of A that the measurements do not show. Filters are copied and pickled with
+    their state.
+    """
 
     KIND = "ins_error_filter"
 
-    def __init__(self, model: LinearModel, options: InsErrorOptions | None = None):
-        self.model, self.options = model, options or InsErrorOptions()
-        lib = _library()
-        super().__init__(lib, lib.hnav_ins_error_filter_create, C.byref(self.options.struct), C.byref(model._struct()))
+    def __init__(self, model: LinearModel, options: InsErrorOptions | None = None, **values: object):
+        if options is not None and values:
+            raise HnavValueError("option", "Options are complete: values belong to InsErrorOptions(...)")
+        chosen = InsErrorOptions(**(values if options is None else options.changed()))
+        self._first_model, self.model, self._options = model, model, chosen
+        super().__init__("hnav_ins_error_filter_create", chosen.struct, model.struct())
 
-    def step(self, u, z, present=None) -> None:
-        """u: nu, held since the last step; z: nz, NaN where missing; present: nz, false where missing."""
-        u = _doubles(np.zeros(0) if u is None else np.atleast_1d(u), (self.model.nu,), "u")
-        z = _doubles(np.atleast_1d(z), (self.model.nz,), "z")
-        mask = _mask(present, (self.model.nz,))
-        self._call("step", u.ctypes.data, z.ctypes.data, None if mask is None else mask.ctypes.data)
+    @property
+    def options(self) -> InsErrorOptions:
+        """A copy of the options that the filter was made with."""
+        return InsErrorOptions(**self._options.changed())
 
-    def run(self, u, z, present=None) -> InsErrorRun:
-        """u: n x nu or None; z, present: n x nz; row k goes to step k."""
-        nx, nu, nz = self.model.nx, self.model.nu, self.model.nz
-        n = len(z)
-        u = _doubles(np.zeros((n, 0)) if u is None else u, (n, nu), "u")
-        z = _doubles(z, (n, nz), "z")
-        widths = dict(x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=())
-        run = InsErrorRun(**{f.name: np.empty((n, *widths.get(f.name, (nz,)))) for f in fields(InsErrorRun)})
-        mask = _mask(present, (n, nz))
-        arrays_in = _RunInput(u.ctypes.data, z.ctypes.data, None if mask is None else mask.ctypes.data)
-        arrays_out = _RunOutput(*(getattr(run, name).ctypes.data for name in OUTPUTS))
-        self._call("run", n, C.byref(arrays_in), C.byref(arrays_out), None)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _continued, (self._first_model, self._options, self.model, self.save())
+
+    def step(self, u: npt.ArrayLike | None, z: npt.ArrayLike, present: npt.ArrayLike | None = None) -> None:
+        """One step: u is nu, held since the last step (None without input), z is nz, NaN where a channel is missing.
+
+        The first step does not read u: its prior is x0 and P0. present: nz, false where missing, or None. Raises
+        HnavValueError for numbers that are not finite, HnavRuntimeError for an estimate without bound.
+        """
+        held = doubles(np.zeros(0) if u is None else np.atleast_1d(np.asarray(u)), (self.model.nu,), "u")
+        seen = doubles(np.atleast_1d(np.asarray(z)), (self.model.nz,), "z")
+        self._call("step", address(held), address(seen), address(_mask(present, (self.model.nz,))))
+
+    def run(self, u: npt.ArrayLike | None, z: npt.ArrayLike, present: npt.ArrayLike | None = None) -> InsErrorRun:
+        """Step after step, bit for bit: u is n x nu or None, z and present are n x nz; row k goes to step k."""
+        nx, nu, nz, n = self.model.nx, self.model.nu, self.model.nz, len(np.asarray(z))
+        held = doubles(np.zeros((n, 0)) if u is None else u, (n, nu), "u")
+        seen, mask = doubles(z, (n, nz), "z"), _mask(present, (n, nz))
+        widths: dict[str, tuple[int, ...]] = dict(x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=())
+        run = InsErrorRun(**{name: np.empty((n, *widths.get(name, (nz,)))) for name in OUTPUTS})
+        given = new("hnav_ins_error_run_input", u=address(held), z=address(seen), present=address(mask))
+        wanted = new("hnav_ins_error_run_output", **{_IN_C.get(name, name): address(getattr(run, name)) for name in OUTPUTS})
+        self._call("run", n, given, wanted, ffi.NULL)
         return run
 
     def replace_model(self, model: LinearModel) -> None:
-        """Other matrices of the same sizes from the next step on."""
-        self._call("replace_model", C.byref(model._struct()))
+        """Other matrices of the same sizes from the next step on; x0, P0 and Lambda0 count again at a reset.
+
+        Raises HnavValueError as the filter itself does.
+        """
+        self._call("replace_model", model.struct())
         self.model = model
 
-    def reset(self) -> None:
-        self._call("reset")
+    def estimate(self) -> tuple[Array, Array]:
+        """State and its standard deviations: nx each, of the newest step, or of the one before (mdkf, amdkf, lag = 1)."""
+        x, sigma = self._arrays("estimate", self.model.nx, self.model.nx)
+        return x, sigma
 
-    def _arrays(self, name: str, *shapes) -> list[np.ndarray]:
-        arrays = [np.empty(shape) for shape in shapes]
-        self._call(name, *(a.ctypes.data for a in arrays))
-        return arrays
-
-    def estimate(self) -> tuple[np.ndarray, np.ndarray]:
-        """State and its standard deviations."""
-        return tuple(self._arrays("estimate", self.model.nx, self.model.nx))
-
-    def covariance(self) -> np.ndarray:
+    def covariance(self) -> Array:
+        """nx x nx: of the state."""
         return self._arrays("covariance", (self.model.nx, self.model.nx))[0]
 
-    def coloured_error(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """lambda, its standard deviations, compensated measurement z - lambda."""
-        return tuple(self._arrays("coloured_error", *[self.model.nz] * 3))
+    def coloured_error(self) -> tuple[Array, Array, Array]:
+        """lambda, its standard deviations, and the compensated measurement z - lambda: nz each."""
+        lam, sigma, compensated = self._arrays("coloured_error", *[self.model.nz] * 3)
+        return lam, sigma, compensated
 
-    def innovation(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Innovation, its covariance S, NIS."""
+    def innovation(self) -> tuple[Array, Array, float]:
+        """Of the newest sample: innovation (nz), its covariance S (nz x nz), NIS. Raises HnavRuntimeError before the first."""
         nu, S, nis = self._arrays("innovation", self.model.nz, (self.model.nz, self.model.nz), 1)
         return nu, S, float(nis[0])
 
-    def noise(self) -> tuple[np.ndarray, np.ndarray]:
-        """Noise scale and fault probability by channel."""
-        return tuple(self._arrays("noise", self.model.nz, self.model.nz))
+    def noise(self) -> tuple[Array, Array]:
+        """By channel (nz each): factor on the noise, and the probability that it is above 1."""
+        scale, fault_probability = self._arrays("noise", self.model.nz, self.model.nz)
+        return scale, fault_probability
 
     @property
     def warning(self) -> str:
-        return self._lib.hnav_ins_error_filter_warning(self._handle).decode()
+        """What is legal but doubtful about the model: states and coloured errors that separate poorly; empty if nothing."""
+        return text(library().hnav_ins_error_filter_warning(self._handle))
 
     def separability(self) -> float:
+        """0: a mode of A moves the measurements just as lambda does; 1: nothing like it. The smallest over the modes."""
         return float(self._arrays("separability", 1)[0][0])
 
-    def status(self) -> _Status:
-        status = _Status()
-        self._call("get_status", C.byref(status))
-        return status
+    def info(self) -> InsErrorInfo:
+        """Where the filter stands, and its sizes."""
+        info = new("hnav_ins_error_status")
+        self._call("get_status", info)
+        return InsErrorInfo.read(info)
+
+    def _arrays(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
+        arrays = [np.empty(shape) for shape in shapes]
+        self._call(name, *map(address, arrays))
+        return arrays
 
 
-def _mask(present, shape) -> np.ndarray | None:
+def _continued(first_model: LinearModel, options: InsErrorOptions, model: LinearModel, state: bytes) -> InsErrorFilter:
+    filter = InsErrorFilter(first_model, options)
+    filter.load(state)
+    if model is not first_model:
+        filter.replace_model(model)
+    return filter
+
+
+def _mask(present: npt.ArrayLike | None, shape: tuple[int, ...]) -> npt.NDArray[np.uint8] | None:
     if present is None:
         return None
     mask = np.ascontiguousarray(present, np.uint8)
     if mask.shape != shape:
-        raise HnavValueError("size", f"present has the shape {mask.shape}, expected {shape}")
+        raise HnavValueError("size", f"present has the shape {mask.shape}, expected {shape}", "present")
     return mask

@@ -12,9 +12,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.filters.attitude import FILTERS, Filter, Options, Run, empty_run
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, Filter, Options, Run, empty_run
 from hnav.renamed import now_called
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
@@ -110,7 +110,7 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
         if field_seen[i]:
             attitude_filter.push_mag(recording.field_t_s[i], recording.field_b_tesla[i])
         attitude_filter.advance(t_s)
-        started = started or bool(attitude_filter.status().started)
+        started = started or bool(attitude_filter.diagnostics().started)
         if started:
             _note(attitude_filter, run, i)
         if progress and (i % 1000 == 999 or i == n - 1):
@@ -128,10 +128,10 @@ def _note(attitude_filter: Filter, run: Run, i: int) -> None:
 
 
 def _counts(attitude_filter: Filter) -> dict[str, int]:
-    status = attitude_filter.status()
-    counts = {f"{sensor}_used": used for sensor, used in zip(("gyro", "accel", "mag", "heading"), status.used)}
-    counts |= {f"{sensor}_gated": gated for sensor, gated in zip(("gyro", "accel", "mag", "heading"), status.gated)}
+    seen = attitude_filter.diagnostics()
+    counts = {f"{sensor}_used": used for sensor, used in seen.used.items()}
+    counts |= {f"{sensor}_gated": gated for sensor, gated in seen.gated.items()}
     for name in ("late", "non_finite", "zero", "corrections", "gamma_raised", "covariance_repaired"):
-        counts[name] = getattr(status, name)
-    counts["rhs_evals"] = status.solver_rhs_evals
+        counts[name] = getattr(seen, name)
+    counts["rhs_evals"] = seen.solver_rhs_evals
     return counts

@@ -14,11 +14,11 @@ from typing import Protocol
 
 import numpy as np
 
+from hnav.filters.attitude import Options
 from hnav.filters.rotations import euler_rad
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
-from hnav.native.library import Options
 
 # The FMU of each filter.
 MODELS = {"hrekf": "Hrekf", "ahrs": "Ahrs"}

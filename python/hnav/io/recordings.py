@@ -15,9 +15,9 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.mat_file import read_mat
+from hnav.units import TESLA_PER
 
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
-TESLA_PER = {"T": 1.0, "uT": 1e-6, "G": 1e-4, "au": 5e-5}  # au: arbitrary; the filter learns the strength anyway
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 
 

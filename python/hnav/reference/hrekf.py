@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq
 
-from hnav.native.library import Options
+from hnav.filters.attitude import Options
 
 LARGEST_SHARE = 0.95  # of gamma^2 that lmax(L P L') may take
 GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
@@ -409,7 +409,7 @@ def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
         "hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1
     )
     if not literal:
-        from hnav.native.library import Filter
+        from hnav.filters.attitude import Filter
 
         estimate = Filter(options).run(t, rate, force, field).gyro_bias_rad_s[-1]
         return float(np.degrees(np.abs(estimate - bias)).max())

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
-from hnav.filters.ins_error import InsErrorOptions, LinearModel
+from hnav.filters.ins_error import InsErrorOptions
+from hnav.filters.linear_model import LinearModel
 
 PRINTED = ("mdkf", "amdkf")
 

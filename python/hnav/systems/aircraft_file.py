@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hnav.io.model_files import ModelFile, model_files
-from hnav.systems.aircraft import Aircraft, Channel, Control, Fault
+from hnav.simulation.aircraft import Aircraft, Channel, Control, Fault
 
 LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
 MOST = 32  # states, and inputs

@@ -11,9 +11,9 @@ import numpy as np
 
 from hnav.cli.parameters import parse_settings
 from hnav.errors import HnavValueError
+from hnav.filters.attitude import FILTERS, Filter, Options
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
-from hnav.native.library import FILTERS, Filter, Options
 from hnav.renamed import now_called
 from studies.bench.peers import PEERS, find_peer, run_peer
 

@@ -27,7 +27,7 @@ def hrekf(side: Side, source: Source, **settings: Any) -> Arrays:
     samples = source(side)
     names = option_rows(side.library, "hrekf")
     chosen = {side.names.find("option", name, names): value for name, value in (PRECISE | settings).items()}
-    options = side.module("hnav.native.library").Options("hrekf", **chosen)
+    options = side.module("hnav.filters.attitude").Options("hrekf", **chosen)
     run = side.module("hnav.reference.hrekf").run_reference(samples.t_s, samples.rate, samples.force, samples.field, options)
     return dict(zip(("q_nb", "gyro_bias", "sigma"), run))
 

@@ -11,7 +11,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.systems.aircraft import Aircraft, Flight
+from hnav.simulation.aircraft import Aircraft
+from hnav.systems.aircraft import Flight
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 from studies.command import study
 from studies.ins_error_table.comparison import (

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
-from hnav.systems.aircraft import Aircraft, Flight, simulate
+from hnav.simulation.aircraft import Aircraft
+from hnav.systems.aircraft import Flight, simulate
 
 STEPS = 200
 BEFORE, FAULT, AFTER = slice(30, 80), slice(80, 151), slice(151, 181)

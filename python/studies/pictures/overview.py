@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hnav.filters.attitude import Filter, Options
 from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.engines import Result, run_recording
 from hnav.io.recordings import Recording, find_trial, read_recording
-from hnav.native.library import Filter, Options
 from hnav.reports import plots
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, LinearModel
-from hnav.native.library import option_table
+from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, option_table
+from hnav.filters.linear_model import LinearModel
 from hnav.reference.ins_error import run_reference
 from hnav.systems.aircraft import simulate
 from hnav.systems.aircraft_file import models_folder, read_aircraft
@@ -155,11 +155,11 @@ def test_the_lateral_model_warns_that_spiral_and_colour_separate_poorly():
 
 
 def test_options_are_described_and_checked_by_name():
-    for name, info in option_table("ins_error").items():
+    for name, info in option_table().items():
         assert info.description and getattr(InsErrorOptions(), name) is not None
     with pytest.raises(HnavError, match="form = kalman: choose one of mdkf"):
         InsErrorOptions(form="kalman")
-    with pytest.raises(HnavError, match="has no option windows"):
+    with pytest.raises(HnavError, match="no option windows; did you mean window"):
         InsErrorOptions(windows=3)
 
 

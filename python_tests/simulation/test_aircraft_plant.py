@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.filters.ins_error import MATRICES, InsErrorFilter, InsErrorOptions
+from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.filters.linear_model import MATRICES
+from hnav.reference.noise import STREAMS, normal_numbers
+from hnav.simulation.aircraft import AircraftPlant
 from hnav.systems.aircraft import fly
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-from hnav.systems.aircraft_plant import STREAMS, AircraftPlant, normal_numbers
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 STEPS = 300
@@ -72,7 +74,7 @@ def test_a_saved_flight_goes_on_bit_for_bit():
     np.testing.assert_array_equal(plant.run(40).z, straight.z)
     plant.reset()
     np.testing.assert_array_equal(plant.run(40).z, first.z)
-    with pytest.raises(HnavError, match="damaged"):
+    with pytest.raises(HnavError, match="saved by another aircraft"):
         AircraftPlant(aircraft_of("f4c_lateral"), 4).load(state)
 
 

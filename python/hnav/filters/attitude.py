@@ -1,0 +1,532 @@
+"""Attitude and heading by the C library: the AHRS for real sensors, and the HREKF of the paper.
+
+    run = hnav.Filter("ahrs", navigation_frame="enu").run(t_s, rate, force, field)      # n x 3 arrays in SI units
+    run.q_nb                                # n x 4, scalar first, body to navigation
+    run.to_dataframe()
+
+    filter = hnav.Filter("ahrs")            # or sample by sample
+    filter.push_imu(t_s, rate, force)
+    filter.push_mag(t_s, field)
+    filter.advance(t_s)
+    filter.attitude().heading_rad
+
+Conventions, for all that is here: n is the navigation frame, north-east-down unless the option navigation_frame says enu;
+b is the body frame, the axes of the sensor turned by the option q_body_sensor. Quaternions are Hamilton's, scalar first;
+q_nb turns body vectors into navigation axes. force is specific force: a sensor at rest with its z axis down reads
+(0, 0, -9.81) m/s2. Times in s, rates in rad/s, forces in m/s2, fields in tesla, angles in rad. Filters of different threads
+run in parallel; one filter serves one thread at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.native.arrays import Array, BoolArray, Counted, Named, Record, Shaped, address, doubles, times
+from hnav.native.library import PRESETS, SENSORS, LibraryObject, enumerators, ffi, new
+from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.renamed import now_called
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
+"""The filters, and the presets of each."""
+
+VERDICTS = enumerators("hnav_field_gate", "HNAV_FIELD_")
+"""What the filter made of a field."""
+
+# --------------------------------------------------------------------------------------------- options
+
+
+def option_table(filter: str) -> Mapping[str, OptionInfo]:
+    """The options of a filter by name, in the library's order. Raises HnavValueError for other filters."""
+    if filter not in FILTERS:
+        raise HnavValueError(
+            "option", f"filter = {filter}{now_called(filter, 'filter')}: choose one of {', '.join(FILTERS)}", "filter"
+        )
+    return option_rows(filter)
+
+
+def checked_preset(filter: str, preset: str) -> int:
+    """The number of a preset that the filter has. Raises HnavValueError for filters and presets that do not exist."""
+    option_table(filter)
+    if preset not in FILTERS[filter]:
+        raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(FILTERS[filter])}", "preset")
+    return PRESETS.index(preset)
+
+
+def parse_setting(text: str) -> tuple[str, str]:
+    """Name and value of "NAME=VALUE". Raises HnavValueError."""
+    name, separator, value = text.partition("=")
+    if not (separator and name and value):
+        raise HnavValueError("option", f"setting = {text}: write NAME=VALUE", "setting")
+    return name, value
+
+
+class Options(OptionSet):
+    """Options of an attitude filter, as attributes; option_table(filter) tells unit, range and meaning of each.
+
+        Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
+
+    filter: "ahrs" or "hrekf". preset: one of FILTERS[filter]. values: options that differ from the preset. Raises
+    HnavValueError for filters, presets, names (UnknownOptionError) and values that do not exist.
+    """
+
+    def __init__(self, filter: str, preset: str = "default", **values: object):
+        number = checked_preset(filter, preset)
+        self.__dict__["_preset"] = preset
+        super().__init__(filter, number, values)
+
+    @property
+    def filter(self) -> str:
+        """The filter that the options are of: "ahrs" or "hrekf"."""
+        return str(self._options)
+
+    @property
+    def preset(self) -> str:
+        """The preset that the options started from."""
+        return str(self._preset)
+
+    def _arguments(self) -> tuple[str, ...]:
+        return (self.filter,) if self.preset == "default" else (self.filter, self.preset)
+
+
+# --------------------------------------------------------------------------------------------- results
+
+
+@dataclass(frozen=True, eq=False)
+class Attitude(Record):
+    """The estimate at the time of the last advance."""
+
+    t_s: float
+    q_nb: Array
+    """4: unit quaternion, scalar first, body to navigation."""
+    euler_rad: Array
+    """3: roll, pitch, yaw of the body in navigation axes; rotation order z y x."""
+    heading_rad: float
+    """True heading of body x, clockwise from north, in (-pi, pi], whatever the navigation frame."""
+    sigma_rad: Array
+    """3: standard deviation of the rotation error about the navigation axes; the third is heading."""
+    near_singular: bool
+    """Pitch is beyond 85 deg: roll and yaw are ill defined."""
+    tilt_ready: bool
+    """Roll and pitch are known: a small sigma that was earned from samples."""
+    heading_ready: bool
+    """Heading is known, likewise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior(Record):
+    """The estimate just after the newest sample that is not in the future of the last advance."""
+
+    t_s: float
+    q_nb: Array
+    """4: unit quaternion, scalar first, body to navigation."""
+    gyro_bias_rad_s: Array
+    """3, body axes."""
+    sigma: Array
+    """6: rotations about the three navigation axes in rad, three biases in rad/s."""
+    near_singular: bool
+    """As in Attitude."""
+    tilt_ready: bool
+    """As in Attitude."""
+    heading_ready: bool
+    """As in Attitude."""
+
+
+@dataclass(frozen=True, eq=False)
+class Innovation(Record):
+    """What the last used sample of a sensor said."""
+
+    t_s: float
+    value: Array
+    """3, of which the first `dimension` count: measured minus expected. Force and field are in units of gravity and of the
+    reference strength, heading in rad; of the AHRS, force: minus the velocity in m/s, north and east, and the field is in
+    navigation axes."""
+    S: Annotated[Array, Shaped(3, 3)]
+    """3 x 3, of which `dimension` rows and columns count: its covariance, with the noise of the options."""
+    nis: float
+    """value' S^-1 value: about `dimension` on average when model and noise are right."""
+    noise_scale: float
+    """Noise that was used over that of the options: 1 unless the gate inflated it, infinite when it rejected the sample."""
+    dimension: int
+    """3; 1 for heading; 2 for the force of the AHRS."""
+    accepted: bool
+    """Whether the gate let the sample pass as it was."""
+
+
+@dataclass(frozen=True, eq=False)
+class Field(Record):
+    """What the filter holds of the magnetic field and its sensor, just after the newest used sample."""
+
+    strength_tesla: float
+    """Of the reference field; NaN while there is none."""
+    dip_rad: float
+    """Of the reference field, positive when it points down; NaN while there is none."""
+    latency_s: float
+    """Estimated delay of the magnetometer behind its time stamps (ahrs)."""
+    latency_sigma_s: float
+    """Its standard deviation."""
+    evidence_s: float
+    """Time for which the reference was seen, counted less at rest (ahrs)."""
+    heading_trust_s: float
+    """The same for the heading, through changes of the reference (ahrs)."""
+    reference_changes: int
+    """References taken after the first (ahrs)."""
+    gate: Annotated[str, Named(VERDICTS)]
+    """What was made of the last field: one of VERDICTS."""
+    at_rest: bool
+    """The body lies still (ahrs)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnostics(Record):
+    """Counts since the start, and figures of the last correction."""
+
+    gamma_used: float
+    """Of the last correction; infinite when the robust law is off."""
+    gamma_margin: float
+    """1 - lmax(L P L') / gamma^2: 1 when off, always above 0."""
+    adapted_bias_walk_rad_s_per_sqrt_s: float
+    """Root of the mean of the diagonal of Q on the bias."""
+    newest_sample_s: float
+    """Time of the newest used sample; NaN if there was none."""
+    used: Annotated[dict[str, int], Counted(SENSORS)]
+    """Samples used, by sensor: gyro, accel, mag, heading."""
+    gated: Annotated[dict[str, int], Counted(SENSORS)]
+    """Of those, with inflated noise."""
+    late: int
+    """Samples refused: older than the committed estimate."""
+    non_finite: int
+    """Samples refused: NaN, infinite, beyond 1e6 in any unit."""
+    zero: int
+    """Samples refused: zero vectors."""
+    corrections: int
+    gamma_raised: int
+    """Corrections whose gamma was infeasible and had to be raised."""
+    covariance_repaired: int
+    solver_rhs_evals: int
+    """Evaluations of the differential equation by the solver."""
+    solver_steps: int
+    started: bool
+    """There is an attitude."""
+    waiting: int
+    """Instants in the queue that are still in the future of the last advance."""
+    decay_rate_1_s: float
+    """Rate at which the last correction and the flow before it make the HREKF forget (its paper's Theorem 1, sampled); 0
+    before the first correction, and of the AHRS."""
+
+
+@dataclass
+class Run:
+    """Arrays of a batch run, one row for each instant; NaN before the start and where no sample was used."""
+
+    t_s: Array
+    """n: the instants."""
+    q_nb: Array
+    """n x 4: scalar first, body to navigation."""
+    euler_rad: Array
+    """n x 3: roll, pitch, yaw; rotation order z y x."""
+    sigma_rad: Array
+    """n x 3: standard deviation of the rotation error about the navigation axes; the third is heading."""
+    gyro_bias_rad_s: Array
+    """n x 3, body axes."""
+    gyro_bias_sigma_rad_s: Array
+    """n x 3."""
+    accel_nis: Array
+    """n: normalised innovation squared of the force, where one was used."""
+    mag_nis: Array
+    """n: of the field."""
+    ready: BoolArray
+    """n x 2: tilt, heading."""
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name."""
+        import pandas as pd
+
+        columns: dict[str, Any] = {}
+        for name, axes in _COLUMNS.items():
+            values = getattr(self, name)
+            columns |= {axes[0]: values} if len(axes) == 1 else {column: values[:, i] for i, column in enumerate(axes)}
+        return pd.DataFrame(columns, index=pd.Index(self.t_s, name="t_s"))
+
+
+def _of_axes(name: str, unit: str) -> tuple[str, ...]:
+    return tuple(f"{name}_{axis}_{unit}" for axis in "xyz")
+
+
+_COLUMNS = {
+    "q_nb": ("q_w", "q_x", "q_y", "q_z"),
+    "euler_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
+    "sigma_rad": _of_axes("sigma", "rad"),
+    "gyro_bias_rad_s": _of_axes("gyro_bias", "rad_s"),
+    "gyro_bias_sigma_rad_s": _of_axes("gyro_bias_sigma", "rad_s"),
+    "accel_nis": ("accel_nis",),
+    "mag_nis": ("mag_nis",),
+    "ready": ("tilt_ready", "heading_ready"),
+}
+
+
+def empty_run(t_s: Array) -> Run:
+    """A Run of these instants that knows nothing yet."""
+    n = len(t_s)
+    arrays = {name: np.full((n, len(axes)) if len(axes) > 1 else n, np.nan) for name, axes in _COLUMNS.items()}
+    ready = np.zeros((n, 2), bool)
+    return Run(t_s, **(arrays | {"ready": ready}))
+
+
+# --------------------------------------------------------------------------------------------- the filter
+
+
+class Filter(LibraryObject):
+    """An attitude filter: a hybrid system whose estimate flows between samples and jumps at each of them.
+
+        Filter("ahrs", navigation_frame="enu", preset="default")
+        Filter(Options("ahrs"))
+
+    options: the name of a filter, with preset and values as of Options, or Options. Raises HnavValueError for options that
+    are impossible, HnavRuntimeError when there is no memory.
+
+    Samples are pushed with their times, which may come in any order within one instant and between two calls of advance,
+    and up to the option horizon_s late. Every call that fails leaves the estimate as it was. Filters are copied and pickled
+    with their state.
+    """
+
+    KIND = "filter"
+
+    def __init__(self, options: Options | str, preset: str | None = None, **values: object):
+        if isinstance(options, str):
+            options = Options(options, preset or "default", **values)
+        elif preset is not None or values:
+            raise HnavValueError("option", "Options are complete: preset and values belong to Options(...)")
+        self._options = Options(options.filter, options.preset, **options.changed())
+        super().__init__(f"hnav_{options.filter}_create", options.struct)
+
+    @property
+    def options(self) -> Options:
+        """A copy of the options that the filter was made with."""
+        return Options(self._options.filter, self._options.preset, **self._options.changed())
+
+    def __repr__(self) -> str:
+        return f"Filter({self._options!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _continued, (self._options, self.save())
+
+    # ----------------------------------------------------------------------------------------- samples
+
+    def push_gyro(self, t_s: float, rate_b_rad_s: npt.ArrayLike) -> None:
+        """A sample of the gyroscope: rate_b_rad_s is 3, in sensor axes.
+
+        Raises HnavValueError for numbers that are not finite, HnavRuntimeError for late samples and a full queue.
+        """
+        self._push("gyro", t_s, rate_b_rad_s, "rate_b_rad_s")
+
+    def push_accel(self, t_s: float, force_b_m_s2: npt.ArrayLike) -> None:
+        """A sample of the accelerometer: force_b_m_s2 is 3, in sensor axes; errors as of push_gyro, and for a zero vector."""
+        self._push("accel", t_s, force_b_m_s2, "force_b_m_s2")
+
+    def push_mag(self, t_s: float, field_b_tesla: npt.ArrayLike) -> None:
+        """A sample of the magnetometer: field_b_tesla is 3, in sensor axes; errors as of push_accel."""
+        self._push("mag", t_s, field_b_tesla, "field_b_tesla")
+
+    def push_imu(self, t_s: float, rate_b_rad_s: npt.ArrayLike, force_b_m_s2: npt.ArrayLike) -> None:
+        """Gyroscope and accelerometer of one instant, both or neither; as push_gyro and push_accel."""
+        rate, force = doubles(rate_b_rad_s, (3,), "rate_b_rad_s"), doubles(force_b_m_s2, (3,), "force_b_m_s2")
+        self._call("push_imu", t_s, address(rate), address(force))
+
+    def push_heading(self, t_s: float, heading_rad: float, sigma_rad: float) -> None:
+        """True heading of body x, clockwise from north, by another source; sigma_rad is its standard deviation, above 0."""
+        self._call("push_heading", t_s, heading_rad, sigma_rad)
+
+    def advance(self, t_s: float) -> None:
+        """Uses the samples up to t_s and shows the estimate at t_s.
+
+        Between samples and after the newest one a copy of the estimate is predicted to t_s; what is stored stays as it is,
+        so the same samples give the same bits whatever times are asked for. Raises HnavRuntimeError for a time before that
+        of the last advance, and when samples led to no usable estimate: those were dropped, the others used.
+        """
+        self._call("advance", t_s)
+
+    def run(
+        self,
+        t_s: npt.ArrayLike,
+        rate_b_rad_s: npt.ArrayLike | None = None,
+        force_b_m_s2: npt.ArrayLike | None = None,
+        field_b_tesla: npt.ArrayLike | None = None,
+        only: tuple[str, ...] = (),
+    ) -> Run:
+        """A whole recording: push and advance of row after row, bit for bit.
+
+        t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample.
+        only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself.
+
+        A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
+        arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
+        """
+        return self._batch("run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only, ffi.NULL)
+
+    def smooth(
+        self,
+        t_s: npt.ArrayLike,
+        rate_b_rad_s: npt.ArrayLike | None = None,
+        force_b_m_s2: npt.ArrayLike | None = None,
+        field_b_tesla: npt.ArrayLike | None = None,
+        only: tuple[str, ...] = (),
+    ) -> Run:
+        """As run, with hindsight: every row from all samples, before and after it. The filter is reset before and after.
+
+        Takes five times as long as run. Raises HnavRuntimeError for the HREKF, which has no smoother, and for recordings
+        that the filter cannot start on.
+        """
+        return self._batch("smooth", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+
+    def realign(self) -> None:
+        """Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters."""
+        self._call("realign")
+
+    # ----------------------------------------------------------------------------------------- estimate
+
+    def attitude(self) -> Attitude:
+        """Attitude and heading at the time of the last advance. Raises HnavRuntimeError while there is none."""
+        return Attitude.read(self._filled("attitude", "hnav_attitude"))
+
+    def posterior(self) -> Posterior:
+        """The estimate just after the newest used sample. Raises HnavRuntimeError while there is none."""
+        return Posterior.read(self._filled("posterior", "hnav_posterior"))
+
+    def rate(self) -> Array:
+        """3, rad/s, body axes: the newest rate without the bias; zero before the first sample."""
+        return self._numbers("rate", 3)[0]
+
+    def gyro_bias(self) -> tuple[Array, Array]:
+        """Bias of the gyroscope and its standard deviations: 3 each, rad/s, body axes."""
+        bias, sigma = self._numbers("gyro_bias", 3, 3)
+        return bias, sigma
+
+    def gyro_calibration(self) -> tuple[Array, Array]:
+        """Scale and misalignment S, rate = (I - S) reading - bias, and the sigma of each element: 3 x 3; zero in the HREKF."""
+        matrix, sigma = self._numbers("gyro_calibration", (3, 3), (3, 3))
+        return matrix, sigma
+
+    def covariance(self) -> Array:
+        """6 x 6: rotation about the navigation axes in rad, gyro bias in rad/s. Raises HnavRuntimeError before the start."""
+        return self._numbers("covariance", (6, 6))[0]
+
+    def field(self) -> Field:
+        """What the filter holds of the magnetic field."""
+        return Field.read(self._filled("field", "hnav_field"))
+
+    def innovation(self, sensor: str) -> Innovation:
+        """What the last used sample of a sensor said: "accel", "mag" or "heading".
+
+        Raises HnavValueError for other sensors, HnavRuntimeError when none of its samples has been used yet.
+        """
+        if sensor not in SENSORS:
+            raise HnavValueError("option", f"sensor = {sensor}: choose one of {', '.join(SENSORS[1:])}", "sensor")
+        innovation = new("hnav_innovation")
+        self._call("innovation", SENSORS.index(sensor), innovation)
+        return Innovation.read(innovation)
+
+    def diagnostics(self) -> Diagnostics:
+        """Counts of samples and corrections, and figures of the last correction."""
+        return Diagnostics.read(self._filled("get_status", "hnav_filter_status"))
+
+    # ----------------------------------------------------------------------------------------- hybrid view
+
+    @property
+    def nx(self) -> int:
+        """Number of states of the hybrid view: x' = derivative(t, x) between events, x = jump(t, x) at one.
+
+        The hybrid view is for callers that bring their own integrator; it is not to be mixed with advance and run. What
+        the states are stands in hnav/attitude.h.
+        """
+        number = ffi.new("int32_t *")
+        self._call("nx", number)
+        return int(number[0])
+
+    def get_x(self) -> Array:
+        """nx: the state just after the last jump."""
+        return self._numbers("get_x", self.nx)[0]
+
+    def nominal_x(self) -> Array:
+        """nx: sizes to scale tolerances by, from the present sigmas, all positive."""
+        return self._numbers("nominal_x", self.nx)[0]
+
+    def derivative(self, t_s: float, x: npt.ArrayLike) -> Array:
+        """nx: dx/dt at t_s and x (nx). Changes nothing."""
+        dx = np.empty(self.nx)
+        self._call("derivative", t_s, address(doubles(x, (self.nx,), "x")), address(dx))
+        return dx
+
+    def derivative_along(self, t_s: float, x: npt.ArrayLike, seed: npt.ArrayLike) -> Array:
+        """nx: the exact directional derivative (df/dx) seed of derivative at x; x and seed are nx. Changes nothing."""
+        at, along, out = doubles(x, (self.nx,), "x"), doubles(seed, (self.nx,), "seed"), np.empty(self.nx)
+        self._call("derivative_along", t_s, address(at), address(along), address(out))
+        return out
+
+    def next_event_s(self) -> float:
+        """Time of the earliest waiting sample, infinite if none waits."""
+        time = ffi.new("double *")
+        self._call("next_event_s", time)
+        return float(time[0])
+
+    def jump(self, t_s: float, x_minus: npt.ArrayLike) -> Array:
+        """nx: the state after the waiting samples up to t_s have been applied to x_minus (nx) at t_s."""
+        x_plus = np.empty(self.nx)
+        self._call("jump", t_s, address(doubles(x_minus, (self.nx,), "x_minus")), address(x_plus))
+        return x_plus
+
+    def show(self, t_s: float, x: npt.ArrayLike) -> None:
+        """Lets attitude, rate, gyro_bias and covariance show the state x (nx) at t_s."""
+        self._call("show", t_s, address(doubles(x, (self.nx,), "x")))
+
+    # ----------------------------------------------------------------------------------------- calls of the library
+
+    def _push(self, sensor: str, t_s: float, value: npt.ArrayLike, name: str) -> None:
+        self._call(f"push_{sensor}", t_s, address(doubles(value, (3,), name)))
+
+    def _filled(self, name: str, kind: str) -> Any:
+        struct = new(kind)
+        self._call(name, struct)
+        return struct
+
+    def _numbers(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
+        arrays = [np.empty(shape) for shape in shapes]
+        self._call(name, *map(address, arrays))
+        return arrays
+
+    def _batch(
+        self, function: str, t_s: npt.ArrayLike, samples: tuple[npt.ArrayLike | None, ...], only: tuple[str, ...], *more: Any
+    ) -> Run:
+        t = times(t_s)
+        n = t.shape
+        arrays: dict[str, Array | None] = {"t_s": t}
+        for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
+            arrays[name] = None if values is None else doubles(values, (*n, 3), name)
+        run = empty_run(t)
+        names = [f.name for f in fields(Run)[1:]]
+        if unknown := set(only) - set(names):
+            raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(names)}", "only")
+        given = new("hnav_run_input", **{name: address(array) for name, array in arrays.items()})
+        wanted = new("hnav_run_output", **{name: address(getattr(run, name)) for name in only or names})
+        try:
+            self._call(function, len(t), given, wanted, *more)
+        except HnavRuntimeError as error:
+            if error.status in ("late sample", "time backwards") and str(error).startswith("row 0:"):
+                begins = f"t_s begins at {t[0]:g} s, before the time that this filter stands at: reset() it first"
+                raise HnavRuntimeError(error.status, f"{begins} ({error})") from None
+            raise
+        return run
+
+
+def _continued(options: Options, state: bytes) -> Filter:
+    filter = Filter(options)
+    filter.load(state)
+    return filter

@@ -1,0 +1,126 @@
+"""NumPy arrays for the library and structs of the library as dataclasses of numbers and arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+
+from hnav.errors import HnavValueError
+from hnav.native.library import ffi
+
+Array = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+R = TypeVar("R", bound="Record")
+
+
+def doubles(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    """The values as C has them: float64, row by row. Raises HnavValueError for another shape, and for what are no numbers."""
+    array = _numbers(values, name)
+    if array.shape != shape:
+        raise HnavValueError("size", f"{name} has the shape {array.shape}, expected {shape}", name)
+    return array
+
+
+def times(values: npt.ArrayLike) -> Array:
+    """n, whatever n is; otherwise as doubles."""
+    array = _numbers(values, "t_s")
+    if array.ndim != 1:
+        raise HnavValueError("size", f"t_s has the shape {array.shape}, expected (n,)", "t_s")
+    return array
+
+
+def rows_of_three(values: npt.ArrayLike, name: str) -> Array:
+    """n x 3, whatever n is; otherwise as doubles."""
+    array = _numbers(values, name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise HnavValueError("size", f"{name} has the shape {array.shape}, expected (n, 3)", name)
+    return array
+
+
+def _numbers(values: npt.ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(values, np.float64, order="C")
+    except (TypeError, ValueError):
+        raise HnavValueError("size", f"{name} is no array of numbers", name) from None
+
+
+def address(array: npt.NDArray[Any] | None) -> Any:
+    """Of the first number, null for None; C reads float64, and uint8 for bool and uint8. The caller keeps the array."""
+    if array is None:
+        return ffi.NULL
+    return ffi.from_buffer("double[]" if array.dtype == np.float64 else "uint8_t[]", array)
+
+
+# --------------------------------------------------------------------------------------------- records
+
+
+class Shaped:
+    """Annotates a field of a Record: its numbers have these axes."""
+
+    def __init__(self, *shape: int):
+        self.shape = shape
+
+    def __call__(self, numbers: Any) -> Array:
+        return np.array(list(numbers)).reshape(self.shape)
+
+
+class Named:
+    """Annotates a field of a Record that the library tells by number and Python by name."""
+
+    def __init__(self, names: tuple[str, ...]):
+        self.names = names
+
+    def __call__(self, number: int) -> str:
+        return self.names[number]
+
+
+class Counted:
+    """Annotates a field of a Record that has a count for each of these names."""
+
+    def __init__(self, names: tuple[str, ...]):
+        self.names = names
+
+    def __call__(self, counts: Any) -> dict[str, int]:
+        return dict(zip(self.names, counts))
+
+
+class Record:
+    """A dataclass with fields of a C struct: numbers, flags as bool, arrays of NumPy."""
+
+    @classmethod
+    def read(cls: type[R], struct: Any, **more: Any) -> R:
+        """From a C struct that has these fields, but for those that are given besides."""
+        told = {name: reader(getattr(struct, name)) for name, reader in _readers(cls).items() if name not in more}
+        return cls(**told, **more)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal numbers in every field; NaN is equal to NaN."""
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(_equal(value, getattr(other, name)) for name, value in vars(self).items())
+
+
+_READERS: dict[type[Any], dict[str, Callable[[Any], Any]]] = {}
+
+
+def _readers(cls: type[Any]) -> dict[str, Callable[[Any], Any]]:
+    """What makes the value of each field of what C has there."""
+    if cls not in _READERS:
+        _READERS[cls] = {name: _reader(hint) for name, hint in get_type_hints(cls, include_extras=True).items()}
+    return _READERS[cls]
+
+
+def _reader(hint: Any) -> Callable[[Any], Any]:
+    if get_origin(hint) is Annotated:
+        reader: Callable[[Any], Any] = get_args(hint)[1]
+        return reader
+    return Shaped(-1) if hint == Array else hint
+
+
+def _equal(a: object, b: object) -> bool:
+    if isinstance(a, np.ndarray | float) and isinstance(b, np.ndarray | float):
+        return np.array_equal(a, b, equal_nan=True)
+    return a == b

@@ -1,0 +1,59 @@
+"""Writes hnav/native/_hnav.py, the C headers as cffi knows them; runs when the package is built, never when it is used.
+
+python python/hnav/native/headers.py --compiler cc --include c_src/include --output python/hnav/native/_hnav.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+from pathlib import Path
+
+from cffi import FFI
+
+SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi knows their types by itself
+
+
+def declarations(include: Path, compiler: str = "cc", *more: str) -> str:
+    """What hnav/hnav.h declares, without comments, macros and what the system's headers declare; more: for the compiler."""
+    with tempfile.TemporaryDirectory() as empty:
+        for name in SYSTEM_HEADERS:
+            Path(empty, name).touch()
+        command = [
+            compiler,
+            "-E",
+            "-P",
+            "-nostdinc",
+            "-isystem",
+            empty,
+            *more,
+            "-I",
+            str(include),
+            str(include / "hnav" / "hnav.h"),
+        ]
+        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+
+def write_binding(include: Path, output: Path, compiler: str, *more: str) -> None:
+    """The declarations as a Python module that opens libraries without a parser (cffi, out-of-line ABI mode)."""
+    builder = FFI()
+    builder.cdef(declarations(include, compiler, *more))
+    builder.set_source("hnav.native._hnav", None)
+    builder.emit_python_code(str(output))
+    output.touch()  # cffi leaves a file with equal content alone; a build wants it newer than the headers
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--compiler", default="cc")
+    parser.add_argument("--include", type=Path, required=True)
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--depfile", type=Path, help="where to say, in make's words, which headers were read")
+    chosen = parser.parse_args()
+    more = ["-MMD", "-MF", str(chosen.depfile), "-MT", str(chosen.output)] if chosen.depfile else []
+    write_binding(chosen.include, chosen.output, chosen.compiler, *more)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""Options of the library as Python objects: names, choices, units and ranges are those that the library tells."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, TypeVar
+
+from hnav.errors import HnavValueError, UnknownOptionError
+from hnav.native.library import ffi, library, text
+from hnav.renamed import new_name, now_called
+
+Made = TypeVar("Made", bound="OptionSet")
+
+
+@dataclass(frozen=True)
+class OptionInfo:
+    """One option as the library states it."""
+
+    name: str
+    """"yaw.motion" for one of a struct inside, which the attribute yaw_motion holds."""
+    group: str
+    """What it belongs to: "noise", "start", ..."""
+    unit: str
+    """"rad", "1/s", ...; empty if it has none."""
+    description: str
+    """One sentence."""
+    reason: str
+    """Why the default is what it is."""
+    choices: tuple[str, ...]
+    """The names that it may have; empty for numbers."""
+    choice_descriptions: tuple[str, ...]
+    """What each of them means."""
+    default: str | float | int | tuple[float | int, ...]
+    """Of the first preset."""
+    count: int
+    """How many numbers it has."""
+    min: float
+    """Smallest value of each number."""
+    max: float
+    """Largest value of each number."""
+    is_integer: bool
+    """Whether its numbers are whole; choices are."""
+    advanced: bool
+    """False for the dozen that one meets first."""
+
+    def parse(self, text: str) -> float | int | list[float]:
+        """A value from text: the number of a choice, numbers separated by commas for several. Raises HnavValueError."""
+        if self.choices:
+            if text not in self.choices:
+                raise self._refused(f"{self.name} = {text}: choose one of {', '.join(self.choices)}")
+            return self.choices.index(text)
+        parts = text.split(",")
+        if len(parts) != self.count:
+            raise self._refused(f"{self.name} takes {self.count} number{'s' * (self.count > 1)}, not {len(parts)}")
+        try:
+            numbers = [float(p) for p in parts]
+        except ValueError:
+            raise self._refused(f"{self.name} = {text}: not a number") from None
+        if self.is_integer and numbers[0] != int(numbers[0]):
+            raise self._refused(f"{self.name} = {text}: not a whole number")
+        return numbers if self.count > 1 else int(numbers[0]) if self.is_integer else numbers[0]
+
+    def numbers(self, value: object) -> list[float | int]:
+        """What goes into the C struct for a value by Python: a choice by its name, numbers, or text. Raises HnavValueError."""
+        if self.choices and not isinstance(value, str):
+            raise self._refused(f"{self.name} = {value}: choose one of {', '.join(self.choices)}")
+        if isinstance(value, str):
+            value = self.parse(value)
+        numbers = list(_flat(value))
+        if len(numbers) != self.count:
+            raise self._refused(f"{self.name} takes {self.count} number{'s' * (self.count > 1)}, not {len(numbers)}")
+        try:
+            floats = [float(n) for n in numbers]
+        except (TypeError, ValueError):
+            raise self._refused(f"{self.name} = {value}: not a number") from None
+        if not self.is_integer:
+            return floats
+        if any(not f.is_integer() for f in floats):
+            raise self._refused(f"{self.name} = {value}: not a whole number")
+        if any(abs(f) >= 2**31 for f in floats):
+            raise self._refused(f"{self.name} = {value}: it lies between {self.min:g} and {self.max:g}")
+        return [int(f) for f in floats]
+
+    def _refused(self, text: str) -> HnavValueError:
+        return HnavValueError("option", text, self.name)
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    """The numbers of a scalar, of a sequence, of rows of numbers."""
+    if isinstance(value, Iterable) and not isinstance(value, str) and getattr(value, "shape", None) != ():
+        for item in value:
+            yield from _flat(item)
+    else:
+        yield value
+
+
+@cache
+def option_rows(options: str) -> Mapping[str, OptionInfo]:
+    """The options of a list by name, in the library's order; options: the C name, "ahrs" for hnav_ahrs_option."""
+    return {info.name: info for info in map(_info, _c_rows(options).values())}
+
+
+@cache
+def _c_rows(options: str) -> Mapping[str, Any]:
+    """The rows of the library, by the names of attributes."""
+    row_of = getattr(library(), f"hnav_{options}_option")
+    rows: dict[str, Any] = {}
+    while row := row_of(len(rows)):
+        rows[text(row.name).replace(".", "_")] = row
+    return rows
+
+
+def _info(row: Any) -> OptionInfo:
+    choices, meanings = (
+        tuple(text(names[i]) for i in range(row.choice_count)) for names in (row.choices, row.choice_descriptions)
+    )
+    return OptionInfo(
+        name=text(row.name), group=text(row.group), unit=text(row.unit), description=text(row.description),
+        reason=text(row.reason), choices=choices, choice_descriptions=meanings,
+        default=_value(row, [row.default_values[i] for i in range(row.count)]), count=row.count, min=row.min, max=row.max,
+        is_integer=row.kind != library().HNAV_OPTION_REAL, advanced=bool(row.advanced),
+    )  # fmt: skip
+
+
+def _value(row: Any, numbers: list[float]) -> Any:
+    """As Python has it: a choice by its name, several numbers as a tuple."""
+    if row.kind == library().HNAV_OPTION_CHOICE:
+        return text(row.choices[int(numbers[0])])
+    found = tuple(map(int, numbers)) if row.kind == library().HNAV_OPTION_INTEGER else tuple(numbers)
+    return found if len(found) > 1 else found[0]
+
+
+class OptionSet:
+    """Options as attributes: read, set, printed, compared, copied and pickled by name.
+
+    A choice goes by its name; several numbers are a tuple; numbers are taken as text too, as files and command lines have
+    them. A name that does not exist raises UnknownOptionError, an impossible value HnavValueError; what the library says of
+    ranges it says when an object is made with the options.
+    """
+
+    def __init__(self, options: str, preset: int | None, values: Mapping[str, object]):
+        defaults = getattr(library(), f"hnav_{options}_defaults")
+        made = defaults() if preset is None else defaults(preset)
+        struct, before = (ffi.new(f"hnav_{options}_options *", made) for _ in range(2))
+        self.__dict__.update(_options=options, _struct=struct, _defaults=before)
+        for name, value in values.items():
+            setattr(self, name, value)
+
+    @property
+    def struct(self) -> Any:
+        """The C struct, for calls of the library."""
+        return self._struct
+
+    def as_dict(self) -> dict[str, Any]:
+        """All options by the names of their attributes."""
+        return {name: self._read(self._struct, row) for name, row in _c_rows(self._options).items()}
+
+    def changed(self) -> dict[str, Any]:
+        """The options that differ from those of the preset."""
+        before = {name: self._read(self._defaults, row) for name, row in _c_rows(self._options).items()}
+        return {name: value for name, value in self.as_dict().items() if value != before[name]}
+
+    def _arguments(self) -> tuple[str, ...]:
+        """What the class was called with besides values."""
+        return ()
+
+    def _read(self, struct: Any, row: Any) -> Any:
+        return _value(row, [library().hnav_option_value(row, struct, i) for i in range(row.count)])
+
+    def _row(self, name: str) -> Any:
+        rows = _c_rows(self._options)
+        if name not in rows:
+            raise UnknownOptionError("option", f"{self._options} has no option {name}{_proposal(name, rows)}", name)
+        return rows[name]
+
+    # ----------------------------------------------------------------------------------------- as Python objects are
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):  # what copy and pickle ask of an object that is not filled yet
+            raise AttributeError(name)
+        return self._read(self._struct, self._row(name))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        row = self._row(name)
+        for i, number in enumerate(_info(row).numbers(value)):
+            library().hnav_set_option_value(row, self._struct, i, number)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{name}: an option can be set, not deleted")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *_c_rows(self._options)]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, OptionSet):
+            return NotImplemented
+        return self._options == other._options and self.as_dict() == other.as_dict()
+
+    def __repr__(self) -> str:
+        parts = [*map(repr, self._arguments()), *(f"{name}={value!r}" for name, value in self.changed().items())]
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made_again, (type(self), self._arguments(), self.changed())
+
+
+def _made_again(kind: Callable[..., Made], arguments: tuple[str, ...], values: dict[str, Any]) -> Made:
+    return kind(*arguments, **values)
+
+
+def _proposal(name: str, rows: Mapping[str, Any]) -> str:
+    if new_name(name, "option"):
+        return now_called(name, "option")
+    near = difflib.get_close_matches(name, rows, n=1)
+    return f"; did you mean {near[0]}?" if near else ""

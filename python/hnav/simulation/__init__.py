@@ -1,0 +1,1 @@
+"""What drives filters: plants and sensors of the C library."""

@@ -1,0 +1,231 @@
+"""Linear aircraft as seen by an INS with time-correlated errors, flown by the C library.
+
+    plant = AircraftPlant(aircraft, seed=1)             # hnav.systems.aircraft.read_aircraft reads one from a file
+    flight = plant.run(201)
+    InsErrorFilter(plant.filter_model()).run(flight.u, flight.z)
+
+    dx/dt = A x + B u + w                    u held from sample to sample
+    z(k) = x(k) + v(k) + lambda(k)           k = 0, 1, ... at the times k interval_s
+
+lambda is the sum of two first-order Gauss-Markov errors, of the accelerometers and of the gravity model. Units are the
+model's. Noise is a function of seed, source and sample: equal seeds fly equal flights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import expm
+
+from hnav.filters.linear_model import LinearModel
+from hnav.native.arrays import Array, address, doubles
+from hnav.native.library import LibraryObject, ffi, new
+from hnav.native.options import OptionSet
+
+
+@dataclass(frozen=True)
+class Channel:
+    name: str
+    unit: str  # of the file's numbers
+    display_unit: str
+    display_factor: float
+
+
+@dataclass(frozen=True)
+class Control:
+    """Square wave: amplitude times the sign of sin(2 pi t / period_s + phase_rad)."""
+
+    name: str
+    amplitude: float
+    period_s: float
+    phase_rad: float
+
+    def at(self, t_s: Array) -> Array:
+        # Rounding must not decide the sign where the sine is zero.
+        return self.amplitude * np.sign(np.round(np.sin(2 * np.pi * t_s / self.period_s + self.phase_rad), 9))
+
+
+@dataclass(frozen=True)
+class Fault:
+    channel: int
+    noise_factor: float  # on the standard deviation
+    first_step: int
+    last_step: int  # included
+
+
+@dataclass(frozen=True)
+class Aircraft:
+    name: str
+    channels: tuple[Channel, ...]
+    controls: tuple[Control, ...]
+    A_1_s: Array  # n x n
+    B_1_s: Array  # n x m
+    process_noise: Array  # n, per sqrt(s)
+    measurement_sigma: Array  # n
+    ins_error_sigma: Array  # n, stationary
+    ins_error_time_constant_s: Array  # n
+    start_sigma: Array  # n
+    interval_s: float
+    faults: tuple[Fault, ...]
+
+    def model(self, euler_colour: bool = False, sampled_noise: bool = True) -> LinearModel:
+        """Discrete model. Zero-order hold for A and B; An = exp(-dt/tau), or the paper's Euler 1 - dt/tau.
+
+        sampled_noise: w of variance density times dt on each state, the settings of the comparison table; otherwise the
+        exact integral of continuous white noise, which correlates the states (Van Loan 1978).
+        """
+        dt, n, m = self.interval_s, len(self.A_1_s), self.B_1_s.shape[1]
+        ratio = dt / self.ins_error_time_constant_s
+        phi = 1 - ratio if euler_colour else np.exp(-ratio)
+        Lambda0 = np.diag(self.ins_error_sigma**2)
+        held = expm(np.block([[self.A_1_s, self.B_1_s], [np.zeros((m, n + m))]]) * dt)
+        Qw = np.diag(self.process_noise**2) * dt
+        if not sampled_noise:
+            exact = LinearModel(A=self.A_1_s, H=np.eye(n), Qw=Qw / dt, Qv=np.eye(n), P0=np.eye(n), interval_s=dt)
+            Qw = exact.discrete().Qw
+        return LinearModel(
+            A=held[:n, :n], B=held[:n, n:], H=np.eye(n), An=np.diag(phi), Qw=Qw, Qv=np.diag(self.measurement_sigma**2),
+            QU=Lambda0 @ np.diag(1 - phi**2), Lambda0=Lambda0, P0=np.diag(self.start_sigma**2),
+        )  # fmt: skip
+
+    def inputs(self, steps: int) -> Array:
+        """(steps + 1) x m: row k is held from step k - 1 to step k, as InsErrorFilter.run takes it; row 0 is zero."""
+        t = np.arange(-1.0, steps) * self.interval_s
+        u = np.stack([c.at(t) for c in self.controls], axis=1)
+        u[0] = 0
+        return u
+
+    def noise_factors(self, steps: int) -> Array:
+        """(steps + 1) x n: factor on the standard deviation of the white noise."""
+        factor = np.ones((steps + 1, len(self.channels)))
+        for f in self.faults:
+            factor[f.first_step : f.last_step + 1, f.channel] = f.noise_factor
+        return factor
+
+
+# --------------------------------------------------------------------------------------------- flown
+
+
+@dataclass
+class PlantFlight:
+    """Row k is sample k of the run."""
+
+    x: Array
+    """n x nx: truth."""
+    lam: Array
+    """n x nx: coloured error, both parts."""
+    z: Array
+    """n x nx: measurement."""
+    u: Array
+    """n x nu: controls that were held up to the sample; zero at sample 0."""
+    noise_factor: Array
+    """n x nx: on the standard deviation of the white noise; 1 without fault."""
+
+
+class AircraftPlant(LibraryObject):
+    """An aircraft that flies: truth and measurements, sample after sample.
+
+    aircraft: what flies. seed: of all noise. euler_colour: lambda by 1 - dt/tau, as the paper prints, instead of exactly.
+    exact_process_noise: w integrated over the interval, which correlates the states (Van Loan 1978), instead of independent
+    noise of variance density times interval. gravity_sigma, gravity_time_constant_s: nx each, a second coloured error.
+    controls: with the aircraft's square waves. faults: with the aircraft's faults.
+
+    Raises HnavValueError, naming the entry, for an aircraft that cannot fly: an A that grows, numbers out of range.
+    """
+
+    KIND = "aircraft"
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        seed: int = 0,
+        euler_colour: bool = False,
+        exact_process_noise: bool = False,
+        gravity_sigma: npt.ArrayLike | None = None,
+        gravity_time_constant_s: npt.ArrayLike | None = None,
+        controls: bool = True,
+        faults: bool = True,
+    ):
+        self.nx, self.nu = len(aircraft.channels), len(aircraft.controls)
+        chosen = dict(seed=seed, euler_colour=euler_colour, exact_process_noise=exact_process_noise)
+        options = OptionSet("aircraft", None, chosen)
+        kept = _struct_arrays(aircraft)
+        model = new("hnav_aircraft_model", nx=self.nx, nu=self.nu, interval_s=aircraft.interval_s,
+                    **{name: address(array) for name, array in kept.items()})  # fmt: skip
+        waves, windows = _waves(aircraft), _windows(aircraft)
+        model.commands = waves if controls else ffi.NULL
+        model.faults = windows if faults else ffi.NULL
+        errors = [_error(aircraft.ins_error_sigma, aircraft.ins_error_time_constant_s, self.nx, "ins_error")]
+        if gravity_sigma is not None:
+            unknown = np.full(self.nx, np.nan)
+            errors.append(
+                _error(gravity_sigma, unknown if gravity_time_constant_s is None else gravity_time_constant_s, self.nx, "gravity")
+            )
+        for member, (sigma, time_constant_s) in zip((model.accelerometer_error, model.gravity_error), errors):
+            member.sigma, member.time_constant_s = address(sigma), address(time_constant_s)
+        super().__init__("hnav_aircraft_create", options.struct, model)
+
+    def run(self, n: int, command: npt.ArrayLike | None = None) -> PlantFlight:
+        """n samples from the present one on; command: n x nu, row k held from sample k to k + 1, added to the square waves.
+
+        Raises HnavValueError for commands that are not finite.
+        """
+        held = None if command is None else doubles(command, (n, self.nu), "command")
+        nx, nu = (n, self.nx), (n, self.nu)
+        flight = PlantFlight(x=np.empty(nx), lam=np.empty(nx), z=np.empty(nx), u=np.empty(nu), noise_factor=np.empty(nx))
+        rows = {"lambda" if name == "lam" else name: address(array) for name, array in vars(flight).items()}
+        self._call("run", n, address(held), new("hnav_aircraft_sample", **rows))
+        return flight
+
+    def filter_model(self) -> LinearModel:
+        """The discrete model that a filter of this aircraft needs; its lambda is the accelerometer error alone."""
+        m = new("hnav_ins_error_model")
+        self._call("filter_model", m)
+
+        def copied(name: str, *shape: int) -> Array:
+            numbers = ffi.buffer(getattr(m, name), int(np.prod(shape)) * ffi.sizeof("double"))
+            return np.frombuffer(numbers).reshape(shape).copy()
+
+        def square(name: str) -> Array:
+            return copied(name, self.nx, self.nx)
+
+        return LinearModel(
+            A=square("A"), B=copied("B", self.nx, self.nu), H=square("H"), An=square("An"), Qw=square("Qw"), Qv=square("Qv"),
+            QU=square("QU"), Lambda0=square("Lambda0"), x0=copied("x0", self.nx), P0=square("P0"),
+        )  # fmt: skip
+
+
+def _struct_arrays(aircraft: Aircraft) -> dict[str, Array]:
+    """By the names of hnav_aircraft_model."""
+    n, m = len(aircraft.channels), len(aircraft.controls)
+    return dict(
+        A_1_s=doubles(aircraft.A_1_s, (n, n), "A_1_s"), B_1_s=doubles(aircraft.B_1_s, (n, m), "B_1_s"),
+        process_noise_per_sqrt_s=doubles(aircraft.process_noise, (n,), "process_noise"),
+        measurement_sigma=doubles(aircraft.measurement_sigma, (n,), "measurement_sigma"),
+        start_sigma=doubles(aircraft.start_sigma, (n,), "start_sigma"),
+    )  # fmt: skip
+
+
+def _error(sigma: npt.ArrayLike, time_constant_s: npt.ArrayLike, n: int, name: str) -> tuple[Array, Array]:
+    return doubles(sigma, (n,), f"{name}_sigma"), doubles(time_constant_s, (n,), f"{name}_time_constant_s")
+
+
+def _waves(aircraft: Aircraft) -> Any:
+    waves = ffi.new("hnav_square_wave[]", len(aircraft.controls))
+    for wave, control in zip(waves, aircraft.controls):
+        wave.amplitude, wave.period_s, wave.phase_rad = control.amplitude, control.period_s, control.phase_rad
+    return waves
+
+
+def _windows(aircraft: Aircraft) -> Any:
+    windows = ffi.new("hnav_noise_fault[]", len(aircraft.channels))
+    for window in windows:
+        window.stop_s, window.factor = 0.0, 1.0
+    for fault in aircraft.faults:
+        window = windows[fault.channel]
+        window.start_s, window.stop_s = fault.first_step * aircraft.interval_s, fault.last_step * aircraft.interval_s
+        window.factor = fault.noise_factor
+    return windows
