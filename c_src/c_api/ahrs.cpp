@@ -1,5 +1,5 @@
 // Options of the AHRS, and the filter made from them.
-#include "attitude/ahrs/ahrs_model.hpp"
+#include "attitude/ahrs/model.hpp"
 #include "c_api/creation.hpp"
 
 namespace {
@@ -19,9 +19,9 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.rest_field_factor = o.mag_rest_factor;
     s.rest_bias_density2 = square(o.rest_bias_noise_rad_s_per_sqrt_hz);
     s.correction_interval_s = o.correction_interval_s;
-    s.interval_limit_s = o.max_interval_s;
-    s.unseen_acceleration_m_s2 = o.gap_acceleration_m_s2;
-    s.unseen_turn_factor = o.gap_turn_factor;
+    s.max_interval_s = o.max_interval_s;
+    s.gap_acceleration_m_s2 = o.gap_acceleration_m_s2;
+    s.gap_turn_factor = o.gap_turn_factor;
     s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
     s.robust.mode = static_cast<hnav::GammaMode>(o.gamma_mode);
     s.robust.gamma = o.gamma;
@@ -33,7 +33,7 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.rest.duration_s = o.rest_duration_s;
     s.rest.filter_s = o.rest_filter_s;
     s.field.gate = o.mag_gate;
-    s.field.gate_longest_s = o.mag_gate_max_s;
+    s.field.gate_max_s = o.mag_gate_max_s;
     s.field.gate_share = o.mag_gate_share;
     s.field.turning_rad_s = o.turning_rad_s;
     s.field.still_weight = o.still_weight;
@@ -42,7 +42,7 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.field.candidate_first_s = o.candidate_first_s;
     s.field.candidate_share = o.candidate_share;
     s.field.trust_s = o.trust_s;
-    s.field.heading_least_rad = o.turn_min_rad;
+    s.field.heading_min_rad = o.turn_min_rad;
     s.field.heading_sigmas = o.turn_sigmas;
     s.field.heading_added_rad = o.turn_sigma_rad;
     s.start = hnav::start_of(o, frames);
@@ -56,7 +56,7 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.ready_tilt_rad = o.ready_tilt_rad;
     s.ready_heading_rad = o.ready_heading_rad;
     s.ready_evidence_s = o.ready_evidence_s;
-    s.ready_calm_s = o.ready_undisturbed_s;
+    s.ready_undisturbed_s = o.ready_undisturbed_s;
     s.output_latency_s = o.output_latency_s;
     return s;
 }

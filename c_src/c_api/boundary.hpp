@@ -71,10 +71,10 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
     }
     double largest = 0;
     for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
-    if (largest > largest_reading) {
+    if (largest > max_reading) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
-                       t_s, largest, largest_reading);
+                       t_s, largest, max_reading);
     }
     if (channel != gyro && !(largest > least_direction)) {
         f->refuse_zero();

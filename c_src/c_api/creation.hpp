@@ -19,8 +19,8 @@ Frames frames_of(const Options& o) {
 }
 
 template <class Options>
-StartSettings start_of(const Options& o, const Frames& frames) {
-    StartSettings s;
+StartSettings<double> start_of(const Options& o, const Frames& frames) {
+    StartSettings<double> s;
     s.mode = static_cast<StartMode>(o.start_mode);
     s.q = frames.to_internal(Quaternion(o.start_q_nb).normalized());
     s.heading_rad = o.start_heading_rad - o.declination_rad;

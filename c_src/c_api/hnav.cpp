@@ -3,7 +3,7 @@
 
 #include "c_api/boundary.hpp"
 
-using hnav::largest_reading;
+using hnav::max_reading;
 using hnav::Outcome;
 using hnav::Sample;
 using hnav::Vector3;
@@ -103,7 +103,7 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         filter->refuse_non_finite();
         return check_time(filter, t_s);
     }
-    if (!(sigma_rad > 0) || sigma_rad > largest_reading)
+    if (!(sigma_rad > 0) || sigma_rad > max_reading)
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0",
                             sigma_rad, t_s);
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
@@ -204,7 +204,7 @@ hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
     field->latency_sigma_s = f.latency_sigma_s;
     field->evidence_s = f.evidence_s;
     field->heading_trust_s = f.heading_trust_s;
-    field->reference_changes = f.adopted;
+    field->reference_changes = f.reference_changes;
     field->gate = static_cast<int32_t>(f.gate);
     field->at_rest = f.at_rest;
     field->reserved = 0;

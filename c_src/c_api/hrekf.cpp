@@ -1,5 +1,5 @@
 // Options of the paper's filter, and the filter made from them.
-#include "attitude/hrekf/hrekf_model.hpp"
+#include "attitude/hrekf/model.hpp"
 #include "c_api/creation.hpp"
 
 #include <cmath>
@@ -21,7 +21,7 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     s.bias_walk_psd = hnav::square(o.gyro_bias_walk_rad_s_per_sqrt_s);
     s.accel_density2 = hnav::square(o.accel_noise_per_sqrt_hz);
     s.mag_density2 = hnav::square(o.mag_noise_per_sqrt_hz);
-    s.interval_limit_s = o.max_interval_s;
+    s.max_interval_s = o.max_interval_s;
     s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
     s.robust.mode = static_cast<hnav::GammaMode>(o.gamma_mode);
     s.robust.gamma = o.gamma;
@@ -31,8 +31,8 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     s.weight.tail<3>().setConstant(o.gamma_weight_bias);
     s.adaptation.mode = static_cast<hnav::Adaptation>(o.adaptation);
     s.adaptation.gain = o.adaptation_gain;
-    s.adaptation.least = hnav::square(o.adaptation_min_rad_s_per_sqrt_s);
-    s.adaptation.most = hnav::square(o.adaptation_max_rad_s_per_sqrt_s);
+    s.adaptation.min = hnav::square(o.adaptation_min_rad_s_per_sqrt_s);
+    s.adaptation.max = hnav::square(o.adaptation_max_rad_s_per_sqrt_s);
     s.start = hnav::start_of(o, frames);
     s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
     s.sigma_tilt = o.start_sigma_tilt_rad;

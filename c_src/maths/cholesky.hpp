@@ -7,17 +7,17 @@
 
 namespace hnav {
 
-template <int n>
+template <int n, class R = double>
 class Cholesky {
 public:
     template <int k>
-    using Rows = Eigen::Matrix<double, n, k, k == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+    using Rows = Eigen::Matrix<R, n, k, k == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
 
     Cholesky() = default; // of nothing yet
-    explicit Cholesky(const Square<n>& A) {
+    explicit Cholesky(const Square<n, R>& A) {
         for (int j = 0; j < n; ++j) {
-            double scaled[n]; // L_jk D_k
-            double d = A(j, j);
+            R scaled[n]; // L_jk D_k
+            R d = A(j, j);
             for (int k = 0; k < j; ++k) {
                 scaled[k] = L_[j][k] * d_[k];
                 d -= L_[j][k] * scaled[k];
@@ -26,7 +26,7 @@ public:
             d_[j] = d;
             inverse_d_[j] = 1 / d;
             for (int i = j + 1; i < n; ++i) {
-                double sum = A(i, j);
+                R sum = A(i, j);
                 for (int k = 0; k < j; ++k) sum -= L_[i][k] * scaled[k];
                 L_[i][j] = sum * inverse_d_[j];
             }
@@ -47,7 +47,7 @@ public:
 
     // B' A^-1 B
     template <int k>
-    Square<k> quadratic_form(const Rows<k>& right) const {
+    Square<k, R> quadratic_form(const Rows<k>& right) const {
         const Rows<k> B = forward<k>(right);
         Rows<k> scaled = B;
         for (int i = 0; i < n; ++i) scaled.row(i) *= inverse_d_[i];
@@ -63,8 +63,8 @@ private:
         return B;
     }
 
-    double L_[n][n]; // below the diagonal
-    double d_[n], inverse_d_[n];
+    R L_[n][n]; // below the diagonal
+    R d_[n], inverse_d_[n];
     bool positive_ = true;
 };
 

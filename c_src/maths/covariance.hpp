@@ -1,32 +1,33 @@
-// Covariance matrices: symmetric, packed without loss.
+// Covariance matrices: symmetric, packed without loss. Of any scalar R, double unless said otherwise.
 #pragma once
 
 #include <Eigen/Core>
+#include <type_traits>
 
 namespace hnav {
 
-template <int n>
-using Square = Eigen::Matrix<double, n, n>;
+template <int n, class R = double>
+using Square = Eigen::Matrix<R, n, n>;
 
-// Upper triangle, row by row: n (n + 1) / 2 numbers.
-template <int n>
-inline void pack(const Square<n>& P, double* upper) {
+// The upper triangle, row by row: n (n + 1) / 2 numbers. P may be an expression, so the scalar is that of the triangle.
+template <int n, class R>
+inline void pack(const Square<n, std::common_type_t<R>>& P, R* upper) {
     for (int i = 0; i < n; ++i)
         for (int j = i; j < n; ++j) *upper++ = P(i, j);
 }
 
-template <int n>
-inline Square<n> unpack(const double* upper) {
-    Square<n> P;
+template <int n, class R>
+inline Square<n, R> unpack(const R* upper) {
+    Square<n, R> P;
     for (int i = 0; i < n; ++i)
         for (int j = i; j < n; ++j) P(i, j) = P(j, i) = *upper++;
     return P;
 }
 
-template <int n>
-inline void symmetrise(Square<n>& P) {
+template <int n, class R>
+inline void symmetrise(Square<n, R>& P) {
     for (int i = 0; i < n; ++i)
-        for (int j = i + 1; j < n; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+        for (int j = i + 1; j < n; ++j) P(i, j) = P(j, i) = R(0.5) * (P(i, j) + P(j, i));
 }
 
 } // namespace hnav

@@ -10,62 +10,93 @@
 // East-north-up exists only at the interface (frames.hpp).
 #pragma once
 
-#include <Eigen/Core>
+#include "maths/covariance.hpp"
+
 #include <Eigen/Geometry> // cross
 #include <cmath>
+#include <type_traits>
 
 namespace hnav {
 
-using Vector3 = Eigen::Vector3d;
-using Matrix3 = Eigen::Matrix3d;
-using Quaternion = Eigen::Vector4d; // [q0 q1 q2 q3]
-using Matrix43 = Eigen::Matrix<double, 4, 3>;
-using Matrix34 = Eigen::Matrix<double, 3, 4>;
+template <class R>
+using Vector3Of = Eigen::Matrix<R, 3, 1>;
+template <class R>
+using Matrix3Of = Eigen::Matrix<R, 3, 3>;
+template <class R>
+using QuaternionOf = Eigen::Matrix<R, 4, 1>; // [q0 q1 q2 q3]
+template <class R>
+using Matrix43Of = Eigen::Matrix<R, 4, 3>;
+template <class R>
+using Matrix34Of = Eigen::Matrix<R, 3, 4>;
 
-inline Quaternion multiply(const Quaternion& a, const Quaternion& b) {
+using Vector3 = Vector3Of<double>;
+using Matrix3 = Matrix3Of<double>;
+using Quaternion = QuaternionOf<double>;
+using Matrix43 = Matrix43Of<double>;
+using Matrix34 = Matrix34Of<double>;
+
+// Functions here take their scalar from <R>, double unless said otherwise, and not from their arguments, which may be
+// expressions: in Vector3Of<Exactly<R>> the compiler does not look for R.
+template <class R>
+using Exactly = std::common_type_t<R>;
+
+template <class R = double>
+inline QuaternionOf<R> multiply(const QuaternionOf<Exactly<R>>& a, const QuaternionOf<Exactly<R>>& b) {
     return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
             a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-inline Quaternion conjugate(const Quaternion& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+template <class R = double>
+inline QuaternionOf<R> conjugate(const QuaternionOf<Exactly<R>>& q) {
+    return {q[0], -q[1], -q[2], -q[3]};
+}
 
 // Body to navigation, quadratic in q: not normalised, so that its derivative is exact off the unit sphere too.
-inline Matrix3 rotation_matrix(const Quaternion& q) {
-    const double a = q[0], b = q[1], c = q[2], d = q[3];
-    Matrix3 R;
-    R << a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c), //
+template <class R = double>
+inline Matrix3Of<R> rotation_matrix(const QuaternionOf<Exactly<R>>& q) {
+    const R a = q[0], b = q[1], c = q[2], d = q[3];
+    Matrix3Of<R> m;
+    m << a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c), //
         2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b),  //
         2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d;
-    return R;
+    return m;
+}
+
+// The derivative of rotation_matrix along dq. A quadratic's derivative is the difference of two values, exactly.
+template <class R = double>
+inline Matrix3Of<R> rotation_matrix_along(const QuaternionOf<Exactly<R>>& q, const QuaternionOf<Exactly<R>>& dq) {
+    return R(0.5) * (rotation_matrix<R>(q + dq) - rotation_matrix<R>(q - dq));
 }
 
 // exp of half a rotation vector: the quaternion of the rotation phi.
-inline Quaternion rotation_quaternion(const Vector3& phi) {
-    const double angle2 = phi.squaredNorm();
-    const double angle = std::sqrt(angle2);
+template <class R = double>
+inline QuaternionOf<R> rotation_quaternion(const Vector3Of<Exactly<R>>& phi) {
+    const R angle2 = phi.squaredNorm();
+    const R angle = std::sqrt(angle2);
     // sin(angle/2)/angle by its series where the quotient would lose digits
-    const double s = angle > 1e-4 ? std::sin(0.5 * angle) / angle : 0.5 - angle2 / 48;
-    return {std::cos(0.5 * angle), s * phi[0], s * phi[1], s * phi[2]};
+    const R s = angle > R(1e-4) ? std::sin(R(0.5) * angle) / angle : R(0.5) - angle2 / 48;
+    return {std::cos(R(0.5) * angle), s * phi[0], s * phi[1], s * phi[2]};
 }
 
 // A turn at the constant body rate u over T seconds: its quaternion exp(u T / 2), and the integral of its rotation matrix,
 //     integral over [0, T] of exp([u]x t) dt = T I + b [u]x + g [u]x^2,  b = (1 - cos x)/w^2, g = (x - sin x)/w^3, x = w T.
 // T may be negative: the turn that undoes.
+template <class R = double>
 struct HeldTurn {
-    Quaternion q;
-    Matrix3 integral;
+    QuaternionOf<R> q;
+    Matrix3Of<R> integral;
 
-    HeldTurn(const Vector3& u, double T) {
-        const double w2 = u.squaredNorm(), x2 = w2 * T * T;
-        double c, s, b, g; // cos(x/2), T sin(x/2)/x
-        if (x2 < 0.01) { // series, exact to rounding: the quotients would lose digits
-            const double y = 0.25 * x2;
-            c = 1 - y * (1.0 / 2 - y * (1.0 / 24 - y * (1.0 / 720 - y / 40320)));
-            s = 0.5 * T * (1 - y * (1.0 / 6 - y * (1.0 / 120 - y * (1.0 / 5040 - y / 362880))));
-            b = T * T * (1.0 / 2 - x2 * (1.0 / 24 - x2 * (1.0 / 720 - x2 * (1.0 / 40320 - x2 / 3628800))));
-            g = T * T * T * (1.0 / 6 - x2 * (1.0 / 120 - x2 * (1.0 / 5040 - x2 * (1.0 / 362880 - x2 / 39916800))));
+    HeldTurn(const Vector3Of<R>& u, R T) {
+        const R w2 = u.squaredNorm(), x2 = w2 * T * T;
+        R c, s, b, g;        // cos(x/2), T sin(x/2)/x
+        if (x2 < R(0.01)) { // series, exact to rounding: the quotients would lose digits
+            const R y = R(0.25) * x2;
+            c = 1 - y * (R(1.0 / 2) - y * (R(1.0 / 24) - y * (R(1.0 / 720) - y / 40320)));
+            s = R(0.5) * T * (1 - y * (R(1.0 / 6) - y * (R(1.0 / 120) - y * (R(1.0 / 5040) - y / 362880))));
+            b = T * T * (R(1.0 / 2) - x2 * (R(1.0 / 24) - x2 * (R(1.0 / 720) - x2 * (R(1.0 / 40320) - x2 / 3628800))));
+            g = T * T * T * (R(1.0 / 6) - x2 * (R(1.0 / 120) - x2 * (R(1.0 / 5040) - x2 * (R(1.0 / 362880) - x2 / 39916800))));
         } else {
-            const double w = std::sqrt(w2), half = 0.5 * w * T, sin_half = std::sin(half);
+            const R w = std::sqrt(w2), half = R(0.5) * w * T, sin_half = std::sin(half);
             c = std::cos(half);
             s = sin_half / w;
             b = 2 * sin_half * sin_half / w2;
@@ -85,37 +116,81 @@ struct HeldTurn {
 };
 
 // The rotation vector of a unit quaternion, no longer than pi.
-inline Vector3 rotation_vector(const Quaternion& q) {
-    const double sine = q.tail<3>().norm();
-    const double angle = 2 * std::atan2(sine, std::fabs(q[0]));
-    const double scale = sine > 1e-8 ? angle / sine : 2;
-    return (q[0] < 0 ? -scale : scale) * q.tail<3>();
+template <class R = double>
+inline Vector3Of<R> rotation_vector(const QuaternionOf<Exactly<R>>& q) {
+    const R sine = q.template tail<3>().norm();
+    const R angle = 2 * std::atan2(sine, std::fabs(q[0]));
+    const R scale = sine > R(1e-8) ? angle / sine : 2;
+    return (q[0] < 0 ? -scale : scale) * q.template tail<3>();
 }
 
 // Xi(q) u = 1/2 q (x) (0, u);  Xi' Xi = I/4 for unit q.
-inline Matrix43 Xi(const Quaternion& q) {
-    Matrix43 m;
+template <class R = double>
+inline Matrix43Of<R> Xi(const QuaternionOf<Exactly<R>>& q) {
+    Matrix43Of<R> m;
     m << -q[1], -q[2], -q[3], //
         q[0], -q[3], q[2],    //
         q[3], q[0], -q[1],    //
         -q[2], q[1], q[0];
-    return 0.5 * m;
+    return R(0.5) * m;
 }
 
-inline Matrix3 cross_matrix(const Vector3& v) {
-    Matrix3 m;
+// Omega(u) q = 1/2 q (x) (0, u): the same product, as a matrix on q.
+template <class R = double>
+inline Square<4, R> Omega(const Vector3Of<Exactly<R>>& u) {
+    Square<4, R> m;
+    m << 0, -u[0], -u[1], -u[2], //
+        u[0], 0, u[2], -u[1],    //
+        u[1], -u[2], 0, u[0],    //
+        u[2], u[1], -u[0], 0;
+    return R(0.5) * m;
+}
+
+// right_multiplication(r) q = q (x) r
+template <class R = double>
+inline Square<4, R> right_multiplication(const QuaternionOf<Exactly<R>>& r) {
+    Square<4, R> m;
+    m << r[0], -r[1], -r[2], -r[3], //
+        r[1], r[0], r[3], -r[2],    //
+        r[2], -r[3], r[0], r[1],    //
+        r[3], r[2], -r[1], r[0];
+    return m;
+}
+
+// across(q) d = (0, d) (x) q: a basis of the errors across q, orthonormal for unit q.
+template <class R = double>
+inline Matrix43Of<R> across(const QuaternionOf<Exactly<R>>& q) {
+    Matrix43Of<R> m;
+    m << -q[1], -q[2], -q[3], //
+        q[0], q[3], -q[2],    //
+        -q[3], q[0], q[1],    //
+        q[2], -q[1], q[0];
+    return m;
+}
+
+// Rotation about the navigation axes of a quaternion error: theta = 2 vec(dq (x) conj(q)). A quarter of its transpose is
+// its inverse for errors across a unit q.
+template <class R = double>
+inline Matrix34Of<R> rotation_from_error(const QuaternionOf<Exactly<R>>& q) {
+    return 2 * across<R>(q).transpose();
+}
+
+template <class R = double>
+inline Matrix3Of<R> cross_matrix(const Vector3Of<Exactly<R>>& v) {
+    Matrix3Of<R> m;
     m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
     return m;
 }
 
 // d(R_bn(q)' v)/dq: Jacobian of a navigation vector as the body sees it (corrected equation 16).
-inline Matrix34 J_body_q(const Quaternion& q, const Vector3& v) {
-    const double a = q[0], b = q[1], c = q[2], d = q[3];
-    const double p0 = a * v[0] + d * v[1] - c * v[2];
-    const double p1 = a * v[1] - d * v[0] + b * v[2];
-    const double p2 = a * v[2] + c * v[0] - b * v[1];
-    const double p3 = b * v[0] + c * v[1] + d * v[2];
-    Matrix34 J;
+template <class R = double>
+inline Matrix34Of<R> J_body_q(const QuaternionOf<Exactly<R>>& q, const Vector3Of<Exactly<R>>& v) {
+    const R a = q[0], b = q[1], c = q[2], d = q[3];
+    const R p0 = a * v[0] + d * v[1] - c * v[2];
+    const R p1 = a * v[1] - d * v[0] + b * v[2];
+    const R p2 = a * v[2] + c * v[0] - b * v[1];
+    const R p3 = b * v[0] + c * v[1] + d * v[2];
+    Matrix34Of<R> J;
     J << p0, p3, -p2, p1, //
         p1, p2, p3, -p0,  //
         p2, -p1, p0, p3;
@@ -123,18 +198,23 @@ inline Matrix34 J_body_q(const Quaternion& q, const Vector3& v) {
 }
 
 // Rotation order z y x. Corrected equation 17: the paper swaps the labels of pitch and roll.
-inline Vector3 roll_pitch_yaw(const Quaternion& q) {
-    const double s = 2 * (q[0] * q[2] - q[3] * q[1]);
+template <class R = double>
+inline Vector3Of<R> roll_pitch_yaw(const QuaternionOf<Exactly<R>>& q) {
+    const R s = 2 * (q[0] * q[2] - q[3] * q[1]);
     return {std::atan2(2 * (q[0] * q[1] + q[2] * q[3]), 1 - 2 * (q[1] * q[1] + q[2] * q[2])),
-            std::asin(std::fmin(1.0, std::fmax(-1.0, s))),
+            std::asin(std::fmin(R(1), std::fmax(R(-1), s))),
             std::atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))};
 }
 
-inline Quaternion quaternion_from_matrix(const Matrix3& R) {
-    const Eigen::Quaterniond e(R);
+template <class R = double>
+inline QuaternionOf<R> quaternion_from_matrix(const Matrix3Of<Exactly<R>>& m) {
+    const Eigen::Quaternion<R> e(m);
     return {e.w(), e.x(), e.y(), e.z()};
 }
 
-inline double wrap_angle(double a) { return std::remainder(a, 2 * M_PI); }
+template <class R>
+inline R wrap_angle(R a) {
+    return std::remainder(a, R(2 * M_PI));
+}
 
 } // namespace hnav

@@ -1,5 +1,5 @@
 // Laws of the AHRS: its flow, the transition that its covariance follows from, its gathered samples and corrections.
-#include "attitude/ahrs/ahrs_model.hpp"
+#include "attitude/ahrs/model.hpp"
 #include "hnav/hnav.h"
 #include "laws.hpp"
 
@@ -28,9 +28,9 @@ AhrsModel::Settings settings() {
     s.rest_field_factor = 1.5;
     s.rest_bias_density2 = 2e-9;
     s.correction_interval_s = 0.035;
-    s.interval_limit_s = 0.1;
-    s.unseen_acceleration_m_s2 = 2;
-    s.unseen_turn_factor = 1.5;
+    s.max_interval_s = 0.1;
+    s.gap_acceleration_m_s2 = 2;
+    s.gap_turn_factor = 1.5;
     s.backward_hold = true;
     s.rest = {2 * deg, 0.5, 2 * deg, 1.5, 0.5};
     s.field = {0.035, 60, 3, 0.35, 0.35, 0.17, 5, 1.6, 0.4, 60, 0.13, 3.75, 0.12};
@@ -41,7 +41,7 @@ AhrsModel::Settings settings() {
     s.ready_tilt_rad = 2 * deg;
     s.ready_heading_rad = 5 * deg;
     s.ready_evidence_s = 3;
-    s.ready_calm_s = 8;
+    s.ready_undisturbed_s = 8;
     return s;
 }
 
@@ -282,7 +282,7 @@ TEST(Ahrs, AFieldCannotTiltTheHorizon) {
     EXPECT_LT((down_in_body(right) - down_in_body(wrong)).norm(), 1e-7);      // the horizon does not
 }
 
-TEST(Ahrs, AnIntegratorOutsideMeetsTheSameStateAsTheOneInside) {
+TEST(Ahrs, AnIntegratorOutsideComesToTheSameStateAsTheOneInside) {
     // Backward hold: the outside knows only the rate of before, the jump puts the right one in.
     const AhrsModel model(settings());
     State inside = state_at_start(model);
@@ -301,10 +301,10 @@ TEST(Ahrs, AnIntegratorOutsideMeetsTheSameStateAsTheOneInside) {
 }
 
 TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
-    const MagneticReferenceSettings set = settings().field;
+    const MagneticReferenceSettings<double> set = settings().field;
     for (const bool trusted : {false, true}) {
-        MagneticReference m{};
-        const MeanField first{{0.5, 0, 0.8}}, second{{0.5 * std::cos(0.4), 0.5 * std::sin(0.4), 0.5}};
+        MagneticReference<double> m{};
+        const MeanField<double> first{{0.5, 0, 0.8}}, second{{0.5 * std::cos(0.4), 0.5 * std::sin(0.4), 0.5}};
         for (int k = 0; k < (trusted ? 70 : 1) * 28; ++k) m.weigh(set, first, 0.5, 0.8, true, 1 / 28.0);
         EXPECT_FALSE(m.candidate_wins(set, 0.5, 0.8));
         int until = 0;
@@ -318,25 +318,25 @@ TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
     }
 }
 
-TEST(MagneticReference, RefusesForATimeThatGrowsWithService) {
-    const MagneticReferenceSettings set = settings().field;
-    MagneticReference m{};
-    EXPECT_EQ(m.judge(set, 0.1, 0.1), MagneticReference::Verdict::give_in_now); // has never served
-    EXPECT_EQ(m.judge(set, 0.1, 0.1), MagneticReference::Verdict::give_in);
-    for (int k = 0; k < 100; ++k) EXPECT_EQ(m.judge(set, 0.01, 0.1), MagneticReference::Verdict::accept);
-    int refused = 0;
-    while (m.judge(set, 0.1, 0.1) == MagneticReference::Verdict::refuse) ++refused;
-    EXPECT_NEAR(0.1 * refused, 30, 0.2); // three times ten seconds
+TEST(MagneticReference, RejectsForATimeThatGrowsWithService) {
+    const MagneticReferenceSettings<double> set = settings().field;
+    MagneticReference<double> m{};
+    EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate_anew); // has never served
+    EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate);
+    for (int k = 0; k < 100; ++k) EXPECT_EQ(m.judge(set, 0.01, 0.1), FieldVerdict::accept);
+    int rejected = 0;
+    while (m.judge(set, 0.1, 0.1) == FieldVerdict::reject) ++rejected;
+    EXPECT_NEAR(0.1 * rejected, 30, 0.2); // three times ten seconds
 }
 
 TEST(RestDetector, KnowsRestFromSteadyTurningAndFromShaking) {
-    const RestSettings set = settings().rest;
+    const RestSettings<double> set = settings().rest;
     const auto ends_at_rest = [&](const Vector3& rate, double shake) {
-        RestDetector rest;
+        RestDetector<double> rest;
         rest.clear(rate, {0, 0, -9.8});
         for (int k = 0; k < 400; ++k) {
-            rest.see_rate(set, rate, 0.01);
-            rest.see_force(set, {shake * (k % 2 ? 1 : -1), 0, -9.8}, 0.01);
+            rest.note_rate(set, rate, 0.01);
+            rest.note_force(set, {shake * (k % 2 ? 1 : -1), 0, -9.8}, 0.01);
         }
         return rest.at_rest(set);
     };
@@ -395,7 +395,7 @@ TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     EXPECT_NEAR(a.euler_rad[0], truth[0], 0.5 * deg);
     EXPECT_NEAR(a.euler_rad[1], truth[1], 0.5 * deg);
 
-    // A heading aid settles it, without a field.
+    // A heading aid confirms it, without a field.
     for (int k = 12001; k <= 12400; ++k) {
         const double t_s = 0.005 * k;
         push(f.get(), motion, t_s, false);

@@ -1,5 +1,6 @@
 #include "laws.hpp"
 #include "maths/cholesky.hpp"
+#include "maths/eigenvalues.hpp"
 #include "maths/repair.hpp"
 
 #include <Eigen/Cholesky>
@@ -37,20 +38,29 @@ TEST(Cholesky, SaysWhenAMatrixIsNotPositive) {
 }
 
 TEST(Repair, LeavesSingularCovariancesAlone) {
-    Square<4> P = Square<4>::Identity();
-    P(3, 3) = 0;
-    const Square<4> before = P;
-    EXPECT_FALSE(repair<4>(P));
+    Square<3> P = Square<3>::Identity();
+    P(2, 2) = 0;
+    const Square<3> before = P;
+    EXPECT_FALSE(repair<3>(P));
     EXPECT_EQ(distance(P, before), 0);
     P.setZero();
-    EXPECT_FALSE(repair<4>(P));
+    EXPECT_FALSE(repair<3>(P));
 }
 
 TEST(Repair, TakesNegativeEigenvaluesOutAndKeepsTheOthers) {
-    const Square<4> V = Eigen::SelfAdjointEigenSolver<Square<4>>(test::Random(3).covariance<4>()).eigenvectors();
-    Square<4> P = V * Eigen::Vector4d(-1e-3, 1, 2, 3).asDiagonal() * V.transpose();
-    EXPECT_TRUE(repair<4>(P));
-    const Eigen::Vector4d eigenvalues = Eigen::SelfAdjointEigenSolver<Square<4>>(P).eigenvalues();
-    EXPECT_LT(distance(eigenvalues, Eigen::Vector4d(0, 1, 2, 3)), 1e-12);
+    const Matrix3 V = rotation_matrix(test::Random(3).quaternion());
+    Matrix3 P = V * Vector3(-1e-3, 1, 2).asDiagonal() * V.transpose();
+    EXPECT_TRUE(repair<3>(P));
+    EXPECT_LT(distance(eigenvalues<3>(P), Vector3(0, 1, 2)), 1e-12);
     EXPECT_EQ(distance(P, P.transpose()), 0);
+}
+
+TEST(Eigenvalues, AreThoseThatTheMatrixWasMadeOfAtAnyScale) {
+    const Matrix3 V = rotation_matrix(test::Random(4).quaternion());
+    for (const double scale : {1e-200, 1.0, 1e200}) {
+        const Vector3 made_of = scale * Vector3(-2, 1e-3, 5);
+        const Matrix3 A = V * made_of.asDiagonal() * V.transpose();
+        EXPECT_LT(distance(eigenvalues<3>(A), made_of), 1e-14 * scale);
+    }
+    EXPECT_EQ(distance(eigenvalues<3>(Matrix3(Matrix3::Zero())), Vector3::Zero()), 0);
 }

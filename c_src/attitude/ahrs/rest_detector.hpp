@@ -8,21 +8,23 @@
 
 namespace hnav {
 
+template <class R>
 struct RestSettings {
-    double rate_rad_s;      // deviation of the rate from its running mean
-    double force_m_s2;      // deviation of the force
-    double mean_rate_rad_s; // of each axis: above it the body turns steadily
-    double duration_s;      // within all of them for so long
-    double filter_s;        // time constant of the running means
+    R rate_rad_s;      // deviation of the rate from its running mean
+    R force_m_s2;      // deviation of the force
+    R mean_rate_rad_s; // of each axis: above it the body turns steadily
+    R duration_s;      // within all of them for so long
+    R filter_s;        // time constant of the running means
 };
 
-// Part of a filter's state: doubles only.
+// Part of a filter's state: numbers of one kind only.
+template <class R>
 struct RestDetector {
-    double mean_rate[3], mean_force[3];
-    double still_s;
-    double force_still; // 1: the last force sample was within its threshold
+    R mean_rate[3], mean_force[3];
+    R still_s;
+    R force_still; // 1: the last force sample was within its threshold
 
-    void clear(const Vector3& rate, const Vector3& force) {
+    void clear(const Vector3Of<R>& rate, const Vector3Of<R>& force) {
         *this = {};
         for (int i = 0; i < 3; ++i) {
             mean_rate[i] = rate[i];
@@ -30,21 +32,21 @@ struct RestDetector {
         }
     }
 
-    void see_rate(const RestSettings& settings, const Vector3& rate, double interval_s) {
-        Eigen::Map<Vector3> mean(mean_rate);
+    void note_rate(const RestSettings<R>& settings, const Vector3Of<R>& rate, R interval_s) {
+        Eigen::Map<Vector3Of<R>> mean(mean_rate);
         mean += interval_s / (settings.filter_s + interval_s) * (rate - mean);
         const bool still = (rate - mean).squaredNorm() <= settings.rate_rad_s * settings.rate_rad_s &&
                            mean.cwiseAbs().maxCoeff() <= settings.mean_rate_rad_s && force_still > 0;
         still_s = still ? still_s + interval_s : 0;
     }
 
-    void see_force(const RestSettings& settings, const Vector3& force, double interval_s) {
-        Eigen::Map<Vector3> mean(mean_force);
+    void note_force(const RestSettings<R>& settings, const Vector3Of<R>& force, R interval_s) {
+        Eigen::Map<Vector3Of<R>> mean(mean_force);
         mean += interval_s / (settings.filter_s + interval_s) * (force - mean);
         force_still = (force - mean).squaredNorm() <= settings.force_m_s2 * settings.force_m_s2;
     }
 
-    bool at_rest(const RestSettings& settings) const { return still_s > settings.duration_s; }
+    bool at_rest(const RestSettings<R>& settings) const { return still_s > settings.duration_s; }
 };
 
 } // namespace hnav

@@ -1,6 +1,8 @@
-// What an attitude filter knows at one moment, in internal frames (rotation.hpp).
+// What an attitude filter knows at one moment, in internal frames (rotation.hpp). What it tells is double, whatever scalar
+// its state has.
 #pragma once
 
+#include "hybrid/event.hpp"
 #include "maths/rotation.hpp"
 
 #include <cstdint>
@@ -11,20 +13,28 @@ namespace hnav {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // Of any sensor in any unit, and so of a gyro's bias; beyond lies nothing but overflow.
-constexpr double largest_reading = 1e6;
+constexpr double max_reading = 1e6;
 
 // Channels of an attitude filter, in the order in which samples of equal time act.
 enum Channel : int { gyro = 0, accel = 1, mag = 2, heading = 3, channel_count = 4 };
 
+// A sample of three components.
+template <class R>
+inline Vector3Of<R> vector_of(const Event& event, int channel) {
+    return Vector3(event.value[channel]).cast<R>();
+}
+
 // The last correction by one sensor. Eight-byte members: part of the saved state.
-struct Innovation {
+template <class R>
+struct InnovationOf {
     double t_s = nan;
-    double value[3] = {};
-    double S[9] = {};
-    double nis = nan;
-    double noise_scale = 1; // above 1: the gate inflated the noise
+    R value[3] = {};
+    R S[9] = {};
+    R nis = std::numeric_limits<R>::quiet_NaN();
+    R noise_scale = 1; // above 1: the gate inflated the noise
     std::uint64_t dimension = 0;
 };
+using Innovation = InnovationOf<double>;
 
 struct Estimate {
     bool started = false;
@@ -37,20 +47,23 @@ struct Estimate {
 
 // Whether numbers are an attitude and a gyro's bias. Coarse integration strains the length of a quaternion; what is left
 // of it beyond these bounds, or a bias beyond all rates, is no estimate.
-inline bool has_sound_length(const double* q) {
-    const double square = Quaternion(q).squaredNorm();
-    return square > 0.25 && square < 4;
+template <class R>
+inline bool has_sound_length(const R* q) {
+    const R square = QuaternionOf<R>(q).squaredNorm();
+    return square > R(0.25) && square < 4;
 }
-inline bool is_plausible(const double* q, const double* bias) {
-    return has_sound_length(q) && Vector3(bias).cwiseAbs().maxCoeff() <= largest_reading;
+template <class R>
+inline bool is_plausible(const R* q, const R* bias) {
+    return has_sound_length(q) && Vector3Of<R>(bias).cwiseAbs().maxCoeff() <= R(max_reading);
 }
 
 // The direction of a quaternion is the attitude, however an integrator outside has strained its length.
-inline void restore_length(double* q) {
-    if (!has_sound_length(q)) Eigen::Map<Quaternion>(q).normalize();
+template <class R>
+inline void restore_length(R* q) {
+    if (!has_sound_length(q)) Eigen::Map<QuaternionOf<R>>(q).normalize();
 }
 
-enum class FieldGate { accepted, refused, given_in };
+enum class FieldGate { accepted, rejected, inflated };
 
 // What a filter holds of the magnetic field and its sensor.
 struct FieldEstimate {
@@ -59,7 +72,7 @@ struct FieldEstimate {
     double latency_s = 0, latency_sigma_s = 0; // of the magnetometer behind its time stamps
     double evidence_s = 0;      // time for which the reference was seen, less at rest
     double heading_trust_s = 0; // the same for the heading, through changes of reference
-    int adopted = 0;            // references taken after the first
+    int reference_changes = 0;
     FieldGate gate = FieldGate::accepted; // of the last field
     bool at_rest = false;
 };

@@ -3,12 +3,38 @@
 // the start have brought at least as much information as that limit stands for.
 #pragma once
 
+#include "maths/rotation.hpp"
+
 namespace hnav {
 
-// Information about an angle that a correction brought, 1/rad^2, from its variances before and after.
-inline double information_gained(double before, double after) { return after > 0 && before > after ? 1 / after - 1 / before : 0; }
+// Of the rotation error about north and east: the larger counts for the tilt.
+template <class R>
+inline R tilt_variance(const Vector3Of<R>& rotation_variances) {
+    return std::fmax(rotation_variances[0], rotation_variances[1]);
+}
 
-inline bool angle_ready(double variance, double information, double limit_rad) {
+// Information about an angle that a correction brought, 1/rad^2, from its variances before and after.
+template <class R>
+inline R information_gained(R before, R after) {
+    return after > 0 && before > after ? 1 / after - 1 / before : 0;
+}
+
+// What corrections have brought since the start, 1/rad^2. Part of a filter's state.
+template <class R>
+struct AngleInformation {
+    R tilt, heading;
+
+    // Variances of the rotation error about the navigation axes before and after a correction.
+    void gain_tilt(const Vector3Of<R>& before, const Vector3Of<R>& after) {
+        tilt += information_gained(tilt_variance<R>(before), tilt_variance<R>(after));
+    }
+    void gain_heading(const Vector3Of<R>& before, const Vector3Of<R>& after) {
+        heading += information_gained(before[2], after[2]);
+    }
+};
+
+template <class R>
+inline bool angle_ready(R variance, R information, R limit_rad) {
     return variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);
 }
 

@@ -7,9 +7,11 @@
 // less than a twentieth of margin, gamma is raised and the raise reported.
 #pragma once
 
+#include "maths/blocks.hpp"
 #include "maths/cholesky.hpp"
 #include "maths/eigenvalues.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,67 +24,75 @@ enum class GammaMode {
     kl        // from a tolerance on relative entropy (Levy and Nikoukhah, IEEE TAC 58(3), 2013)
 };
 
+template <class R>
 struct RobustSettings {
     GammaMode mode = GammaMode::off;
-    double gamma = 1;          // fixed
-    double relative_rate = 1;  // relative, 1/s
-    double kl_rate = 1;        // kl, nats per second
+    R gamma = 1;         // fixed
+    R relative_rate = 1; // relative, 1/s
+    R kl_rate = 1;       // kl, nats per second
 };
 
+template <class R>
 struct RobustReport {
-    double gamma = std::numeric_limits<double>::infinity();
-    double margin = 1; // 1 - lmax(L P L') / gamma^2
+    R gamma = std::numeric_limits<R>::infinity();
+    R margin = 1; // 1 - lmax(L P L') / gamma^2
     bool raised = false;
 };
 
 // Relative entropy between the worst-case and the nominal Gaussian at theta = gamma^-2, for eigenvalues of L P L'.
-template <class Eigenvalues>
-inline double kl_divergence(const Eigenvalues& eigenvalues, double theta, double* slope) {
-    double sum = 0, product = 1, derivative = 0;
-    for (int i = 0; i < eigenvalues.size(); ++i) {
-        const double z = 1 - theta * eigenvalues[i];
-        const double ratio = eigenvalues[i] / z;
+template <int n, class R>
+inline R kl_divergence(const Eigen::Matrix<R, n, 1>& eigenvalues, R theta, R* slope) {
+    R sum = 0, product = 1, derivative = 0;
+    for (int i = 0; i < n; ++i) {
+        const R z = 1 - theta * eigenvalues[i];
+        const R ratio = eigenvalues[i] / z;
         sum += 1 / z - 1;
         product *= z;
         derivative += ratio * ratio;
     }
-    *slope = 0.5 * theta * derivative;
-    return 0.5 * (sum + std::log(product));
+    *slope = R(0.5) * theta * derivative;
+    return R(0.5) * (sum + std::log(product));
 }
 
 // The theta at which the divergence equals c, or limit if it stays below. Newton within a shrinking bracket.
-template <class Eigenvalues>
-inline double theta_for_kl(const Eigenvalues& eigenvalues, double c, double limit) {
-    double slope;
+template <int n, class R>
+R theta_for_kl(const Eigen::Matrix<R, n, 1>& eigenvalues, R c, R limit) {
+    constexpr R precision = std::max(R(1e-13), 4 * std::numeric_limits<R>::epsilon());
+    R slope;
     if (!(c > 0)) return 0;
     if (kl_divergence(eigenvalues, limit, &slope) <= c) return limit;
-    double low = 0, high = limit;
+    R low = 0, high = limit;
     // For small theta the divergence is theta^2 sum(l^2) / 4.
-    double theta = std::fmin(0.5 * limit, 2 * std::sqrt(c / eigenvalues.squaredNorm()));
+    R theta = std::fmin(R(0.5) * limit, 2 * std::sqrt(c / eigenvalues.squaredNorm()));
     for (int i = 0; i < 60; ++i) {
-        const double excess = kl_divergence(eigenvalues, theta, &slope) - c;
+        const R excess = kl_divergence(eigenvalues, theta, &slope) - c;
         (excess > 0 ? high : low) = theta;
-        double next = theta - excess / slope;
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (std::fabs(next - theta) <= 1e-13 * next) return next;
+        R next = theta - excess / slope;
+        if (!(next > low && next < high)) next = R(0.5) * (low + high);
+        if (std::fabs(next - theta) <= precision * next) return next;
         theta = next;
     }
     return theta;
 }
 
 // theta = gamma^-2 for the eigenvalues of L P L', in ascending order; 0 where there is nothing to inflate.
-template <class Eigenvalues>
-inline double inflation_theta(const Eigenvalues& eigenvalues, double interval_s, const RobustSettings& settings,
-                              RobustReport* report) {
-    constexpr double largest_share = 0.95; // of gamma^2 that lmax(L P L') may take
-    const double lmax = eigenvalues[eigenvalues.size() - 1];
+template <int n, class R>
+R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const RobustSettings<R>& settings,
+                  RobustReport<R>* report) {
+    constexpr R max_share = R(0.95); // of gamma^2 that lmax(L P L') may take
+    const R lmax = eigenvalues[n - 1];
     if (!(lmax > 0)) return 0;
-    const double limit = largest_share / lmax;
-    double theta = 0;
+    const R limit = max_share / lmax;
+    R theta = 0;
     switch (settings.mode) {
     case GammaMode::fixed: theta = 1 / (settings.gamma * settings.gamma); break;
     case GammaMode::relative: theta = -std::expm1(-settings.relative_rate * interval_s) / lmax; break;
-    case GammaMode::kl: theta = theta_for_kl(eigenvalues, settings.kl_rate * interval_s, limit * (1 + 1e-12)); break;
+    case GammaMode::kl: {
+        // A hair above the limit, so that a gamma which had to be raised is told from one that lies there by itself.
+        constexpr R above = 1 + std::max(R(1e-12), 4 * std::numeric_limits<R>::epsilon());
+        theta = theta_for_kl<n, R>(eigenvalues, settings.kl_rate * interval_s, limit * above);
+        break;
+    }
     case GammaMode::off: break;
     }
     if (theta > limit) {
@@ -97,26 +107,26 @@ inline double inflation_theta(const Eigenvalues& eigenvalues, double interval_s,
 
 // Sigma from P, with L = [0 D 0] over the k states from `first` on, D diagonal. interval_s: since the last correction; a
 // second one at the same instant (a heading aid beside force and field) is not inflated again.
-template <int n, int k>
-inline Square<n> inflate_block(const Square<n>& P, int first, const Eigen::Matrix<double, k, 1>& D, double interval_s,
-                               const RobustSettings& settings, RobustReport* report) {
+template <int n, int k, class R>
+Square<n, R> inflate_block(const Square<n, R>& P, int first, const Eigen::Matrix<std::common_type_t<R>, k, 1>& D,
+                           std::common_type_t<R> interval_s, const RobustSettings<R>& settings, RobustReport<R>* report) {
     *report = {};
     if (settings.mode == GammaMode::off || !(interval_s > 0)) return P;
 
-    const Eigen::Matrix<double, k, n> LP = D.asDiagonal() * P.template middleRows<k>(first);
-    const Square<k> LPL = LP.template middleCols<k>(first) * D.asDiagonal();
-    const double theta = inflation_theta(eigenvalues<k>(LPL), interval_s, settings, report);
+    const Eigen::Matrix<R, k, n> LP = D.asDiagonal() * rows<k>(P, first);
+    const Square<k, R> LPL = columns<k>(LP, first) * D.asDiagonal();
+    const R theta = inflation_theta<k, R>(eigenvalues<k, R>(LPL), interval_s, settings, report);
     if (!(theta > 0)) return P;
 
-    Square<k> W = -LPL;
+    Square<k, R> W = -LPL;
     W.diagonal().array() += 1 / theta;
-    return P + Cholesky<k>(W).template quadratic_form<n>(LP);
+    return P + Cholesky<k, R>(W).template quadratic_form<n>(LP);
 }
 
-template <int n>
-inline Square<n> inflate(const Square<n>& P, const Eigen::Matrix<double, n, 1>& L, double interval_s,
-                         const RobustSettings& settings, RobustReport* report) {
-    return inflate_block<n, n>(P, 0, L, interval_s, settings, report);
+template <int n, class R>
+Square<n, R> inflate(const Square<n, R>& P, const Eigen::Matrix<std::common_type_t<R>, n, 1>& L, std::common_type_t<R> interval_s,
+                     const RobustSettings<R>& settings, RobustReport<R>* report) {
+    return inflate_block<n, n, R>(P, 0, L, interval_s, settings, report);
 }
 
 } // namespace hnav

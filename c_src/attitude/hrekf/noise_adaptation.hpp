@@ -6,7 +6,6 @@
 // K0 and P0+ are of the plain Kalman correction: the inflated gain would feed its own inflation back.
 #pragma once
 
-#include "maths/covariance.hpp"
 #include "maths/rotation.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -15,27 +14,36 @@ namespace hnav {
 
 enum class Adaptation { off, paper, corrected };
 
+template <class R>
 struct AdaptationSettings {
     Adaptation mode = Adaptation::off;
-    double gain = 0.02;
-    double least = 0, most = 1; // bounds of the eigenvalues of Q_b, (rad/s)^2/s
+    R gain = R(0.02);
+    R min = 0, max = 1; // bounds of the eigenvalues of Q_b, (rad/s)^2/s
 };
 
-inline Matrix3 adapt_as_printed(const Matrix3& Q, const AdaptationSettings& settings, const Vector3& bias_step) {
+template <class R>
+inline Matrix3Of<R> adapt_as_printed(const Matrix3Of<Exactly<R>>& Q, const AdaptationSettings<R>& settings,
+                                     const Vector3Of<Exactly<R>>& bias_step) {
     return (1 - settings.gain) * Q + settings.gain * bias_step * bias_step.transpose();
 }
 
 // bias_step = K0 nu; posterior, previous: bias covariance after this and after the last correction; k = 1, 2, ...
-inline Matrix3 adapt_corrected(const Matrix3& Q, const AdaptationSettings& settings, const Vector3& bias_step,
-                               const Matrix3& posterior, const Matrix3& previous, double interval_s, double k) {
-    const double alpha = std::fmax(settings.gain, 1 / (k + 1));
-    const Matrix3 estimate = (bias_step * bias_step.transpose() + posterior - previous) / interval_s;
-    const Matrix3 mixed = (1 - alpha) * Q + alpha * estimate;
-    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(mixed);
-    const Vector3 bounded = eigen.eigenvalues().cwiseMax(settings.least).cwiseMin(settings.most);
-    Matrix3 adapted = eigen.eigenvectors() * bounded.asDiagonal() * eigen.eigenvectors().transpose();
+template <class R>
+Matrix3Of<R> adapt_corrected(const Matrix3Of<Exactly<R>>& Q, const AdaptationSettings<R>& settings,
+                             const Vector3Of<Exactly<R>>& bias_step, const Matrix3Of<Exactly<R>>& posterior,
+                             const Matrix3Of<Exactly<R>>& previous, Exactly<R> interval_s, Exactly<R> k) {
+    const R alpha = std::fmax(settings.gain, 1 / (k + 1));
+    const Matrix3Of<R> estimate = (bias_step * bias_step.transpose() + posterior - previous) / interval_s;
+    const Matrix3Of<R> mixed = (1 - alpha) * Q + alpha * estimate;
+    const Eigen::SelfAdjointEigenSolver<Matrix3Of<R>> eigen(mixed);
+    const Vector3Of<R> bounded = eigen.eigenvalues().cwiseMax(settings.min).cwiseMin(settings.max);
+    Matrix3Of<R> adapted = eigen.eigenvectors() * bounded.asDiagonal() * eigen.eigenvectors().transpose();
     symmetrise<3>(adapted);
     return adapted;
 }
+
+extern template Matrix3 adapt_corrected<double>(const Matrix3& Q, const AdaptationSettings<double>& settings,
+                                                const Vector3& bias_step, const Matrix3& posterior, const Matrix3& previous,
+                                                double interval_s, double k);
 
 } // namespace hnav

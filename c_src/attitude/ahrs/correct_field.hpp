@@ -1,0 +1,177 @@
+// Correction by the magnetic field: the reference M against the mean field, as azimuth, horizontal and vertical intensity.
+//
+// This is what corrects the heading: the second row, azimuth, sees it. Tilt, velocity and gyro calibration are considered
+// but not corrected: no magnet may tilt the horizon.
+#pragma once
+
+#include "attitude/ahrs/correction.hpp"
+
+namespace hnav {
+
+// The three rows: residual = H error + noise, H error = theta x M - dM - (u x M) dl.
+template <class R>
+struct AhrsModelOf<R>::FieldRows {
+    R H, Z;         // horizontal and vertical intensity of the reference
+    Vector3R swept; // u x M: what a second of latency does to the field
+    Vector3R residual;
+
+    FieldRows(const State& s, const MeanField<R>& mean) : H(s.reference[0]), Z(s.reference[1]) {
+        const Vector3R M(H, 0, Z), u_n = Vector3R(s.turn_sum) / s.field_count;
+        swept = u_n.cross(M);
+        // Exact for any heading error.
+        residual = {H - mean.horizontal(), -H * mean.azimuth_rad(), Z - mean.n[2]};
+    }
+
+    R deviation() const { return length(residual[0], residual[2]); }
+
+    Eigen::Matrix<R, errors, 3> PHt(const Covariance& P) const {
+        Eigen::Matrix<R, errors, 3> out;
+        out.col(0) = Z * P.col(rotation + 1) - P.col(reference) - swept[0] * P.col(latency);
+        out.col(1) = H * P.col(rotation + 2) - Z * P.col(rotation) - swept[1] * P.col(latency);
+        out.col(2) = -H * P.col(rotation + 1) - P.col(reference + 1) - swept[2] * P.col(latency);
+        return out;
+    }
+
+    // H times an error, or a column of its covariance.
+    template <class Column>
+    Vector3R of(const Column& c) const {
+        return {Z * c[rotation + 1] - c[reference] - swept[0] * c[latency],
+                H * c[rotation + 2] - Z * c[rotation] - swept[1] * c[latency],
+                -H * c[rotation + 1] - c[reference + 1] - swept[2] * c[latency]};
+    }
+
+    Matrix3R HPHt(const Eigen::Matrix<R, errors, 3>& PHt) const {
+        Matrix3R out;
+        for (int k = 0; k < 3; ++k) out.col(k) = of(PHt.col(k));
+        return out;
+    }
+};
+
+template <class R>
+void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
+    MeanField<R> mean{Vector3R(s.field_sum) / s.field_count};
+    choose_reference(s, c, mean);
+    const FieldRows rows(s, mean);
+    const FieldVerdict verdict = judge_field(s, c, rows);
+
+    const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c.P);
+    const Matrix3R HPHt = rows.HPHt(PHt);
+    const Vector3R innovation = rows.residual - rows.of(c.error);
+    const Vector3R noise = field_noise(s);
+    const R inflation = noise_inflation(verdict, rows);
+    record_field(s, t_s, innovation, HPHt, noise, inflation);
+    confirm_heading(s, verdict);
+    if (verdict == FieldVerdict::reject) return;
+
+    Matrix3R S = HPHt;
+    S.diagonal() += inflation * noise;
+    const R before = c.heading_variance();
+    condition<3, considered>(c, PHt, S, innovation);
+    s.information.heading += information_gained(before, c.heading_variance());
+}
+
+// Gathers evidence, and changes the reference where it is against the present one.
+template <class R>
+void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {
+    const R fast = settings_.field.turning_rad_s;
+    const bool turning = s.rate_power > fast * fast * s.x[13];
+    s.field.weigh(settings_.field, mean, s.reference[0], s.reference[1], turning, s.field_s);
+    if (s.field.candidate_wins(settings_.field, s.reference[0], s.reference[1])) change_reference(s, c, mean);
+}
+
+// The candidate becomes the reference. The heading, and the mean field with it, turns as far as it is distrusted.
+template <class R>
+void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mean) const {
+    MagneticReference<R>& field = s.field;
+    const R distrust = field.distrust(settings_.field, c.heading_variance());
+    keep_unit(s, mean);
+    s.reference[0] = field.candidate_horizontal();
+    s.reference[1] = field.candidate[2];
+    forget_reference(c.P, settings_.field.gate);
+    if (distrust > 0) {
+        const R angle = -distrust * field.candidate_azimuth_rad();
+        turn_heading(s, angle);
+        mean.n = rotation_matrix<R>(rotation_quaternion<R>({0, 0, angle})) * mean.n;
+        c.heading_variance() += distrust * settings_.field.heading_added_rad * settings_.field.heading_added_rad;
+        s.information.heading = 0;
+        s.heading_confirmed = 0;
+        field.heading_trust_s *= 1 - distrust;
+    }
+    field.take_candidate();
+    s.undisturbed_s = 0;
+}
+
+// Gates and noise are in units of the strength. One that started inside a shield or beside a magnet would measure the
+// field that it takes as reference in units of another one; within four of them no place on Earth differs from another.
+template <class R>
+void AhrsModelOf<R>::keep_unit(State& s, MeanField<R>& mean) {
+    const R change = Vector3R(s.field.candidate).norm();
+    if ((change < 4 && change > R(0.25)) || change == 0) return;
+    s.strength *= change;
+    Eigen::Map<Vector3R>(s.field.candidate) /= change;
+    mean.n /= change;
+}
+
+template <class R>
+void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
+    rows<2>(P, reference).setZero();
+    columns<2>(P, reference).setZero();
+    diagonal<2>(P, reference).setConstant(sigma * sigma);
+}
+
+// The gate. A reference that has long been contradicted is to be learnt again.
+template <class R>
+FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, const FieldRows& rows) const {
+    const FieldVerdict verdict = s.field.judge(settings_.field, rows.deviation(), s.field_s);
+    s.verdict = static_cast<std::uint64_t>(verdict);
+    if (verdict == FieldVerdict::inflate_anew) {
+        forget_reference(c.P, settings_.sigma.reference);
+        segment<2>(c.error, reference).setZero();
+    }
+    return verdict;
+}
+
+// Variances of horizontal intensity, azimuth and vertical intensity of the mean field.
+template <class R>
+Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
+    const R scale = (s.rest.at_rest(settings_.rest) ? settings_.rest_field_factor : 1) / s.field_s;
+    const R intensity = settings_.intensity_density2 * scale;
+    return {intensity, settings_.azimuth_density2 * scale, intensity};
+}
+
+// A field outside the gate that is taken in all the same counts as much less as it lies further outside.
+template <class R>
+R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, const FieldRows& rows) const {
+    if (verdict == FieldVerdict::accept || verdict == FieldVerdict::reject) return 1;
+    const R gates = rows.deviation() / settings_.field.gate;
+    return gates * gates;
+}
+
+template <class R>
+void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
+                                  R inflation) {
+    Matrix3R S = HPHt; // with the noise that was parametrised
+    S.diagonal() += noise;
+    InnovationOf<R>& i = s.innovation[mag];
+    i = {};
+    i.t_s = t_s;
+    i.dimension = 3;
+    i.noise_scale = FieldVerdict(s.verdict) == FieldVerdict::reject ? std::numeric_limits<R>::infinity() : inflation;
+    Eigen::Map<Vector3R>(i.value) = innovation;
+    Eigen::Map<Matrix3R>(i.S) = S;
+    i.nis = normalised_square<3, R>(S, innovation);
+    if (i.noise_scale > 1) s.gated[mag] += static_cast<std::uint64_t>(s.field_count);
+}
+
+// Whether nothing has spoken against the reference for long enough.
+template <class R>
+void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict) const {
+    const R T = s.field_s;
+    // One rejection may be noise: it takes back thrice its own time.
+    s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
+    // A place where the reference has changed before is asked for thrice as long.
+    const R needed_s = settings_.ready_undisturbed_s * (s.field.changes > 0 ? 3 : 1);
+    if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.heading_confirmed = 1;
+}
+
+} // namespace hnav

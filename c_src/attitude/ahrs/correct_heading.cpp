@@ -1,0 +1,7 @@
+#include "attitude/ahrs/correct_heading.hpp"
+
+namespace hnav {
+
+template void AhrsModelOf<double>::correct_heading(State& s, Correction& c, const Event& event) const;
+
+} // namespace hnav

@@ -1,0 +1,71 @@
+// The covariance from one correction to the next: P(T) = Phi P Phi' + Q.
+#pragma once
+
+#include "attitude/ahrs/model.hpp"
+
+namespace hnav {
+
+// int (n_g^2 + k^2 |u|^2) dt since the last correction, and what went by in gaps
+template <class R>
+R AhrsModelOf<R>::rotation_noise(const State& s) const {
+    return settings_.gyro_psd * s.x[13] + settings_.gyro_rate_psd * s.rate_power + s.gap_rotation;
+}
+
+// Columns of P Phi' for the rotation, and its own block.
+template <class R>
+struct AhrsModelOf<R>::Turned {
+    Eigen::Matrix<R, errors, 3> columns; // covariance of the error before with the rotation after
+    Matrix3R rotation;
+
+    Turned(const Covariance& P, const State& s) {
+        const Eigen::Map<const Matrix3R> G(s.x + 4);
+        const Eigen::Map<const Matrix39R> L(s.rate_moment);
+        // Column by column, here and below: Eigen would send products of this size through code for large matrices.
+        for (int i = 0; i < 3; ++i) {
+            Vector column = P.col(Row::rotation + i);
+            for (int j = 0; j < 3; ++j) column -= G(i, j) * P.col(bias + j);
+            for (int j = 0; j < 9; ++j) column -= L(i, j) * P.col(calibration + j);
+            columns.col(i) = column;
+        }
+        rotation = rows<3>(columns, Row::rotation);
+        rotation -= G.lazyProduct(rows<3>(columns, bias));
+        rotation -= L.lazyProduct(rows<9>(columns, calibration));
+    }
+};
+
+// P <- Phi P Phi' + Q over the time since the last correction.
+template <class R>
+void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    const Eigen::Map<const Matrix39R> L(s.rate_moment);
+    const Turned turned(P, s);
+
+    // v_N -= g T theta_E, v_E += g T theta_N, with the mean of theta before and after.
+    const R half = R(0.5 * gravity_m_s2) * s.force_s;
+    Eigen::Matrix<R, errors, 2> v = columns<2>(P, velocity); // of the error before with v after
+    v.col(0) -= half * (P.col(rotation + 1) + turned.columns.col(1));
+    v.col(1) += half * (P.col(rotation) + turned.columns.col(0));
+    Eigen::Matrix<R, 3, 2> theta_v = rows<3>(v, rotation); // theta after, v after
+    theta_v -= G.lazyProduct(rows<3>(v, bias));
+    theta_v -= L.lazyProduct(rows<9>(v, calibration));
+    Matrix2R v_v = rows<2>(v, velocity);
+    v_v.row(0) -= half * (v.row(rotation + 1) + theta_v.row(1));
+    v_v.row(1) += half * (v.row(rotation) + theta_v.row(0));
+
+    columns<3>(P, rotation) = turned.columns;
+    rows<3>(P, rotation) = turned.columns.transpose();
+    columns<2>(P, velocity) = v;
+    rows<2>(P, velocity) = v.transpose();
+    block<3, 3>(P, rotation, rotation) = turned.rotation;
+    block<3, 2>(P, rotation, velocity) = theta_v;
+    block<2, 3>(P, velocity, rotation) = theta_v.transpose();
+    block<2, 2>(P, velocity, velocity) = v_v;
+
+    const R T = s.x[13], lost = settings_.gap_acceleration_m_s2 * s.force_gap_s;
+    diagonal<2>(P, velocity).array() += lost * lost;
+    diagonal<3>(P, rotation).array() += rotation_noise(s);
+    diagonal<3>(P, bias).array() += settings_.bias_walk_psd * T;
+    diagonal<2>(P, reference).array() += settings_.reference_psd * T;
+}
+
+} // namespace hnav

@@ -1,0 +1,85 @@
+// Between events: attitude and its integral under the held rate.
+#pragma once
+
+#include "attitude/ahrs/model.hpp"
+
+namespace hnav {
+
+template <class R>
+void AhrsModelOf<R>::nominal(R* x) const {
+    for (int i = 0; i < 4; ++i) x[i] = 1;
+    for (int i = 4; i < nx; ++i) x[i] = R(settings_.correction_interval_s);
+}
+
+template <class R>
+void AhrsModelOf<R>::flow(const State& s, const R* x, R* dx) const {
+    if (!s.started) {
+        for (int i = 0; i < nx; ++i) dx[i] = 0;
+        return;
+    }
+    const Vector3R u = turn_rate(s);
+    const QuaternionR q(x);
+    Eigen::Map<QuaternionR>(dx).noalias() = Xi<R>(q) * u;
+    Eigen::Map<Matrix3R>(dx + 4) = rotation_matrix<R>(q);
+    dx[13] = 1;
+}
+
+template <class R>
+void AhrsModelOf<R>::flow_along(const State& s, const R* x, const R* direction, R* out) const {
+    for (int i = 0; i < nx; ++i) out[i] = 0;
+    if (!s.started) return;
+    const QuaternionR q(x), dq(direction);
+    Eigen::Map<QuaternionR>(out).noalias() = Xi<R>(dq) * turn_rate(s);
+    Eigen::Map<Matrix3R>(out + 4) = rotation_matrix_along<R>(q, dq);
+}
+
+template <class R>
+void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
+    const R T = R(interval_s);
+    const HeldTurn<R> turn(turn_rate(s), T);
+    const QuaternionR q(s.x);
+    Eigen::Map<Matrix3R>(s.x + 4).noalias() += rotation_matrix<R>(q) * turn.integral;
+    Eigen::Map<QuaternionR>(s.x) = multiply<R>(q, turn.q);
+    s.x[13] += T;
+}
+
+// How fast the rate changes tells how far off the turn may be while samples of it are missing.
+template <class R>
+void AhrsModelOf<R>::hold(State& s, const Event& event) {
+    constexpr R memory_s = 2; // longer than a swing of the arm
+    const Vector3R rate = vector_of<R>(event, gyro);
+    const R T = R(event.t_s - s.last_s[gyro]);
+    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) {
+        const R power = (rate - Vector3R(s.rate)).squaredNorm() / (3 * T * T);
+        s.rate_change_power += T / (T + memory_s) * (power - s.rate_change_power);
+    }
+    Eigen::Map<Vector3R>(s.rate) = rate;
+    s.has_rate = 1;
+}
+
+template <class R>
+void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
+    if (!settings_.backward_hold || !event.has(gyro)) return;
+    // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
+    // too, it takes its place; if samples of rate are missing in between, the mean of both does.
+    const R went_on_s = R(s.last_event_s - s.last_s[gyro]);
+    const Vector3R before = turn_rate(s);
+    hold(s, event);
+    if (s.started && went_on_s > 0) {
+        const Vector3R now = turn_rate(s);
+        const Vector3R after = s.is_gap(gyro, event.t_s) ? Vector3R(R(0.5) * (now + before)) : now;
+        const QuaternionR back = rotation_quaternion<R>(before * -went_on_s), on = rotation_quaternion<R>(after * went_on_s);
+        Eigen::Map<QuaternionR>(s.x) = multiply<R>(QuaternionR(s.x), multiply<R>(back, on));
+    }
+}
+
+template <class R>
+void AhrsModelOf<R>::rehold(State& s, const Event& event, double T) const {
+    if (!settings_.backward_hold || !event.has(gyro)) return;
+    const bool flowed = s.started && T > 0 && !std::isinf(T);
+    if (flowed) flow_exactly(s, -T);
+    before_flow(s, event);
+    if (flowed) flow_exactly(s, T);
+}
+
+} // namespace hnav

@@ -1,0 +1,180 @@
+// The AHRS: an error-state filter for the gyroscopes, accelerometers and magnetometers that one can buy.
+//
+// Known of the body: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, the
+// reference field M = (H, 0, Z) in units of its strength, and the latency l of the magnetometer. Rate u = y - b - S y.
+// The error is held in navigation axes, q_true = exp(theta / 2) q, for there its transition needs no step:
+//     theta' = -R_bn (db + dS y) + noise     =>  theta(T) = theta - G db - L dS,  G = int R_bn, L = int R_bn (x) y'
+//     dv'    = g (-theta_E, theta_N)             (gravity, not the measured force: heading stays out of the horizon)
+// So the flow carries x = (q, G, clock) and not the covariance: at any time
+//     P(T) = Phi(G, L, T) P Phi' + Q(T),   Q_theta = int (n_g^2 + k^2 |u|^2) dt.
+//
+// Samples are gathered in navigation axes at their own times. A few dozen times a second they correct the estimate:
+//   velocity   0 = v + noise: a body moves, but it does not run away; this is what tells the horizon
+//   rest       mean rate = b
+//   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
+//              are considered but not corrected: no magnet may tilt the horizon
+//   heading    what a heading aid says
+// Which field is the reference: reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
+// law (robust_law.hpp), gamma finite; after that gamma is infinite.
+//
+// Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
+// earth-frame error: Sola, arXiv 1711.02508, section 7.
+//
+// The members are defined in the files named beside them; the .cpp files beside them compile them for double.
+#pragma once
+
+#include "attitude/ahrs/state.hpp"
+
+namespace hnav {
+
+template <class R>
+class AhrsModelOf : public AhrsErrors {
+public:
+    static constexpr int nx = ahrs_nx;
+    static constexpr double gravity_m_s2 = 9.80665;
+    using Settings = AhrsSettings<R>;
+    using State = AhrsState<R>;
+    using Sigmas = typename Settings::Sigmas;
+    using Covariance = Square<errors, R>;
+    using Vector = Eigen::Matrix<R, errors, 1>;
+
+    AhrsModelOf() = default;
+    explicit AhrsModelOf(const Settings& settings) : settings_(settings) {}
+    const Settings& settings() const { return settings_; }
+
+    // start.hpp
+    void begin(State& s) const; // the state before any sample
+    // Waits for a new start. What was learnt of the sensors stays: bias, calibration, latency.
+    void realign(State& s) const;
+    // Time reversed from here on, the next sample at t_s: rates change their sign, and with them bias, latency and velocity.
+    static constexpr bool turns_back = true;
+    void turn_back(State& s, double t_s) const;
+
+    // flow.hpp
+    bool flows(const State& s) const { return s.started != 0; }
+    bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.bias); }
+    void normalise(State& s) const { restore_length(s.x); }
+    void nominal(R* x) const; // sizes that absolute tolerances are relative to
+    void nominal(const State&, R* x) const { nominal(x); }
+    void flow(const State& s, const R* x, R* dx) const;
+    void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
+    void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
+    static constexpr bool reholds = true;
+    void before_flow(State& s, const Event& event) const;
+    // For a state that an integrator outside has brought over T seconds under the rate of before: the rate that came with
+    // the event takes its place, the error of the integrator stays.
+    void rehold(State& s, const Event& event, double T) const;
+
+    // jump.hpp
+    void jump(State& s, const Event& event) const;
+
+    // outputs.hpp
+    Estimate estimate(const State& s) const;
+    Matrix3 rotation_covariance(const State& s) const;
+    Vector3 bias_variances(const State& s) const;
+    ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
+    double bias_walk(const State&) const;
+    double decay_rate(const State&) const;
+    FieldEstimate field_estimate(const State& s) const;
+    // Scale and misalignment S of the gyroscope, row-major, and the sigma of each.
+    void gyro_calibration(const State& s, double* S, double* sigma) const;
+
+private:
+    using Vector2R = Eigen::Matrix<R, 2, 1>;
+    using Vector3R = Vector3Of<R>;
+    using Matrix2R = Square<2, R>;
+    using Matrix3R = Matrix3Of<R>;
+    using Matrix39R = Eigen::Matrix<R, 3, 9, Eigen::RowMajor>;
+    using QuaternionR = QuaternionOf<R>;
+
+    // What corrections of one instant work on.
+    struct Correction {
+        Covariance P;
+        Vector error = Vector::Zero(); // what is learnt, applied to the state when all are done
+        bool sound = true;             // no correction has met a covariance without its sign
+
+        R& heading_variance() { return P(rotation + 2, rotation + 2); }
+        Vector3R rotation_variances() const { return diagonal<3>(P, rotation); }
+    };
+
+    // Before the first gyro sample the body is taken to be still.
+    static Vector3R turn_rate(const State& s) {
+        if (!s.has_rate) return Vector3R::Zero();
+        const Eigen::Map<const Eigen::Matrix<R, 3, 3, Eigen::RowMajor>> S(s.calibration);
+        const Vector3R y(s.rate);
+        return y - Vector3R(s.bias) - S * y;
+    }
+
+    R interval(const State& s, int channel, double t_s) const {
+        return R(interval_of_sample(t_s - s.last_s[channel], s.spacing_s[channel], settings_.max_interval_s));
+    }
+
+    bool tilt_ready(const State& s) const {
+        const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
+        return angle_ready(tilt, s.information.tilt, settings_.ready_tilt_rad);
+    }
+
+    // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
+    // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
+    bool heading_ready(const State& s) const {
+        return s.heading_confirmed != 0 &&
+               angle_ready(s.P[packed(rotation + 2, rotation + 2)], s.information.heading, settings_.ready_heading_rad);
+    }
+
+    static void hold(State& s, const Event& event); // flow.hpp
+
+    // start.hpp
+    void forget_attitude(State& s) const;
+    static void start_covariance(State& s, const Sigmas& start);
+    Sigmas start_sigmas(R sigma_heading) const;
+    static void put_reference(State& s, const ReferenceFieldOf<R>& field);
+    void start(State& s, const Event& event) const;
+    static void turn_heading(State& s, R angle_rad);
+    void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
+
+    // preintegration.hpp
+    static void forget_window(State& s);
+    static void take_turn(State& s);
+    void account_for_gap(State& s, const Event& event) const;
+    void gather(State& s, const Event& event) const;
+    void gather_force(State& s, const Event& event, const Matrix3R& R_bn) const;
+    void gather_field(State& s, const Event& event, const Matrix3R& R_bn) const;
+
+    // covariance.hpp
+    struct Turned;
+    R rotation_noise(const State& s) const;
+    void propagate(Covariance& P, const State& s) const;
+
+    // correction.hpp
+    void correct(State& s, const Event& event) const;
+    void inflate_tilt(State& s, Covariance& P) const;
+    template <int m, int first>
+    static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
+                          const Eigen::Matrix<R, m, 1>& innovation);
+    static void apply(State& s, const Vector& error);
+    static void keep(State& s, Correction& c);
+
+    void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
+    void correct_rest(const State& s, Correction& c) const;           // correct_rest.hpp
+    void correct_heading(State& s, Correction& c, const Event& event) const; // correct_heading.hpp
+
+    // correct_field.hpp
+    struct FieldRows;
+    void correct_field(State& s, Correction& c, double t_s) const;
+    void choose_reference(State& s, Correction& c, MeanField<R>& mean) const;
+    void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
+    static void keep_unit(State& s, MeanField<R>& mean);
+    static void forget_reference(Covariance& P, R sigma);
+    FieldVerdict judge_field(State& s, Correction& c, const FieldRows& rows) const;
+    Vector3R field_noise(const State& s) const;
+    R noise_inflation(FieldVerdict verdict, const FieldRows& rows) const;
+    static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
+                             R inflation);
+    void confirm_heading(State& s, FieldVerdict verdict) const;
+
+    Settings settings_;
+};
+
+using AhrsModel = AhrsModelOf<double>;
+
+} // namespace hnav

@@ -1,0 +1,78 @@
+// Samples between two corrections, gathered in navigation axes at their own times.
+#pragma once
+
+#include "attitude/ahrs/model.hpp"
+
+namespace hnav {
+
+template <class R>
+void AhrsModelOf<R>::forget_window(State& s) {
+    for (int i = 4; i < nx; ++i) s.x[i] = 0;
+    for (R& v : s.rate_moment) v = 0;
+    for (R& v : s.turned) v = 0;
+    s.rate_power = s.turned_s = 0;
+    for (int i = 0; i < 3; ++i) s.field_sum[i] = s.turn_sum[i] = 0;
+    s.field_count = s.field_s = s.force_s = s.force_gap_s = s.gap_rotation = 0;
+}
+
+// L += dG (x) y for the turn since the last event, which went on under one rate.
+template <class R>
+void AhrsModelOf<R>::take_turn(State& s) {
+    s.rate_power += turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
+    s.turned_s = s.x[13];
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    Eigen::Map<Matrix3R> seen(s.turned);
+    const Matrix3R turn = G - seen;
+    seen = G;
+    const Vector3R y(s.rate);
+    R* out = s.rate_moment;
+    for (int i = 0; i < 3; ++i)
+        for (int l = 0; l < 3; ++l)
+            for (int j = 0; j < 3; ++j) *out++ += turn(i, l) * y[j];
+}
+
+// While samples of rate are missing the turn is not known: after T seconds to within a T^2 / 2 by the last rate, and to
+// a T^2 / 8 by the mean of the last and the next, with an angular acceleration a as it was before.
+template <class R>
+void AhrsModelOf<R>::account_for_gap(State& s, const Event& event) const {
+    if (!s.is_gap(gyro, event.t_s)) return;
+    const R T = R(event.t_s - s.last_s[gyro]);
+    const R share = (event.has(gyro) ? R(0.125) : R(0.5)) * settings_.gap_turn_factor * T * T;
+    s.gap_rotation += share * share * s.rate_change_power;
+}
+
+template <class R>
+void AhrsModelOf<R>::gather(State& s, const Event& event) const {
+    const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
+    if (event.has(gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), interval(s, gyro, event.t_s));
+    if (event.has(accel)) gather_force(s, event, R_bn);
+    if (!event.has(mag)) return;
+    if (s.has_reference) gather_field(s, event, R_bn);
+    else initialise_heading_by_field(s, vector_of<R>(event, mag));
+}
+
+template <class R>
+void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& R_bn) const {
+    const Vector3R force_b = vector_of<R>(event, accel);
+    const R since = R(event.t_s - s.last_s[accel]), T = interval(s, accel, event.t_s);
+    const Vector3R force_n = R_bn * force_b;
+    s.velocity[0] += force_n[0] * T;
+    s.velocity[1] += force_n[1] * T;
+    s.force_s += T;
+    if (since > T) s.force_gap_s += since - T;
+    s.rest.note_force(settings_.rest, force_b, T);
+}
+
+// The field of `latency` ago, turned on to now: to second order in the turn.
+template <class R>
+void AhrsModelOf<R>::gather_field(State& s, const Event& event, const Matrix3R& R_bn) const {
+    const Vector3R u = turn_rate(s), field_b = vector_of<R>(event, mag) / s.strength;
+    const Vector3R turning = u.cross(field_b);
+    const Vector3R now_b = field_b - s.latency * turning + R(0.5) * s.latency * s.latency * u.cross(turning);
+    Eigen::Map<Vector3R>(s.field_sum) += R_bn * now_b;
+    Eigen::Map<Vector3R>(s.turn_sum) += R_bn * u;
+    s.field_count += 1;
+    s.field_s += interval(s, mag, event.t_s);
+}
+
+} // namespace hnav

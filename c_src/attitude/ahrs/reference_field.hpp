@@ -1,0 +1,132 @@
+// Which magnetic field to believe in.
+//
+// The filter steers by a reference field (horizontal and vertical intensity; its azimuth is north by definition). A magnet
+// nearby, or a start in a distorted place, makes the field disagree with it. Two questions are answered here from the
+// field in navigation axes, as the filter sees it, and from time alone:
+//
+// * May this field correct the heading? The gate. A field whose intensities lie away from the reference is rejected, for
+//   a time that grows with the time for which the reference has served; after that it is taken in with inflated noise.
+// * Is the reference itself the odd one out? Evidence. Each field that comes by gathers the time for which it was seen,
+//   counted fully while the body turns (a magnet that moves with the body then shows) and less at rest. When a candidate
+//   has gathered enough against the reference, it takes its place.
+#pragma once
+
+#include "maths/rotation.hpp"
+
+#include <cstdint>
+
+namespace hnav {
+
+template <class R>
+struct MagneticReferenceSettings {
+    R gate;              // distance of the intensities, in units of the field
+    R gate_max_s;        // a field is rejected no longer than this
+    R gate_share;        // ... and no longer than this multiple of the time for which the reference served
+    R turning_rad_s;     // the body turns
+    R still_weight;      // of a second at rest, as evidence
+    R candidate_radius;  // fields within it of the candidate are the candidate
+    R candidate_mean_s;  // the candidate is a mean over this time
+    R candidate_first_s; // evidence to take the place of a reference that has none
+    R candidate_share;   // ... else this share of the reference's evidence
+    R trust_s;           // evidence after which the heading is not given up for a new field
+    R heading_min_rad;   // smaller changes of azimuth do not turn the heading
+    R heading_sigmas;    // nor those within so many sigma
+    R heading_added_rad; // sigma added to a heading that was turned
+};
+
+// sqrt(x^2 + y^2) of numbers near one: std::hypot guards against overflow at ten times the cost.
+template <class R>
+inline R length(R x, R y) {
+    return std::sqrt(x * x + y * y);
+}
+
+// A field in navigation axes.
+template <class R>
+struct MeanField {
+    Vector3Of<R> n;
+    R horizontal() const { return length(n[0], n[1]); }
+    R azimuth_rad() const { return std::atan2(n[1], n[0]); }
+};
+
+enum class FieldVerdict {
+    accept,
+    reject,
+    inflate,     // outside the gate for so long that it is taken in, with its noise inflated
+    inflate_anew // for the first time: the reference is to be learnt again
+};
+
+// Part of a filter's state: numbers of one kind only.
+template <class R>
+struct MagneticReference {
+    R served_s;        // time for which the field agreed with the reference
+    R rejected_s;      // time for which it was rejected, less what has been forgiven
+    R evidence_s;      // for the reference
+    R heading_trust_s; // for the heading, whatever reference it came from
+    R candidate[3], candidate_evidence_s, candidate_age_s;
+    R inflating;       // 1: the gate is open although the field lies outside
+    R changes;         // references taken, the first not counted
+
+    // The gate for a mean field that stands for T seconds. deviation: distance of the intensities from the reference.
+    FieldVerdict judge(const MagneticReferenceSettings<R>& set, R deviation, R T) {
+        if (deviation <= set.gate) {
+            inflating = 0;
+            rejected_s = std::fmax(R(0), rejected_s - T);
+            served_s += T;
+            return FieldVerdict::accept;
+        }
+        if (rejected_s < std::fmin(set.gate_max_s, set.gate_share * served_s)) {
+            rejected_s += T;
+            return FieldVerdict::reject;
+        }
+        if (inflating > 0) return FieldVerdict::inflate;
+        inflating = 1;
+        served_s = rejected_s = 0;
+        return FieldVerdict::inflate_anew;
+    }
+
+    // Gathers evidence. horizontal, down: the reference.
+    void weigh(const MagneticReferenceSettings<R>& set, const MeanField<R>& field, R horizontal, R down, bool turning, R T) {
+        const R seen_s = T * (turning ? 1 : set.still_weight);
+        const R h = field.horizontal(), z = field.n[2];
+        if (length(h - horizontal, z - down) < set.gate) {
+            evidence_s += seen_s;
+            heading_trust_s += seen_s;
+        }
+        Eigen::Map<Vector3Of<R>> mean(candidate);
+        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius) {
+            candidate_evidence_s += seen_s;
+            candidate_age_s += T;
+            mean += std::fmax(T / set.candidate_mean_s, T / candidate_age_s) * (field.n - mean);
+        } else {
+            mean = field.n;
+            candidate_evidence_s = 0;
+            candidate_age_s = T;
+        }
+    }
+
+    bool candidate_wins(const MagneticReferenceSettings<R>& set, R horizontal, R down) const {
+        const R needed_s = std::fmax(set.candidate_first_s, set.candidate_share * evidence_s);
+        return candidate_evidence_s > needed_s && length(candidate_horizontal() - horizontal, candidate[2] - down) > set.gate;
+    }
+
+    // Share of the candidate's azimuth by which the heading is held to be wrong, when the candidate wins: none for a
+    // heading that has been confirmed for long, all for a fresh one.
+    R distrust(const MagneticReferenceSettings<R>& set, R heading_variance) const {
+        const R azimuth = candidate_azimuth_rad();
+        const bool small = azimuth * azimuth <= set.heading_sigmas * set.heading_sigmas * heading_variance ||
+                           std::fabs(azimuth) <= set.heading_min_rad;
+        return small ? 0 : 1 - std::fmin(R(1), heading_trust_s / set.trust_s);
+    }
+
+    // The candidate becomes the reference, whoever steers by it.
+    void take_candidate() {
+        evidence_s = candidate_evidence_s;
+        served_s = rejected_s = inflating = 0;
+        ++changes;
+    }
+
+    R candidate_horizontal() const { return length(candidate[0], candidate[1]); }
+    R candidate_azimuth_rad() const { return std::atan2(candidate[1], candidate[0]); }
+};
+
+} // namespace hnav

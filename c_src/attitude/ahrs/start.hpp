@@ -1,0 +1,137 @@
+// Before the start, the start itself, and what a new start or a turn of time forgets.
+#pragma once
+
+#include "attitude/ahrs/model.hpp"
+
+namespace hnav {
+
+template <class R>
+void AhrsModelOf<R>::begin(State& s) const {
+    Eigen::Map<Vector3R>(s.bias) = settings_.start_bias;
+    s.gamma = std::numeric_limits<R>::infinity();
+    s.gamma_margin = 1;
+    for (InnovationOf<R>& i : s.innovation) i = {};
+    forget_attitude(s);
+}
+
+template <class R>
+void AhrsModelOf<R>::realign(State& s) const {
+    const Covariance P = unpack<errors>(s.P);
+    forget_attitude(s);
+    Covariance kept = unpack<errors>(s.P);
+    block<9, 9>(kept, calibration, calibration) = block<9, 9>(P, calibration, calibration);
+    block<3, 3>(kept, bias, bias) = block<3, 3>(P, bias, bias);
+    kept(latency, latency) = P(latency, latency);
+    pack<errors>(kept, s.P);
+}
+
+// The sigmas are those of a filter that has seen the recording, wide enough to learn its other end anew.
+template <class R>
+void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
+    for (R& b : s.bias) b = -b;
+    for (R& y : s.rate) y = -y;
+    s.latency = -s.latency;
+    s.velocity[0] = s.velocity[1] = 0;
+    start_covariance(s, {R(0.02), R(0.05), R(1e-3), settings_.sigma.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4)});
+    s.field.rejected_s = s.field.inflating = s.field.candidate_age_s = s.field.candidate_evidence_s = 0;
+    s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
+    for (double& t : s.last_s) t = nan;
+    s.last_correction_s = t_s;
+    forget_window(s);
+}
+
+template <class R>
+void AhrsModelOf<R>::forget_attitude(State& s) const {
+    for (R& v : s.x) v = 0;
+    s.x[0] = 1;
+    s.started = 0;
+    s.start.clear();
+    s.field = {};
+    s.velocity[0] = s.velocity[1] = 0;
+    for (double& t : s.last_s) t = nan;
+    for (double& t : s.spacing_s) t = 0;
+    s.last_correction_s = nan;
+    s.information = {};
+    s.verdict = s.heading_confirmed = 0;
+    s.undisturbed_s = 0;
+    s.has_reference = settings_.reference_given;
+    put_reference(s, settings_.reference);
+    start_covariance(s, start_sigmas(settings_.start.sigma_heading));
+    forget_window(s);
+}
+
+template <class R>
+void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
+    Vector sigma;
+    segment<2>(sigma, velocity).setConstant(start.velocity);
+    segment<9>(sigma, calibration).setConstant(start.misalignment);
+    for (int i = 0; i < 9; i += 4) sigma[calibration + i] = start.scale;
+    segment<2>(sigma, rotation).setConstant(start.tilt);
+    sigma[rotation + 2] = start.heading;
+    segment<3>(sigma, bias).setConstant(start.bias);
+    segment<2>(sigma, reference).setConstant(start.reference);
+    sigma[latency] = start.latency;
+    pack<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+}
+
+template <class R>
+typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) const {
+    Sigmas sigmas = settings_.sigma;
+    sigmas.heading = sigma_heading;
+    return sigmas;
+}
+
+// A field known beforehand is the unit; a learnt one is its own.
+template <class R>
+void AhrsModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& field) {
+    s.strength = field.strength;
+    s.reference[0] = std::cos(field.dip_rad);
+    s.reference[1] = std::sin(field.dip_rad);
+}
+
+template <class R>
+void AhrsModelOf<R>::start(State& s, const Event& event) const {
+    FirstAttitude<R> found;
+    if (!s.start.add(event, settings_.start, &found)) return;
+    Eigen::Map<QuaternionR>(s.x) = found.q;
+    const bool realigned = s.corrections > 0;
+    if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
+    else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
+    if (!s.has_reference && s.start.has_field(settings_.start)) {
+        put_reference(s, learn_reference<R>(found.q, s.start.field()));
+        s.has_reference = 1;
+    }
+    s.rest.clear(Vector3R::Zero(), s.start.count[0] ? s.start.force() : Vector3R(Vector3R::Zero()));
+    s.last_correction_s = event.t_s;
+    s.started = 1;
+}
+
+// Turns attitude and all that is kept in navigation axes about the vertical.
+template <class R>
+void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
+    const QuaternionR about_down = rotation_quaternion<R>({0, 0, angle_rad});
+    Eigen::Map<QuaternionR>(s.x) = multiply<R>(about_down, QuaternionR(s.x));
+    const R cosine = std::cos(angle_rad), sine = std::sin(angle_rad);
+    for (R* v : {s.velocity, s.field.candidate}) {
+        const R north = v[0], east = v[1];
+        v[0] = cosine * north - sine * east;
+        v[1] = sine * north + cosine * east;
+    }
+}
+
+// A filter that started without a field sees its first one: the field's azimuth is north, so the heading turns to it.
+template <class R>
+void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field_b) const {
+    const Vector3R field_n = rotation_matrix<R>(QuaternionR(s.x)) * field_b;
+    if (!(std::hypot(field_n[0], field_n[1]) > R(1e-3) * field_n.norm())) return;
+    const R from_north = std::atan2(field_n[1], field_n[0]);
+    R& variance = s.P[packed(rotation + 2, rotation + 2)];
+    if (from_north * from_north > variance || variance > 1) {
+        turn_heading(s, -from_north);
+        variance += settings_.start.sigma_heading * settings_.start.sigma_heading;
+    }
+    put_reference(s, learn_reference<R>(QuaternionR(s.x), field_b));
+    s.has_reference = 1;
+}
+
+} // namespace hnav

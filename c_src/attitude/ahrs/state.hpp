@@ -1,0 +1,94 @@
+// What the AHRS is told, and all that changes in it.
+#pragma once
+
+#include "attitude/ahrs/reference_field.hpp"
+#include "attitude/ahrs/rest_detector.hpp"
+#include "attitude/common/estimate.hpp"
+#include "attitude/common/readiness.hpp"
+#include "attitude/common/robust_law.hpp"
+#include "attitude/common/sampling.hpp"
+#include "attitude/common/start.hpp"
+
+namespace hnav {
+
+// Rows of the error state. The first thirteen, up to the tilt, are those that a field does not correct.
+struct AhrsErrors {
+    enum Row : int { velocity = 0, calibration = 2, rotation = 11, bias = 14, reference = 17, latency = 19 };
+    static constexpr int errors = 20;
+    static constexpr int considered = rotation + 2;
+
+    // Place of the element i, j, i <= j, in the packed upper triangle.
+    static constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i; }
+};
+
+constexpr int ahrs_nx = 14; // q 4, G 9, clock: seconds since the last correction
+
+template <class R>
+struct AhrsSettings {
+    struct Sigmas {
+        R tilt, heading, bias, velocity, reference, latency, scale, misalignment;
+    };
+
+    R gyro_psd;          // n_g^2, (rad/s)^2/Hz
+    R gyro_rate_psd;     // k^2, (rad/s)^2/Hz for each (rad/s)^2
+    R bias_walk_psd;     // (rad/s)^2/s
+    R reference_psd;     // 1/s
+    R velocity_density2; // (m/s)^2/Hz
+    R azimuth_density2, intensity_density2; // of the field, 1/Hz
+    R rest_field_factor; // of their variances at rest
+    R rest_bias_density2; // (rad/s)^2/Hz
+    double correction_interval_s;
+    double max_interval_s;
+    R gap_acceleration_m_s2; // that may go by while samples of force are missing
+    R gap_turn_factor;       // of the usual change of the rate, while samples of it are missing
+    bool backward_hold;
+    RobustSettings<R> robust; // until the horizon is ready
+    RestSettings<R> rest;
+    MagneticReferenceSettings<R> field;
+    StartSettings<R> start;
+    Vector3Of<R> start_bias = Vector3Of<R>::Zero();
+    Sigmas sigma; // at the start; that of heading stands in start
+    bool reference_given;
+    ReferenceFieldOf<R> reference;
+    R heading_gate_nis; // 0: never
+    R ready_tilt_rad, ready_heading_rad, ready_evidence_s, ready_undisturbed_s;
+    R output_latency_s;
+};
+
+// Numbers of eight bytes only.
+template <class R>
+struct AhrsState {
+    R x[ahrs_nx];
+    R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
+    R bias[3], calibration[9], velocity[2], reference[2], latency;
+    R rate[3];           // held, as measured
+    R rate_change_power; // running mean square of its change per second, of one axis
+    R strength;          // of the field, T
+    // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
+    R rate_moment[27], rate_power, turned[9], turned_s;
+    R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
+    RestDetector<R> rest;
+    MagneticReference<R> field;
+    StartSamples<R> start;
+    double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the usual time between two
+    double last_event_s, last_correction_s;
+    AngleInformation<R> information;
+    R undisturbed_s; // time for which nothing spoke against the reference
+    R gamma, gamma_margin;
+    InnovationOf<R> innovation[channel_count];
+    std::uint64_t used[channel_count], gated[channel_count];
+    std::uint64_t corrections, gamma_raised, repaired;
+    std::uint64_t started, has_rate, has_reference;
+    std::uint64_t verdict;           // of the last field, FieldVerdict
+    std::uint64_t heading_confirmed; // since it was last started or turned
+
+    // The time since the last sample of a channel shows that some are missing.
+    bool is_gap(int channel, double t_s) const { return hnav::is_gap(t_s - last_s[channel], spacing_s[channel]); }
+
+    void note_time(int channel, double t_s) {
+        spacing_s[channel] = usual_interval(t_s - last_s[channel], spacing_s[channel]);
+        last_s[channel] = t_s;
+    }
+};
+
+} // namespace hnav

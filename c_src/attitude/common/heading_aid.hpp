@@ -1,0 +1,60 @@
+// A heading aid: the true heading of body x, about down from north, from a second antenna, a gyrocompass, a star.
+//
+// Heading = atan2(east, north) of body x in navigation axes. A body x that points up or down has none.
+#pragma once
+
+#include "attitude/common/estimate.hpp"
+
+namespace hnav {
+
+template <class R>
+class HeadingAid {
+public:
+    HeadingAid(const QuaternionOf<R>& q, const Event& event)
+        : q_(q),
+          body_x_(rotation_matrix<R>(q).col(0)),
+          level_(body_x_.template head<2>().squaredNorm()),
+          measured_rad_(R(event.value[heading][0])),
+          sigma_rad_(R(event.value[heading][1])) {}
+
+    // Body x is more than 0.6 deg away from the vertical.
+    bool is_defined() const { return level_ > R(1e-4); }
+
+    R variance() const { return sigma_rad_ * sigma_rad_; }
+
+    // What the aid says beyond the heading of the estimate, within half a turn.
+    R residual() const { return wrap_angle(measured_rad_ - std::atan2(body_x_[1], body_x_[0])); }
+
+    // Derivative of the heading by a rotation about the navigation axes: theta x body_x, seen about down.
+    Vector3Of<R> by_rotation() const { return {-body_x_[2] * body_x_[0] / level_, -body_x_[2] * body_x_[1] / level_, 1}; }
+
+    // Derivative of the heading by the quaternion: north and east are quadratic in q.
+    Eigen::Matrix<R, 1, 4> by_quaternion() const {
+        const R north = body_x_[0], east = body_x_[1];
+        Eigen::Matrix<R, 1, 4> H;
+        H << north * q_[3] - east * q_[0], north * q_[2] - east * q_[1], north * q_[1] + east * q_[2],
+            north * q_[0] + east * q_[3];
+        return H * (2 / level_);
+    }
+
+private:
+    QuaternionOf<R> q_;
+    Vector3Of<R> body_x_;
+    R level_; // square of the horizontal part of body x
+    R measured_rad_, sigma_rad_;
+};
+
+// Keeps what the aid said: the innovation, its variance S with the noise that was parametrised, and its normalised square.
+template <class R>
+inline InnovationOf<R>& record_heading(InnovationOf<R>* innovations, double t_s, R innovation, R S, R nis) {
+    InnovationOf<R>& i = innovations[heading];
+    i = {};
+    i.t_s = t_s;
+    i.dimension = 1;
+    i.value[0] = innovation;
+    i.S[0] = S;
+    i.nis = nis;
+    return i;
+}
+
+} // namespace hnav

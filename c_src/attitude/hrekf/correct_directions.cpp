@@ -1,0 +1,7 @@
+#include "attitude/hrekf/correct_directions.hpp"
+
+namespace hnav {
+
+template void HrekfModelOf<double>::correct_directions(State& s, const Event& event) const;
+
+} // namespace hnav

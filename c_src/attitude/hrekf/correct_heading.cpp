@@ -1,0 +1,7 @@
+#include "attitude/hrekf/correct_heading.hpp"
+
+namespace hnav {
+
+template void HrekfModelOf<double>::correct_heading(State& s, const Event& event) const;
+
+} // namespace hnav

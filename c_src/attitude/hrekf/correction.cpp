@@ -1,0 +1,7 @@
+#include "attitude/hrekf/correction.hpp"
+
+namespace hnav {
+
+template class HrekfCorrectionBase<double>;
+
+} // namespace hnav

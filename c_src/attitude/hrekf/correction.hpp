@@ -1,0 +1,193 @@
+// One correction of m rows that see the quaternion only, H = [H_q, 0]: inflation, gain, covariance and state.
+#pragma once
+
+#include "attitude/common/robust_law.hpp"
+#include "attitude/hrekf/state.hpp"
+#include "maths/repair.hpp"
+
+namespace hnav {
+
+extern template bool repair<7>(Square<7>& P); // this and the next in covariance.cpp
+extern template Square<7> inflate<7>(const Square<7>& P, const Eigen::Matrix<double, 7, 1>& L, double interval_s,
+                                     const RobustSettings<double>& settings, RobustReport<double>* report);
+
+// What does not depend on the number of rows.
+template <class R>
+class HrekfCorrectionBase {
+protected:
+    using Covariance = Square<7, R>;
+
+    HrekfCorrectionBase(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s);
+
+    void inflate_covariance() { Sigma_ = inflate<7>(P_, settings_.weight, R(interval_s_), settings_.robust, &robust_); }
+    void repair_covariance() { s_.repaired += repair<7>(P_); }
+
+    // x holds the sum of state and correction, P the covariance that goes with it; KH = K H_q.
+    void finish(Covariance& P, const Eigen::Matrix<R, 7, 4>& KH, bool sees_tilt, bool sees_heading);
+
+    const HrekfSettings<R>& settings_;
+    HrekfState<R>& s_;
+    double t_s_, interval_s_;
+    QuaternionOf<R> q_minus_;
+    Covariance P_, Sigma_;
+    RobustReport<R> robust_;
+
+private:
+    static void limit_covariance(Covariance& P);
+    R return_to_unit_sphere(Covariance& P);
+};
+
+extern template class HrekfCorrectionBase<double>; // correction.cpp
+
+template <int m, class R>
+class HrekfCorrection : HrekfCorrectionBase<R> {
+public:
+    using Rows = Eigen::Matrix<R, m, 1>;
+    using Gain = Eigen::Matrix<R, 7, m>;
+
+    HrekfCorrection(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s, const Eigen::Matrix<R, m, 4>& H,
+                    const Square<m, R>& noise)
+        : Base(settings, s, t_s), H_(H) {
+        predict();
+        change_noise(noise);
+        if (factor_.positive()) return;
+        this->repair_covariance(); // over a long gap the integrator has left P indefinite
+        predict();
+        HSigmaHt_.diagonal() = HSigmaHt_.diagonal().cwiseMax(0);
+        change_noise(noise);
+    }
+
+    void change_noise(const Square<m, R>& noise) {
+        noise_ = noise;
+        S_ = HSigmaHt_ + noise;
+        symmetrise<m>(S_);
+        factor_ = Cholesky<m, R>(S_);
+    }
+
+    const Square<m, R>& innovation_covariance() const { return S_; }
+
+    void apply(const Rows& nu, bool sees_tilt, bool sees_heading, bool gated) {
+        const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
+        const Eigen::Matrix<R, 7, 4> KH = K * H_;
+        typename Base::Covariance P = corrected_covariance(K, KH);
+        if (settings_.adaptation.mode != Adaptation::off) adapt(nu, K, gated);
+        Eigen::Map<Eigen::Matrix<R, 7, 1>>(s_.x).noalias() += K * nu;
+        this->finish(P, KH, sees_tilt, sees_heading);
+    }
+
+private:
+    using Base = HrekfCorrectionBase<R>;
+    using Base::interval_s_, Base::P_, Base::s_, Base::settings_, Base::Sigma_;
+
+    void predict() {
+        this->inflate_covariance();
+        SigmaHt_.noalias() = columns<4>(Sigma_, 0) * H_.transpose();
+        HSigmaHt_.noalias() = H_ * rows<4>(SigmaHt_, 0);
+    }
+
+    // Joseph form; I - K H differs from I in its first four columns only.
+    typename Base::Covariance corrected_covariance(const Gain& K, const Eigen::Matrix<R, 7, 4>& KH) const {
+        typename Base::Covariance P = Sigma_;
+        P.noalias() -= KH * rows<4>(Sigma_, 0);
+        const Eigen::Matrix<R, 7, 4> left = columns<4>(P, 0);
+        P.noalias() -= left * KH.transpose();
+        P.noalias() += times_noise(K) * K.transpose();
+        return P;
+    }
+
+    // K R, where R is block-diagonal: sensors do not share noise.
+    Gain times_noise(const Gain& K) const {
+        constexpr int n = m % 3 == 0 ? 3 : m;
+        Gain KR;
+        for (int k = 0; k < m; k += n) columns<n>(KR, k).noalias() = columns<n>(K, k) * block<n, n>(noise_, k, k);
+        return KR;
+    }
+
+    void adapt(const Rows& nu, const Gain& K, bool gated) {
+        const AdaptationSettings<R>& adaptation = settings_.adaptation;
+        const Matrix3Of<R> Q = unpack<3>(s_.bias_psd);
+        if (adaptation.mode == Adaptation::paper) {
+            pack<3>(adapt_as_printed<R>(Q, adaptation, rows<3>(K, 4) * nu), s_.bias_psd);
+            return;
+        }
+        // The plain Kalman correction, uninflated; its bias block only.
+        const Gain PHt = columns<4>(P_, 0) * H_.transpose();
+        Square<m, R> S = H_ * rows<4>(PHt, 0) + noise_;
+        symmetrise<m>(S);
+        const Eigen::Matrix<R, 3, m> bias_rows = rows<3>(PHt, 4);
+        const Eigen::Matrix<R, 3, m> K0 = Cholesky<m, R>(S).template solve<3>(bias_rows.transpose()).transpose();
+        const Matrix3Of<R> posterior = block<3, 3>(P_, 4, 4) - K0 * bias_rows.transpose();
+        if (gated || !(interval_s_ > 0)) return;
+        ++s_.adaptations;
+        pack<3>(adapt_corrected<R>(Q, adaptation, K0 * nu, posterior, unpack<3>(s_.previous_bias_covariance), R(interval_s_),
+                                   static_cast<R>(s_.adaptations)),
+                s_.bias_psd);
+    }
+
+    const Eigen::Matrix<R, m, 4>& H_;
+    Gain SigmaHt_;
+    Square<m, R> HSigmaHt_, noise_, S_;
+    Cholesky<m, R> factor_;
+};
+
+template <class R>
+HrekfCorrectionBase<R>::HrekfCorrectionBase(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s)
+    : settings_(settings),
+      s_(s),
+      t_s_(t_s),
+      interval_s_(t_s - s.last_correction_s),
+      q_minus_(QuaternionOf<R>(s.x).normalized()),
+      P_(unpack<7>(s.x + 7)) {
+    limit_covariance(P_);
+}
+
+// A unit quaternion has no error beyond 1. After ages without a sample its variances outgrow the digits that the noise needs
+// beside them in S; turned down on both sides, P stays a covariance.
+template <class R>
+void HrekfCorrectionBase<R>::limit_covariance(Covariance& P) {
+    constexpr R max_trace = R(1e6);
+    const R trace = block<4, 4>(P, 0, 0).trace();
+    if (!(trace > max_trace)) return;
+    const R factor = std::sqrt(max_trace / trace);
+    rows<4>(P, 0) *= factor;
+    columns<4>(P, 0) *= factor;
+}
+
+template <class R>
+void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 4>& KH, bool sees_tilt, bool sees_heading) {
+    const Vector3Of<R> before = rotation_variances_of<R>(q_minus_, block<4, 4>(P_, 0, 0));
+    const R norm = return_to_unit_sphere(P);
+    symmetrise<7>(P);
+    s_.repaired += repair<7>(P);
+    pack<7>(P, s_.x + 7);
+    pack<3>(Matrix3Of<R>(block<3, 3>(P, 4, 4)), s_.previous_bias_covariance);
+
+    const QuaternionOf<R> q_plus(s_.x);
+    s_.error_map.jump(interval_s_, KH, q_minus_, q_plus, norm, P);
+    s_.last_correction_s = t_s_;
+    ++s_.corrections;
+    s_.gamma = robust_.gamma;
+    s_.gamma_margin = robust_.margin;
+    s_.gamma_raised += robust_.raised;
+    const Vector3Of<R> after = rotation_variances_of<R>(q_plus, block<4, 4>(P, 0, 0));
+    if (sees_tilt) s_.information.gain_tilt(before, after);
+    if (sees_heading) s_.information.gain_heading(before, after);
+}
+
+// q <- q/|q|, whose derivative is J = (I - q q')/|q|: P <- J P J' on the quaternion. Answers |q|.
+template <class R>
+R HrekfCorrectionBase<R>::return_to_unit_sphere(Covariance& P) {
+    Eigen::Map<QuaternionOf<R>> x_q(s_.x);
+    const R norm = x_q.norm();
+    x_q /= norm;
+    const QuaternionOf<R> q = x_q;
+    const Eigen::Matrix<R, 1, 7> along = q.transpose() * rows<4>(P, 0);
+    rows<4>(P, 0).noalias() -= q * along;
+    rows<4>(P, 0) /= norm;
+    const Eigen::Matrix<R, 7, 1> along_columns = columns<4>(P, 0) * q;
+    columns<4>(P, 0).noalias() -= along_columns * q.transpose();
+    columns<4>(P, 0) /= norm;
+    return norm;
+}
+
+} // namespace hnav

@@ -1,0 +1,13 @@
+#include "attitude/hrekf/model.hpp"
+
+#include "attitude/hrekf/closed_form.hpp"
+#include "attitude/hrekf/flow.hpp"
+#include "attitude/hrekf/jump.hpp"
+#include "attitude/hrekf/outputs.hpp"
+#include "attitude/hrekf/start.hpp"
+
+namespace hnav {
+
+template class HrekfModelOf<double>; // the members that the files above define
+
+} // namespace hnav

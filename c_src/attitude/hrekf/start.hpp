@@ -1,0 +1,106 @@
+// Before the start: what the filter is sure of, and the attitude it starts from.
+#pragma once
+
+#include "attitude/hrekf/model.hpp"
+
+namespace hnav {
+
+template <class R>
+inline Square<4, R> hrekf_attitude_covariance(const QuaternionOf<R>& q, R sigma_tilt, R sigma_heading) {
+    const Matrix34Of<R> T = rotation_from_error<R>(q);
+    const Vector3Of<R> variance(sigma_tilt * sigma_tilt, sigma_tilt * sigma_tilt, sigma_heading * sigma_heading);
+    return T.transpose() * variance.asDiagonal() * T / 16;
+}
+
+template <class R>
+void HrekfModelOf<R>::begin(State& s) const {
+    const QuaternionR identity(1, 0, 0, 0);
+    put_q(s, identity);
+    Eigen::Map<Vector3R>(s.x + 4) = settings_.start_bias;
+    Covariance P = Covariance::Zero();
+    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(identity, settings_.sigma_tilt, settings_.start.sigma_heading);
+    diagonal<3>(P, 4).setConstant(settings_.sigma_bias * settings_.sigma_bias);
+    pack<7>(P, s.x + 7);
+    pack<3>(Matrix3R(settings_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
+    s.gamma = std::numeric_limits<R>::infinity();
+    s.gamma_margin = 1;
+    for (InnovationOf<R>& i : s.innovation) i = {};
+    forget_attitude(s);
+}
+
+template <class R>
+void HrekfModelOf<R>::realign(State& s) const {
+    put_q(s, {1, 0, 0, 0});
+    forget_attitude(s);
+}
+
+template <class R>
+void HrekfModelOf<R>::forget_attitude(State& s) const {
+    s.started = 0;
+    for (double& t : s.last_s) t = nan;
+    s.start.clear();
+    s.information = {};
+    s.last_correction_s = nan;
+    s.error_map.interval_s = 0;
+    s.has_reference = settings_.reference_given;
+    put_reference(s, settings_.reference);
+    pack<3>(Blocks(s.x + 7).bb, s.previous_bias_covariance);
+}
+
+template <class R>
+void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
+    FirstAttitude<R> found;
+    if (!s.start.add(event, settings_.start, &found)) return;
+    put_q(s, found.q);
+    Covariance P = Covariance::Zero();
+    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(found.q, settings_.sigma_tilt, found.sigma_heading);
+    block<3, 3>(P, 4, 4) = Blocks(s.x + 7).bb;
+    pack<7>(P, s.x + 7);
+    if (!s.has_reference && s.start.has_field(settings_.start)) learn(s, found.q, s.start.field());
+    s.error_map.begin(event.t_s, found.q, P);
+    s.last_correction_s = event.t_s;
+    s.started = 1;
+}
+
+template <class R>
+void HrekfModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& reference) {
+    s.reference_strength = reference.strength;
+    s.reference_north = std::cos(reference.dip_rad);
+    s.reference_down = std::sin(reference.dip_rad);
+}
+
+template <class R>
+void HrekfModelOf<R>::learn(State& s, const QuaternionR& q, const Vector3R& field_b) {
+    put_reference(s, learn_reference<R>(q, field_b));
+    s.has_reference = 1;
+}
+
+template <class R>
+inline void hrekf_nominal_sizes(R tilt, R heading_sigma, R bias, R* x) {
+    Eigen::Matrix<R, 7, 1> sigma;
+    segment<4>(sigma, 0).setConstant(R(0.5) * std::fmax(tilt, heading_sigma));
+    segment<3>(sigma, 4).setConstant(bias);
+    for (int i = 0; i < 4; ++i) x[i] = 1;
+    for (int i = 4; i < 7; ++i) x[i] = std::fmax(bias, R(1e-6));
+    // The gain is a quotient of covariances, and correlations are often far below one: an absolute tolerance on the
+    // scale of the product of two sigmas would be felt in the bias. Hence a hundredth of it.
+    pack<7>(Square<7, R>((R(0.01) * sigma * sigma.transpose()).cwiseMax(R(1e-14))), x + 7);
+}
+
+template <class R>
+void HrekfModelOf<R>::nominal(R* x) const {
+    hrekf_nominal_sizes(settings_.sigma_tilt, settings_.start.sigma_heading, settings_.sigma_bias, x);
+}
+
+// Never below a ten-thousandth of the sizes at the start.
+template <class R>
+void HrekfModelOf<R>::nominal(const State& s, R* x) const {
+    constexpr R share = R(1e-4);
+    const Covariance P = unpack<7>(s.x + 7);
+    const R tilt = 2 * std::sqrt(std::fmax(R(0), block<4, 4>(P, 0, 0).trace()));
+    const R bias = std::sqrt(std::fmax(R(0), block<3, 3>(P, 4, 4).trace()));
+    hrekf_nominal_sizes(std::fmax(tilt, share * settings_.sigma_tilt), std::fmax(tilt, share * settings_.start.sigma_heading),
+                        std::fmax(bias, share * settings_.sigma_bias), x);
+}
+
+} // namespace hnav
