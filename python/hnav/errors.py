@@ -48,6 +48,6 @@ class HnavRuntimeError(HnavError, RuntimeError):
     """The arguments are right, but the object's state, its solver or the memory does not let the call succeed."""
 
 
-def error_of(status: str, text: str) -> HnavError:
+def error_of(status: str, text: str, argument: str | None = None) -> HnavError:
     """The error for a status of the library."""
-    return (HnavRuntimeError if status in _OF_THE_STATE else HnavValueError)(status, text)
+    return (HnavRuntimeError if status in _OF_THE_STATE else HnavValueError)(status, text, argument)

@@ -54,7 +54,7 @@ def test_impossible_options_are_refused_by_the_library_with_their_name(filter):
         value = info.max * 1.01 + 1 if info.max > 0 else 1.0
         with pytest.raises(HnavError, match=info.name) as error:
             Filter(Options(filter, **{info.name: [value] * info.count if info.count > 1 else value}))
-        assert error.value.status == "option"
+        assert (error.value.status, error.value.argument) == ("option", info.name)
 
 
 def test_a_batch_run_is_push_and_advance_row_by_row(motion):

@@ -108,7 +108,10 @@ def message_buffer() -> Any:
 
 def failure(status: int, message: Any) -> HnavError:
     """The error for a status that is not OK, and the C string that says why."""
-    return error_of(STATUSES[status], text(message))
+    reason = text(message)
+    option, is_told, _ = reason.partition(" = ")
+    argument = option if STATUSES[status] == "option" and is_told and option.replace(".", "_").isidentifier() else None
+    return error_of(STATUSES[status], reason, argument)
 
 
 class LibraryObject:

@@ -17,13 +17,17 @@ Navigation frame: north-east-down of magnetic north inside; the options' frame, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq
 
-from hnav.filters.attitude import Options
+from hnav.filters.attitude import Filter, Options
+
+Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 
 LARGEST_SHARE = 0.95  # of gamma^2 that lmax(L P L') may take
 GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
@@ -32,7 +36,8 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 # --------------------------------------------------------------------------------------------- kinematics
 
 
-def product(a, b):
+def product(a: Numbers, b: Numbers) -> Numbers:
+    """Of two quaternions, Hamilton's."""
     w, x, y, z = a
     p, q, r, s = b
     return np.array(
@@ -45,27 +50,28 @@ def product(a, b):
     )
 
 
-def Xi(q):
+def Xi(q: Numbers) -> Numbers:
     """4 x 3: Xi(q) u = 1/2 q (x) (0, u)."""
     return np.stack([0.5 * product(q, np.r_[0, e]) for e in np.eye(3)], axis=1)
 
 
-def Omega(u):
+def Omega(u: Numbers) -> Numbers:
     """4 x 4: Omega(u) q = 1/2 q (x) (0, u)."""
     return np.stack([0.5 * product(e, np.r_[0, u]) for e in np.eye(4)], axis=1)
 
 
-def C_bn(q):
+def C_bn(q: Numbers) -> Numbers:
     """3 x 3, navigation to body, quadratic in q."""
     w, v = q[0], q[1:]
     v_cross = np.cross(np.eye(3), v)  # v_cross @ x = v cross x
-    return (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) - 2 * w * v_cross
+    turned: Numbers = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) - 2 * w * v_cross
+    return turned
 
 
-def measurement(q, reference_n):
+def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
     """A navigation vector as the body sees it, and its 3 x 4 Jacobian; both exact for any q."""
 
-    def h(p):
+    def h(p: Numbers) -> Numbers:
         conjugate = p * [1, -1, -1, -1]
         return product(product(conjugate, np.r_[0, reference_n]), p)[1:]
 
@@ -77,7 +83,7 @@ def measurement(q, reference_n):
 # --------------------------------------------------------------------------------------------- as printed
 
 
-def printed_A(u, q):
+def printed_A(u: Numbers, q: Numbers) -> Numbers:
     """Equation (9): 1/2 (0, u) (x) q, the wrong side."""
     A = np.zeros((7, 7))
     A[:4, :4] = np.stack([0.5 * product(np.r_[0, u], e) for e in np.eye(4)], axis=1)
@@ -85,10 +91,10 @@ def printed_A(u, q):
     return A
 
 
-def printed_measurement(q, north, down):
+def printed_measurement(q: Numbers, north: float, down: float) -> tuple[Numbers, Numbers]:
     """Equation (16) with rows 2, 4, 5 and 6 as printed, and their own Jacobian (complex step)."""
 
-    def h(p):
+    def h(p: Numbers) -> Numbers:
         a, b, c, d = p
         return np.array([
             -2 * (b * d - a * c),
@@ -106,7 +112,7 @@ def printed_measurement(q, north, down):
 # --------------------------------------------------------------------------------------------- the robust law
 
 
-def inflate(P, L, interval_s, options):
+def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tuple[Numbers, float]:
     """(Sigma, gamma) of the paper's Algorithm 2; L: 7, the diagonal of the weight."""
     if options.gamma_mode == "off" or not interval_s > 0:
         return P, np.inf
@@ -120,9 +126,9 @@ def inflate(P, L, interval_s, options):
     else:
         c = options.gamma_kl_rate_1_s * interval_s
 
-        def excess(th):
+        def excess(th: float) -> float:
             z = 1 - th * eigenvalues
-            return np.sum(0.5 * (1 / z - 1 + np.log(z))) - c
+            return float(np.sum(0.5 * (1 / z - 1 + np.log(z))) - c)
 
         theta = brentq(excess, 0, limit, xtol=1e-18, rtol=1e-14) if excess(limit) > 0 else limit
     theta = min(theta, limit)
@@ -138,9 +144,21 @@ class Direction:
     """A vector known in the navigation frame, measured in the body."""
 
     sensor: str
-    reference_n: np.ndarray
-    measured_b: np.ndarray
+    reference_n: Numbers
+    measured_b: Numbers
     variance: float
+
+
+class Gain(NamedTuple):
+    """Of one correction by these sensors; three rows of H, R and nu for each."""
+
+    sensors: list[str]
+    K: Numbers
+    H: Numbers
+    R: Numbers
+    nu: Numbers
+    norm: float
+    """|q + K nu|, before the return to the unit sphere."""
 
 
 class ReferenceFilter:
@@ -156,55 +174,62 @@ class ReferenceFilter:
         to_true_north = np.array([np.cos(half), 0, 0, np.sin(half)])
         enu = np.array([0, np.sqrt(0.5), np.sqrt(0.5), 0])
         self.user_from_internal = product(enu, to_true_north) if options.navigation_frame == "enu" else to_true_north
-        self.q, self.b = np.array([1.0, 0, 0, 0]), np.array(options.start_gyro_bias_rad_s)
-        self.P = np.zeros((7, 7))
-        self.Q_b = options.gyro_bias_walk_rad_s_per_sqrt_s**2 * np.eye(3)
-        self.rate = None
+        self.q: Numbers = np.array([1.0, 0, 0, 0])
+        self.b: Numbers = np.array(options.start_gyro_bias_rad_s)
+        self.P: Numbers = np.zeros((7, 7))
+        self.Q_b: Numbers = options.gyro_bias_walk_rad_s_per_sqrt_s**2 * np.eye(3)
+        self.rate: Numbers | None = None
         self.started = False
-        self.t = None
-        self.sums = {"accel": [], "mag": []}
-        self.last = {}
-        self.last_correction = None
-        self.reference = None
+        self.t = 0.0
+        self.sums: dict[str, list[Numbers]] = {"accel": [], "mag": []}
+        self.last: dict[str, float] = {}
+        self.last_correction = 0.0
+        self.previous_bias: Numbers = np.zeros((3, 3))
+        self.reference: tuple[float, float] | None = None
         if options.reference_mode == "given":
             self.reference = (options.reference_strength_tesla, options.reference_dip_rad)
-        self.gamma, self.raised, self.adaptations = np.inf, 0, 0
+        self.gamma, self.adaptations = np.inf, 0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
-        self.nis = {}
-        self.gain = None  # (sensors, K, H, R, nu, |q + K nu|) of the last correction
+        self.nis: dict[str, float] = {}
+        self.gain: Gain | None = None  # of the last correction
 
     # ----------------------------------------------------------------------------------------- outputs
 
     @property
-    def q_nb(self):
+    def q_nb(self) -> Numbers:
+        """4: the attitude, body to the options' navigation frame."""
         return product(self.user_from_internal, self.q)
 
-    def rotation_covariance(self):
+    def rotation_covariance(self) -> Numbers:
         """3 x 3, about the internal navigation axes: theta = 2 vec(dq (x) conj(q))."""
         conjugate = self.q * [1, -1, -1, -1]
         T = np.stack([2 * product(e, conjugate)[1:] for e in np.eye(4)], axis=1)
-        return T @ self.P[:4, :4] @ T.T
+        covariance: Numbers = T @ self.P[:4, :4] @ T.T
+        return covariance
 
     # ----------------------------------------------------------------------------------------- flow
 
-    def flow(self, interval_s):
+    def flow(self, interval_s: float) -> None:
+        """The estimate flows over an interval in which the rate is held."""
         if self.literal:
-            return self.printed_flow(interval_s)
+            self.printed_flow(interval_s)
+            return
         o = self.options
         u = np.zeros(3) if self.rate is None else self.rate - self.b
 
-        def slope(_, y):
+        def slope(_: float, y: Numbers) -> Numbers:
             q, P = y[:4], y[4:].reshape(7, 7)
             A, Q = np.zeros((7, 7)), np.zeros((7, 7))
             A[:4, :4], A[:4, 4:] = Omega(u), -Xi(q)
             Q[:4, :4] = o.gyro_noise_rad_per_sqrt_s**2 * Xi(q) @ Xi(q).T + o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
             Q[4:, 4:] = self.Q_b
-            return np.r_[Omega(u) @ q, (A @ P + P @ A.T + Q).ravel()]
+            slopes: Numbers = np.r_[Omega(u) @ q, (A @ P + P @ A.T + Q).ravel()]
+            return slopes
 
         y = solve_ivp(slope, (0, interval_s), np.r_[self.q, self.P.ravel()], method="DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
         self.q, self.P = y[:4], y[4:].reshape(7, 7)
 
-    def printed_flow(self, interval_s):
+    def printed_flow(self, interval_s: float) -> None:
         """Two Euler steps; (11) is the discrete matrix inside the continuous equation, with its wrong element (4,1)."""
         o = self.options
         Q = np.zeros((7, 7))
@@ -223,7 +248,7 @@ class ReferenceFilter:
 
     # ----------------------------------------------------------------------------------------- events
 
-    def event(self, t_s, rate=None, force=None, field=None):
+    def event(self, t_s: float, rate: Numbers | None = None, force: Numbers | None = None, field: Numbers | None = None) -> None:
         """All samples of one instant, sensor axes, SI units; None: no sample."""
         rate, force, field = (None if v is None or np.isnan(v).all() else self.mounting @ v for v in (rate, force, field))
         if rate is not None and self.options.gyro_hold == "backward":
@@ -240,7 +265,7 @@ class ReferenceFilter:
         if rate is not None:
             self.rate = rate
 
-    def collect(self, t_s, force, field):
+    def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         """TRIAD on the means of the first samples; the paper's start x0 = 0 is no quaternion."""
         o = self.options
         for sensor, value in (("accel", force), ("mag", field)):
@@ -256,7 +281,10 @@ class ReferenceFilter:
         self.q = quaternion_of(R_bn)
         if self.reference is None:
             north, _, vertical = R_bn @ m
-            self.reference = (np.linalg.norm(m), np.arctan2(vertical, north))  # its azimuth is north by construction
+            self.reference = (
+                float(np.linalg.norm(m)),
+                float(np.arctan2(vertical, north)),
+            )  # its azimuth is north by construction
         theta = R_bn.T @ np.diag([o.start_sigma_tilt_rad**2] * 2 + [o.start_sigma_heading_rad**2]) @ R_bn
         self.P[:4, :4] = Xi(self.q) @ theta @ Xi(self.q).T
         self.P[4:, 4:] = o.start_sigma_bias_rad_s**2 * np.eye(3)
@@ -264,48 +292,46 @@ class ReferenceFilter:
         self.previous_bias = self.P[4:, 4:].copy()
         self.started = True
 
-    def interval(self, sensor, t_s):
+    def interval(self, sensor: str, t_s: float) -> float:
         """What one sample stands for: its variance is density^2 over this."""
-        return min(t_s - self.last[sensor], self.options.max_interval_s) if sensor in self.last else 0.0
+        longest: float = self.options.max_interval_s
+        return min(t_s - self.last[sensor], longest) if sensor in self.last else 0.0
 
-    def correct(self, t_s, force, field):
+    def correct(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         o = self.options
-        strength, dip = self.reference
+        strength, dip = self.reference or (np.nan, np.nan)
         directions = []
         for sensor, value, reference_n, density, scale in (
             ("accel", force, GRAVITY_N, o.accel_noise_per_sqrt_hz, None),
             ("mag", field, np.array([np.cos(dip), 0, np.sin(dip)]), o.mag_noise_per_sqrt_hz, strength),
         ):
             T = 0.0 if value is None else self.interval(sensor, t_s)
-            if T > 0:
+            if value is not None and T > 0:
                 directions.append(Direction(sensor, reference_n, value / (scale or np.linalg.norm(value)), density**2 / T))
         if directions:
             self.correct_by(t_s, directions)
 
-    def correct_by(self, t_s, directions):
-        o = self.options
-        expected, H_q = zip(*(measurement(self.q, d.reference_n) for d in directions))
-        if self.literal == "all":
+    def expected(self, directions: list[Direction]) -> tuple[list[Numbers], list[Numbers]]:
+        """What the sensors should see (3 each), and the derivatives by the quaternion (3 x 4 each)."""
+        if self.literal == "all" and self.reference is not None:
             h, H = printed_measurement(self.q, np.cos(self.reference[1]), np.sin(self.reference[1]))
             place = {"accel": slice(0, 3), "mag": slice(3, 6)}
-            expected, H_q = zip(*((h[place[d.sensor]], H[place[d.sensor]]) for d in directions))
+            return [h[place[d.sensor]] for d in directions], [H[place[d.sensor]] for d in directions]
+        pairs = [measurement(self.q, d.reference_n) for d in directions]
+        return [h for h, _ in pairs], [H for _, H in pairs]
+
+    def correct_by(self, t_s: float, directions: list[Direction]) -> None:
+        o = self.options
+        seen, H_q = self.expected(directions)
         H = np.hstack([np.vstack(H_q), np.zeros((3 * len(directions), 3))])
-        nu = np.concatenate([d.measured_b - e for d, e in zip(directions, expected)])
+        nu = np.concatenate([d.measured_b - h for d, h in zip(directions, seen)])
         R = np.diag(np.repeat([d.variance for d in directions], 3))
 
         interval_s = t_s - self.last_correction
         L = np.r_[np.full(4, o.gamma_weight_attitude), np.full(3, o.gamma_weight_bias)]
         Sigma, self.gamma = inflate(self.P, L, interval_s, o)
         before = np.diag(self.rotation_covariance())
-        S = H @ Sigma @ H.T + R
-        gated = False
-        for k, d in enumerate(directions):
-            block = slice(3 * k, 3 * k + 3)
-            nis = self.nis[d.sensor] = nu[block] @ np.linalg.solve(S[block, block], nu[block])
-            limit = o.accel_gate_nis if d.sensor == "accel" else o.mag_gate_nis
-            if limit > 0 and nis > limit and self.ready(d.sensor):
-                R[block, block] += S[block, block] * (nis / limit - 1)
-                gated = True
+        gated = self.gate(directions, H @ Sigma @ H.T + R, nu, R)
         factor = cho_factor(H @ Sigma @ H.T + R)
         K = cho_solve(factor, H @ Sigma).T
         IKH = np.eye(7) - K @ H
@@ -313,8 +339,8 @@ class ReferenceFilter:
         if o.adaptation != "off":
             self.adapt(H, R, K, nu, interval_s, gated)
         x = np.r_[self.q, self.b] + K @ nu
-        norm = np.linalg.norm(x[:4])
-        self.gain = [d.sensor for d in directions], K, H, R, nu, norm
+        norm = float(np.linalg.norm(x[:4]))
+        self.gain = Gain([d.sensor for d in directions], K, H, R, nu, norm)
         self.q, self.b = x[:4] / norm, x[4:]
         J = np.eye(7)
         J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / norm
@@ -322,20 +348,34 @@ class ReferenceFilter:
         self.P = 0.5 * (self.P + self.P.T)
         self.previous_bias = self.P[4:, 4:].copy()
         self.last_correction = t_s
-        after = np.diag(self.rotation_covariance())
-        sensors = {d.sensor for d in directions}
+        self.inform({d.sensor for d in directions}, before, np.diag(self.rotation_covariance()))
+
+    def gate(self, directions: list[Direction], S: Numbers, nu: Numbers, R: Numbers) -> bool:
+        """Inflates the noise R of directions that lie too far off; whether there was one."""
+        o, gated = self.options, False
+        for k, d in enumerate(directions):
+            block = slice(3 * k, 3 * k + 3)
+            nis = self.nis[d.sensor] = float(nu[block] @ np.linalg.solve(S[block, block], nu[block]))
+            limit = o.accel_gate_nis if d.sensor == "accel" else o.mag_gate_nis
+            if limit > 0 and nis > limit and self.ready(d.sensor):
+                R[block, block] += S[block, block] * (nis / limit - 1)
+                gated = True
+        return gated
+
+    def inform(self, sensors: set[str], before: Numbers, after: Numbers) -> None:
+        """What a correction has taught of tilt (by force) and heading (by field): variances of the rotation, 3."""
         if "accel" in sensors:
             self.information[0] += max(0, 1 / max(after[:2]) - 1 / max(before[:2]))
         if "mag" in sensors:
             self.information[1] += max(0, 1 / after[2] - 1 / before[2])
 
-    def ready(self, sensor):
+    def ready(self, sensor: str) -> bool:
         o, variance = self.options, np.diag(self.rotation_covariance())
         tilt = max(variance[:2]) < o.ready_tilt_rad**2 and self.information[0] > o.ready_tilt_rad**-2
         heading = variance[2] < o.ready_heading_rad**2 and self.information[1] > o.ready_heading_rad**-2
-        return tilt if sensor == "accel" else tilt and heading
+        return bool(tilt if sensor == "accel" else tilt and heading)
 
-    def adapt(self, H, R, K, nu, interval_s, gated):
+    def adapt(self, H: Numbers, R: Numbers, K: Numbers, nu: Numbers, interval_s: float, gated: bool) -> None:
         """Robbins-Monro on the bias walk, as printed or corrected."""
         o = self.options
         if o.adaptation == "paper":
@@ -356,7 +396,7 @@ class ReferenceFilter:
         self.Q_b = vectors @ np.diag(np.clip(values, *bounds)) @ vectors.T
 
 
-def quaternion_of(R_bn):
+def quaternion_of(R_bn: Numbers) -> Numbers:
     """Unit quaternion of a rotation matrix, body to navigation (largest eigenvector, Bar-Itzhack 2000)."""
     R = R_bn
     K = np.array([
@@ -370,7 +410,9 @@ def quaternion_of(R_bn):
     return q if q[0] >= 0 else -q
 
 
-def run_reference(t_s, rate, force, field, options: Options, literal: str = ""):
+def run_reference(
+    t_s: Numbers, rate: Numbers, force: Numbers, field: Numbers, options: Options, literal: str = ""
+) -> tuple[Numbers, Numbers, Numbers]:
     """(q_nb n x 4, gyro bias n x 3, rotation sigma about the internal axes n x 3); NaN before the start."""
     f = ReferenceFilter(options, literal)
     n = len(t_s)
@@ -386,7 +428,7 @@ def run_reference(t_s, rate, force, field, options: Options, literal: str = ""):
 # --------------------------------------------------------------------------------------------- what the errata cost
 
 
-def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3):
+def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
     """(t_s, rate, force, field, bias): a body pitched and rolled by tilt_deg that yaws to and fro by 60 deg; 50 Hz."""
     from scipy.spatial.transform import Rotation
 
@@ -409,8 +451,6 @@ def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
         "hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1
     )
     if not literal:
-        from hnav.filters.attitude import Filter
-
         estimate = Filter(options).run(t, rate, force, field).gyro_bias_rad_s[-1]
         return float(np.degrees(np.abs(estimate - bias)).max())
     f = ReferenceFilter(options, literal)

@@ -7,16 +7,21 @@ Dense matrices, one expression for each equation, no structure exploited; equati
 from __future__ import annotations
 
 from collections import deque
-from types import SimpleNamespace
 
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
-from hnav.filters.ins_error import InsErrorOptions
+from hnav.filters.ins_error import InsErrorOptions, InsErrorRun
 from hnav.filters.linear_model import LinearModel
+from hnav.native.arrays import Array
 
 PRINTED = ("mdkf", "amdkf")
+
+
+def _or(matrix: Array | None, default: Array) -> Array:
+    return default if matrix is None else matrix
 
 
 class NoiseScale:
@@ -26,7 +31,7 @@ class NoiseScale:
         self.o = options
         self.mode = "none" if options.form in PRINTED else options.noise_scaling
         self.scale, self.fault = np.ones(nz), np.zeros(nz)
-        self.windows = [deque(maxlen=options.window) for _ in range(nz)]
+        self.windows: list[deque[tuple[float, float, float]]] = [deque(maxlen=options.window) for _ in range(nz)]
         n = options.hmm_levels
         self.levels = options.hmm_level_ratio ** np.arange(n)
         self.belief = np.zeros((nz, n))
@@ -41,7 +46,7 @@ class NoiseScale:
             T[g, g] = 1 - T[g].sum()
         self.transition = T
 
-    def update(self, nu, base, fresh, past, past_healthy):
+    def update(self, nu: Array, base: Array, fresh: Array, past: Array, past_healthy: Array) -> None:
         """nu: NaN where missing; base: S without the noise; fresh: Qv_ii; past: noise of earlier samples, as scaled."""
         c = np.flatnonzero(~np.isnan(nu))
         if self.mode == "none":
@@ -79,7 +84,7 @@ class NoiseScale:
             self.scale[i] = max(1, (squared - (predicted if gated else base[i, i])) / R[i]) if is_open else 1
             self.fault[i] = gated and is_open
 
-    def _conclude(self, channels):
+    def _conclude(self, channels: npt.NDArray[np.bool_]) -> None:
         self.scale[channels] = 1 / (self.belief[channels] @ (1 / self.levels))
         self.fault[channels] = self.belief[channels, 1:].sum(axis=1)
 
@@ -93,35 +98,47 @@ class ReferenceInsError:
         self.coloured = m.An is not None
         nz = m.nz
         zero = np.zeros((nz, nz))
-        self.An = m.An if self.coloured else zero
-        self.Q = m.G @ m.Qw @ m.G.T
-        self.Ql = m.Bn @ m.QU @ m.Bn.T if self.coloured else zero
-        self.Lambda0 = m.Lambda0 if self.coloured else zero
-        self.Hd = m.H @ m.A - self.An @ m.H
-        self.C = self.Q @ m.H.T
-        self.driven = m.H @ self.Q @ m.H.T + self.Ql
-        self.R = self.driven + m.Qv + self.An @ m.Qv @ self.An.T
+        G, Bn, QU = _or(m.G, np.eye(m.nx)), _or(m.Bn, zero), _or(m.QU, zero)
+        self.B, x0 = _or(m.B, np.zeros((m.nx, 0))), _or(m.x0, np.zeros(m.nx))
+        self.An, self.Lambda0 = _or(m.An, zero), _or(m.Lambda0, zero) if self.coloured else zero
+        self.Q: Array = G @ m.Qw @ G.T
+        self.Ql: Array = Bn @ QU @ Bn.T if self.coloured else zero
+        self.Hd: Array = m.H @ m.A - self.An @ m.H
+        self.C: Array = self.Q @ m.H.T
+        self.driven: Array = m.H @ self.Q @ m.H.T + self.Ql
+        self.R: Array = self.driven + m.Qv + self.An @ m.Qv @ self.An.T
         self.noise = NoiseScale(options, nz)
+        self.F: Array
+        self.Qa: Array
+        self.Ba: Array
+        self.Ha: Array
+        self.x: Array
+        self.P: Array
         self.augmented = options.form == "augmented" and self.coloured
         if self.augmented:
             self.F, self.Qa = block_diag(m.A, self.An), block_diag(self.Q, self.Ql)
-            self.Ba, self.Ha = np.vstack([m.B, np.zeros((nz, m.nu))]), np.hstack([m.H, np.eye(nz)])
-            self.x, self.P = np.r_[m.x0, np.zeros(nz)], block_diag(m.P0, self.Lambda0)
+            self.Ba, self.Ha = np.vstack([self.B, np.zeros((nz, m.nu))]), np.hstack([m.H, np.eye(nz)])
+            self.x, self.P = np.r_[x0, np.zeros(nz)], block_diag(m.P0, self.Lambda0)
             self.extra = zero
         else:
-            self.F, self.Qa, self.Ba, self.Ha = m.A, self.Q, m.B, m.H
-            self.x, self.P = m.x0.copy(), m.P0.copy()
+            self.F, self.Qa, self.Ba, self.Ha = m.A, self.Q, self.B, m.H
+            self.x, self.P = x0.copy(), m.P0.copy()
             self.extra = self.Lambda0
         self.steps = 0
-        self.z = np.full(nz, np.nan)
+        self.z: Array = np.full(nz, np.nan)
         self.shown = (self.x, self.P)
-        self.innovation, self.S, self.nis = np.full(nz, np.nan), np.full((nz, nz), np.nan), np.nan
-        self.window = deque(maxlen=options.window)
-        self.s = np.ones(nz)  # of AMDKF
-        self.v_before = np.zeros(nz)
+        self.innovation: Array = np.full(nz, np.nan)
+        self.S: Array = np.full((nz, nz), np.nan)
+        self.nis = np.nan
+        self.z_shown: Array = self.z
+        self.u_before: Array = np.zeros(m.nu)
+        self.window: deque[Array] = deque(maxlen=options.window)
+        self.s: Array = np.ones(nz)  # of AMDKF
+        self.v_before: Array = np.zeros(nz)
 
-    def step(self, u, z):
-        u, z = np.atleast_1d(np.asarray(u, float)), np.asarray(z, float)
+    def step(self, held: npt.ArrayLike, seen: npt.ArrayLike) -> None:
+        """One step: u, held since the last one, and z."""
+        u, z = np.atleast_1d(np.asarray(held, np.float64)), np.asarray(seen, np.float64)
         z_before, self.z = self.z, z
         form = self.o.form
         if form in PRINTED:
@@ -129,13 +146,16 @@ class ReferenceInsError:
                 self._printed(u, z, z_before)
             self.shown = (self.x, self.P)
         elif form == "differenced":
-            self._differenced_first(z) if self.steps == 0 else self._differenced(u, z, z_before)
+            if self.steps == 0:
+                self._differenced_first(z)
+            else:
+                self._differenced(u, z, z_before)
         else:
             self._kalman(u, z)
         self.z_shown = z_before if self.steps > 0 and (form in PRINTED or self.o.lag) else z
         self.steps += 1
 
-    def _solve(self, S, right):
+    def _solve(self, S: Array, right: Array) -> Array:
         """S^-1 right on the channels that are there; zero rows elsewhere."""
         c = np.flatnonzero(~np.isnan(self.innovation))
         out = np.zeros_like(right)
@@ -143,15 +163,15 @@ class ReferenceInsError:
             out[c] = np.linalg.solve(S[np.ix_(c, c)], right[c])
         return out
 
-    def _conclude(self, S):
-        nu = np.nan_to_num(self.innovation)
+    def _conclude(self, S: Array) -> Array:
+        nu: Array = np.nan_to_num(self.innovation)
         self.S = S
-        self.nis = nu @ self._solve(S, nu) if np.isfinite(self.innovation).any() else np.nan
+        self.nis = float(nu @ self._solve(S, nu)) if np.isfinite(self.innovation).any() else np.nan
         return nu
 
     # ------------------------------------------------------------------------------------- augmented, plain
 
-    def _kalman(self, u, z):
+    def _kalman(self, u: Array, z: Array) -> None:
         x_before, P_before = self.x, self.P
         if self.steps > 0:
             self.x = self.F @ self.x + self.Ba @ u
@@ -177,15 +197,16 @@ class ReferenceInsError:
 
     # ------------------------------------------------------------------------------------- differencing
 
-    def _difference(self, u, z, z_before):
+    def _difference(self, u: Array, z: Array, z_before: Array) -> Array:
         late = np.array([row[row != 0] @ z_before[row != 0] for row in self.An])  # NaN only where it is needed
-        return z - late - self.m.H @ self.m.B @ u - self.Hd @ self.x
+        difference: Array = z - late - self.m.H @ self.B @ u - self.Hd @ self.x
+        return difference
 
-    def _printed(self, u, z, z_before):
+    def _printed(self, u: Array, z: Array, z_before: Array) -> None:
         """(12)-(24); mu(k) = z(k+1) - An z(k) corrects x(k)."""
         m = self.m
         if self.steps > 1:
-            self.x = m.A @ self.x + m.B @ self.u_before
+            self.x = m.A @ self.x + self.B @ self.u_before
             self.P = m.A @ self.P @ m.A.T + self.Q
         self.u_before = u
         self.innovation = self._difference(u, z, z_before)
@@ -210,11 +231,12 @@ class ReferenceInsError:
         P = self.P - K @ (base + self.R) @ K.T  # (16), which (24) does not reach
         self.P = 0.5 * (P + P.T)
 
-    def _white(self):
+    def _white(self) -> Array:
         root = np.sqrt(self.noise.scale)
-        return root[:, None] * self.m.Qv * root
+        scaled: Array = root[:, None] * self.m.Qv * root
+        return scaled
 
-    def _differenced_first(self, z):
+    def _differenced_first(self, z: Array) -> None:
         H, Qv = self.m.H, self.m.Qv
         zero = np.zeros(self.m.nz)
         self.innovation = z - H @ self.x
@@ -230,7 +252,7 @@ class ReferenceInsError:
         self.v_before = self.noise.scale * np.diag(Qv)
         self.shown = (self.x, self.P)
 
-    def _differenced(self, u, z, z_before):
+    def _differenced(self, u: Array, z: Array, z_before: Array) -> None:
         m, An, Hd = self.m, self.An, self.Hd
         self.innovation = self._difference(u, z, z_before)
         healthy = An @ m.Qv @ An.T
@@ -246,7 +268,7 @@ class ReferenceInsError:
             D = self._solve(S, Hd @ self.P).T
             self.shown = (self.x + D @ nu, self.P - D @ S @ D.T)
         K = self._solve(S, (m.A @ self.P @ Hd.T + self.C).T).T
-        self.x = m.A @ self.x + m.B @ u + K @ nu
+        self.x = m.A @ self.x + self.B @ u + K @ nu
         E, G = m.A - K @ Hd, np.eye(m.nx) - K @ m.H
         self.P = E @ self.P @ E.T + G @ self.Q @ G.T + K @ (self.Ql + R) @ K.T
         if not self.o.lag:
@@ -254,23 +276,26 @@ class ReferenceInsError:
 
     # ------------------------------------------------------------------------------------- outputs
 
-    def outputs(self) -> SimpleNamespace:
+    def outputs(self) -> InsErrorRun:
+        """What is shown now: one row of a run."""
         nx, H = self.m.nx, self.m.H
         x, P = self.shown
         lam = x[nx:] if self.augmented else self.z_shown - H @ x[:nx]
         variance = np.diag(P)[nx:] if self.augmented else np.diag(H @ P @ H.T)
-        return SimpleNamespace(
+        return InsErrorRun(
             x=x[:nx], sigma=np.sqrt(np.maximum(0, np.diag(P)[:nx])), covariance=P[:nx, :nx], lam=lam,
-            lam_sigma=np.sqrt(np.maximum(0, variance)), compensated=self.z_shown - lam, innovation=self.innovation, nis=self.nis,
-            noise_scale=self.s if self.o.form in PRINTED else self.noise.scale, fault_probability=self.noise.fault,
+            lam_sigma=np.sqrt(np.maximum(0, variance)), compensated=self.z_shown - lam, innovation=self.innovation,
+            nis=np.array(self.nis), noise_scale=self.s if self.o.form in PRINTED else self.noise.scale,
+            fault_probability=self.noise.fault,
         )  # fmt: skip
 
 
-def run_reference(model: LinearModel, options: InsErrorOptions, u, z) -> SimpleNamespace:
+def run_reference(model: LinearModel, options: InsErrorOptions, u: npt.ArrayLike, z: npt.ArrayLike) -> InsErrorRun:
     """Arrays as InsErrorFilter.run takes and gives them."""
+    held, seen = np.asarray(u), np.asarray(z)
     f = ReferenceInsError(model, options)
     rows = []
-    for k in range(len(z)):
-        f.step(u[k], z[k])
+    for k in range(len(seen)):
+        f.step(held[k], seen[k])
         rows.append({name: np.copy(value) for name, value in vars(f.outputs()).items()})
-    return SimpleNamespace(**{name: np.array([row[name] for row in rows]) for name in rows[0]})
+    return InsErrorRun(**{name: np.array([row[name] for row in rows]) for name in rows[0]})
