@@ -8,6 +8,7 @@ each of them in one thread at a time.
 from __future__ import annotations
 
 import os
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -101,6 +102,10 @@ def new(kind: str, **values: Any) -> Any:
 # --------------------------------------------------------------------------------------------- objects
 
 
+# What the library says of an option begins with its name, for several numbers with the index of one.
+_OPTION = re.compile(r"(?P<name>[a-z_][\w.]*)(\[\d+\])? = ", re.IGNORECASE)
+
+
 def message_buffer() -> Any:
     """For the calls that say in a buffer of the caller why they failed."""
     return ffi.new("char[]", MESSAGE_BYTES)
@@ -109,8 +114,8 @@ def message_buffer() -> Any:
 def failure(status: int, message: Any) -> HnavError:
     """The error for a status that is not OK, and the C string that says why."""
     reason = text(message)
-    option, is_told, _ = reason.partition(" = ")
-    argument = option if STATUSES[status] == "option" and is_told and option.replace(".", "_").isidentifier() else None
+    told = _OPTION.match(reason) if STATUSES[status] == "option" else None
+    argument = told["name"] if told else None
     return error_of(STATUSES[status], reason, argument)
 
 
