@@ -69,8 +69,7 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
         f->refuse_non_finite();
         return check_time(f, t_s);
     }
-    double largest = 0;
-    for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(value[i]));
+    const double largest = Vector3(value).cwiseAbs().maxCoeff();
     if (largest > max_reading) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],

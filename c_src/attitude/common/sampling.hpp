@@ -1,7 +1,7 @@
 // The interval that a sample stands for. Sensors are not asked for their rate: their time stamps tell it.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 
 namespace hnav {
 
@@ -13,7 +13,7 @@ inline bool is_gap(double since_s, double usual_s) { return usual_s > 0 && since
 // information, because its density has nothing to act over.
 inline double interval_of_sample(double since_s, double usual_s, double max_interval_s) {
     if (!(since_s > 0)) return 0;
-    return std::fmin(is_gap(since_s, usual_s) ? usual_s : since_s, max_interval_s);
+    return std::min(is_gap(since_s, usual_s) ? usual_s : since_s, max_interval_s);
 }
 
 // The usual time between two samples after one that came since_s after the last.
