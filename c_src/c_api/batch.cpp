@@ -1,8 +1,7 @@
 // Whole recordings: arrays in, arrays out; forward as the samples came, or smoothed with the benefit of hindsight.
+#include "attitude/common/smoother.hpp"
+#include "base/memory.hpp"
 #include "c_api/boundary.hpp"
-#include "maths/cholesky.hpp"
-
-#include <cstdlib>
 
 using namespace hnav;
 using namespace hnav::boundary;
@@ -68,99 +67,62 @@ hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const doubl
 
 // ------------------------------------------------------------------------------------------------ smoothing
 
-// One row of the pass that goes backwards.
-struct Hindsight {
-    double q[4], rotation_covariance[9], bias[3], bias_variance[3];
-};
-
-class Smoother {
+// The arrays and the filter, as the smoother sees them.
+class Recording {
 public:
-    Smoother(hnav_filter* filter, size_t n, const hnav_run_input& input, const hnav_run_output& output, Hindsight* hindsight)
-        : filter_(filter), n_(n), input_(input), output_(output), hindsight_(hindsight) {}
+    Recording(hnav_filter* filter, size_t n, const hnav_run_input& input, const hnav_run_output& output)
+        : filter_(filter), n_(n), input_(input), output_(output) {}
 
-    // Forward, then twice backwards and forward, each pass started at the end of the one before: what was learnt of the
-    // sensors serves all of the recording. The last two passes are fused.
-    hnav_status run() {
-        hnav_status status = forward(false);
-        if (status == HNAV_OK && !filter_->estimate(At::newest).started)
-            return filter_->fail(HNAV_ERROR_NOT_STARTED, "no attitude by the end of the recording: there is nothing to smooth");
-        for (int pass = 0; pass < 2 && status == HNAV_OK; ++pass) {
-            filter_->turn_back(0);
-            status = backwards();
-            if (status != HNAV_OK) break;
-            filter_->turn_back(input_.t_s[0]);
-            status = forward(pass == 1);
-        }
-        return status;
+    hnav_status status() const { return status_; }
+
+    std::size_t size() const { return n_; }
+    double t_s(std::size_t i) const { return input_.t_s[i]; }
+    bool holds_backward() const { return filter_->backward_hold; }
+
+    bool take(std::size_t i, double t_s, std::size_t rate_row, double rate_sign) {
+        const double* rate = rate_row < n_ ? row(input_.rate_b_rad_s, rate_row) : nullptr;
+        double signed_rate[3];
+        for (int k = 0; rate && k < 3; ++k) signed_rate[k] = rate_sign * rate[k];
+        status_ = take_row(filter_, t_s, rate ? signed_rate : nullptr, row(input_.force_b_m_s2, i), row(input_.field_b_tesla, i));
+        if (status_ != HNAV_OK) status_ = in_row(filter_, status_, i);
+        return status_ == HNAV_OK;
+    }
+
+    bool started() {
+        if (filter_->estimate(At::newest).started) return true;
+        status_ = filter_->fail(HNAV_ERROR_NOT_STARTED, "no attitude by the end of the recording: there is nothing to smooth");
+        return false;
+    }
+
+    void turn_back(double t_s) { filter_->turn_back(t_s); }
+
+    PassEstimate estimate() const {
+        const Estimate e = filter_->estimate(At::shown);
+        return {e.q_bn, filter_->rotation_covariance(At::shown), e.bias_b, filter_->bias_variances(At::shown)};
+    }
+
+    void write(std::size_t i, const PassEstimate& e) const {
+        const Quaternion q = filter_->frames.to_user(e.q_bn);
+        const Matrix3& N = filter_->frames.navigation;
+        const Vector3 variance = (N * e.rotation_covariance * N.transpose()).diagonal();
+        if (output_.q_nb) store(q, output_.q_nb + 4 * i);
+        if (output_.euler_rad) store(roll_pitch_yaw(q), output_.euler_rad + 3 * i);
+        if (output_.sigma_rad) store(sigma_of(variance), output_.sigma_rad + 3 * i);
+        if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
+        if (output_.gyro_bias_sigma_rad_s) store(sigma_of(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
+        if (output_.accel_nis) output_.accel_nis[i] = nis_at(filter_, accel, t_s(i));
+        if (output_.mag_nis) output_.mag_nis[i] = nis_at(filter_, mag, t_s(i));
+        if (output_.ready) output_.ready[2 * i] = output_.ready[2 * i + 1] = 1;
     }
 
 private:
-    hnav_status forward(bool fused) {
-        for (size_t i = 0; i < n_; ++i) {
-            const hnav_status status = take_row(filter_, input_.t_s[i], row(input_.rate_b_rad_s, i), row(input_.force_b_m_s2, i),
-                                                row(input_.field_b_tesla, i));
-            if (status != HNAV_OK) return in_row(filter_, status, i);
-            if (fused) fuse(i);
-        }
-        return HNAV_OK;
-    }
-
-    // Time runs from the last row to the first. The rate changes its sign, and the sample that stood for an interval
-    // stands on the interval's other end.
-    hnav_status backwards() {
-        for (size_t i = n_; i-- > 0;) {
-            const bool has_rate = filter_->backward_hold ? i + 1 < n_ : i > 0;
-            const double* rate = has_rate ? row(input_.rate_b_rad_s, filter_->backward_hold ? i + 1 : i - 1) : nullptr;
-            double opposite[3];
-            for (int k = 0; rate && k < 3; ++k) opposite[k] = -rate[k];
-            const hnav_status status = take_row(filter_, input_.t_s[n_ - 1] - input_.t_s[i], rate ? opposite : nullptr,
-                                                row(input_.force_b_m_s2, i), row(input_.field_b_tesla, i));
-            if (status != HNAV_OK) return in_row(filter_, status, i);
-            Hindsight& h = hindsight_[i];
-            const Estimate e = filter_->estimate(At::shown);
-            store(e.q_bn, h.q);
-            Eigen::Map<Matrix3>(h.rotation_covariance) = filter_->rotation_covariance(At::shown);
-            store(Vector3(-e.bias_b), h.bias);
-            store(filter_->bias_variances(At::shown), h.bias_variance);
-        }
-        return HNAV_OK;
-    }
-
-    // Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
-    // W = P_f (P_f + P_b)^-1, P = (I - W) P_f.
-    void fuse(size_t i) const {
-        const Hindsight& h = hindsight_[i];
-        const Estimate e = filter_->estimate(At::shown);
-        const Matrix3 P_f = filter_->rotation_covariance(At::shown);
-        const Matrix3 P_b = Eigen::Map<const Matrix3>(h.rotation_covariance);
-        const Matrix3 W = Cholesky<3>(P_f + P_b).solve<3>(P_f).transpose();
-        const Vector3 v = rotation_vector(multiply(Quaternion(h.q), conjugate(e.q_bn)));
-        const Quaternion q_internal = multiply(rotation_quaternion(W * v), e.q_bn);
-        const Quaternion q = filter_->frames.to_user(q_internal);
-        if (output_.q_nb) store(q, output_.q_nb + 4 * i);
-        if (output_.euler_rad) store(roll_pitch_yaw(q), output_.euler_rad + 3 * i);
-        if (output_.sigma_rad) {
-            const Matrix3 N = filter_->frames.navigation;
-            store(Vector3((N * (P_f - W * P_f) * N.transpose()).diagonal().cwiseMax(0).cwiseSqrt()), output_.sigma_rad + 3 * i);
-        }
-        const Vector3 bias_variance = filter_->bias_variances(At::shown);
-        for (int k = 0; k < 3; ++k) {
-            const double weight = bias_variance[k] / (bias_variance[k] + h.bias_variance[k]);
-            if (output_.gyro_bias_rad_s) output_.gyro_bias_rad_s[3 * i + k] = e.bias_b[k] + weight * (h.bias[k] - e.bias_b[k]);
-            if (output_.gyro_bias_sigma_rad_s)
-                output_.gyro_bias_sigma_rad_s[3 * i + k] = std::sqrt(std::fmax(0, (1 - weight) * bias_variance[k]));
-        }
-        const double t_s = input_.t_s[i];
-        if (output_.accel_nis) output_.accel_nis[i] = nis_at(filter_, accel, t_s);
-        if (output_.mag_nis) output_.mag_nis[i] = nis_at(filter_, mag, t_s);
-        if (output_.ready) output_.ready[2 * i] = output_.ready[2 * i + 1] = 1;
-    }
+    static Vector3 sigma_of(const Vector3& variance) { return variance.cwiseMax(0).cwiseSqrt(); }
 
     hnav_filter* filter_;
     size_t n_;
     const hnav_run_input& input_;
     const hnav_run_output& output_;
-    Hindsight* hindsight_;
+    hnav_status status_ = HNAV_OK;
 };
 
 hnav_status check_arrays(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
@@ -190,16 +152,17 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
 }
 
 hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
-    hnav_status status = check_arrays(filter, n, input, output);
+    const hnav_status status = check_arrays(filter, n, input, output);
     if (status != HNAV_OK || n == 0) return status;
     if (!filter->turns_back()) return filter->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
-    auto* hindsight = static_cast<Hindsight*>(std::malloc(n * sizeof(Hindsight)));
-    if (!hindsight) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
+    auto* backward = static_cast<PassEstimate*>(take_block(n * sizeof(PassEstimate)));
+    if (!backward) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     filter->reset();
-    status = Smoother(filter, n, *input, *output, hindsight).run();
-    std::free(hindsight);
+    Recording recording(filter, n, *input, *output);
+    Smoother<Recording>(recording, backward).run();
+    release_block(backward);
     filter->reset();
-    return status;
+    return recording.status();
 }
 
 } // extern "C"

@@ -1,0 +1,93 @@
+// Smoothing: a recording is filtered forward and backwards in time, and the two estimates of each row are fused.
+//
+// Forward, then twice backwards and forward, each pass started at the end of the one before: what was learnt of the sensors
+// serves all of the recording. The estimates of the last two passes are independent but for that, and these are fused.
+#pragma once
+
+#include "maths/cholesky.hpp"
+#include "maths/rotation.hpp"
+
+#include <cstddef>
+
+namespace hnav {
+
+// Of one row by one pass, in the sense of time of the recording.
+struct PassEstimate {
+    Quaternion q_bn;
+    Matrix3 rotation_covariance; // about the navigation axes
+    Vector3 bias, bias_variance;
+};
+
+// Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
+// W = P_f (P_f + P_b)^-1, P = (I - W) P_f. The biases are fused component by component.
+inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backward) {
+    const Matrix3& P = forward.rotation_covariance;
+    const Matrix3 W = Cholesky<3>(P + backward.rotation_covariance).solve<3>(P).transpose();
+    const Vector3 v = rotation_vector(multiply(backward.q_bn, conjugate(forward.q_bn)));
+    PassEstimate fused;
+    fused.q_bn = multiply(rotation_quaternion(W * v), forward.q_bn);
+    fused.rotation_covariance = P - W * P;
+    for (int k = 0; k < 3; ++k) {
+        const double variance = forward.bias_variance[k], weight = variance / (variance + backward.bias_variance[k]);
+        fused.bias[k] = forward.bias[k] + weight * (backward.bias[k] - forward.bias[k]);
+        fused.bias_variance[k] = (1 - weight) * variance;
+    }
+    return fused;
+}
+
+// A Recording knows its rows and the filter that they go through:
+//     std::size_t size() const                      rows, at least one
+//     double t_s(std::size_t row) const
+//     bool holds_backward() const                   a sample of rate stands for the interval before it, not after it
+//     bool take(std::size_t row, double t_s, std::size_t rate_row, double rate_sign)
+//                                                   a row goes in at the filter's time t_s, with the rate of rate_row (size():
+//                                                   none); false stops the smoother
+//     bool started()                                the filter has an attitude; false stops the smoother
+//     void turn_back(double t_s)                    time is reversed from here on, the next row at t_s
+//     PassEstimate estimate() const                 of the row that was taken last
+//     void write(std::size_t row, const PassEstimate&)
+template <class Recording>
+class Smoother {
+public:
+    // backward: room for an estimate of each row.
+    Smoother(Recording& recording, PassEstimate* backward) : recording_(recording), backward_(backward) {}
+
+    bool run() {
+        if (!pass_forward(false) || !recording_.started()) return false;
+        for (const bool last : {false, true}) {
+            recording_.turn_back(0);
+            if (!pass_backward(last)) return false;
+            recording_.turn_back(recording_.t_s(0));
+            if (!pass_forward(last)) return false;
+        }
+        return true;
+    }
+
+private:
+    bool pass_forward(bool last) {
+        for (std::size_t i = 0; i < recording_.size(); ++i) {
+            if (!recording_.take(i, recording_.t_s(i), i, 1)) return false;
+            if (last) recording_.write(i, fuse(recording_.estimate(), backward_[i]));
+        }
+        return true;
+    }
+
+    // Time runs from the last row to the first. The rate changes its sign, and with it the bias; the sample that stood for
+    // an interval stands on the interval's other end.
+    bool pass_backward(bool last) {
+        const std::size_t n = recording_.size();
+        for (std::size_t i = n; i-- > 0;) {
+            const std::size_t rate_row = recording_.holds_backward() ? i + 1 : i > 0 ? i - 1 : n;
+            if (!recording_.take(i, recording_.t_s(n - 1) - recording_.t_s(i), rate_row, -1)) return false;
+            if (!last) continue;
+            backward_[i] = recording_.estimate();
+            backward_[i].bias = -backward_[i].bias;
+        }
+        return true;
+    }
+
+    Recording& recording_;
+    PassEstimate* backward_;
+};
+
+} // namespace hnav

@@ -1,0 +1,112 @@
+// Laws of the smoother: what two estimates make together, and the passes over a recording.
+#include "attitude/common/smoother.hpp"
+#include "laws.hpp"
+
+#include <vector>
+
+using namespace hnav;
+using hnav::test::distance;
+
+namespace {
+
+PassEstimate estimate(test::Random& random) {
+    return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6)};
+}
+
+// Writes down what the smoother asks of it.
+struct Log {
+    struct Row {
+        std::size_t row;
+        double t_s;
+        std::size_t rate_row;
+        double rate_sign;
+    };
+    std::vector<Row> taken;
+    std::vector<double> turned_back_at;
+    std::vector<std::size_t> written;
+    bool backward = false, has_attitude = true;
+    std::size_t stops_at_call = SIZE_MAX;
+
+    std::size_t size() const { return 3; }
+    double t_s(std::size_t row) const { return 10 + 0.5 * static_cast<double>(row); }
+    bool holds_backward() const { return backward; }
+    bool take(std::size_t row, double t, std::size_t rate_row, double rate_sign) {
+        taken.push_back({row, t, rate_row, rate_sign});
+        return taken.size() != stops_at_call;
+    }
+    bool started() { return has_attitude; }
+    void turn_back(double t) { turned_back_at.push_back(t); }
+    PassEstimate estimate() const {
+        return {{1, 0, 0, 0}, Matrix3::Identity(), Vector3::Constant(taken.back().rate_sign), Vector3::Ones()};
+    }
+    void write(std::size_t row, const PassEstimate& e) {
+        EXPECT_LT(distance(e.bias, Vector3::Ones()), 1e-15); // that of the pass backwards comes with its sign changed back
+        written.push_back(row);
+    }
+};
+
+bool smooth(Log& log) {
+    PassEstimate backward[3];
+    return Smoother<Log>(log, backward).run();
+}
+
+} // namespace
+
+TEST(Fusion, OfTwoEqualEstimatesIsTheirAttitudeWithHalfTheCovariance) {
+    test::Random random(1);
+    const PassEstimate e = estimate(random), fused = fuse(e, e);
+    EXPECT_LT(distance(fused.q_bn, e.q_bn), 1e-15);
+    EXPECT_LT(distance(fused.rotation_covariance, 0.5 * e.rotation_covariance), 1e-18);
+    EXPECT_LT(distance(fused.bias_variance, 0.5 * e.bias_variance), 1e-20);
+}
+
+TEST(Fusion, IsTheMeanWeightedByInformationWhicheverComesFirst) {
+    test::Random random(2);
+    PassEstimate a = estimate(random), b = estimate(random);
+    b.q_bn = multiply(rotation_quaternion(random.vector(1e-4)), a.q_bn);
+    const PassEstimate ab = fuse(a, b), ba = fuse(b, a);
+    EXPECT_LT(distance(ab.q_bn, ba.q_bn), 1e-8); // rotations as small as these commute
+    EXPECT_LT(distance(ab.rotation_covariance, ba.rotation_covariance), 1e-18);
+    for (int k = 0; k < 3; ++k)
+        EXPECT_NEAR(ab.bias[k], (a.bias[k] / a.bias_variance[k] + b.bias[k] / b.bias_variance[k]) * ab.bias_variance[k], 1e-15);
+}
+
+TEST(Smoother, GoesForwardAndTwiceThereAndBackAndWritesInTheLastPass) {
+    Log log;
+    ASSERT_TRUE(smooth(log));
+    ASSERT_EQ(log.taken.size(), 15u);
+    EXPECT_EQ(log.turned_back_at, (std::vector<double>{0, 10, 0, 10}));
+    EXPECT_EQ(log.written, (std::vector<std::size_t>{0, 1, 2}));
+    for (int pass = 0; pass < 5; ++pass)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Log::Row& row = log.taken[3 * pass + k];
+            const bool there = pass % 2 == 0;
+            EXPECT_EQ(row.row, there ? k : 2 - k);
+            EXPECT_EQ(row.t_s, there ? log.t_s(k) : 0.5 * static_cast<double>(k));
+            EXPECT_EQ(row.rate_sign, there ? 1 : -1);
+        }
+}
+
+// Held forward, the rate of row i stands for the interval from i to i + 1: on the way back it comes with row i + 1.
+TEST(Smoother, ARateStandsForTheSameIntervalInBothSensesOfTime) {
+    Log forward, backward;
+    backward.backward = true;
+    ASSERT_TRUE(smooth(forward) && smooth(backward));
+    const std::size_t held_forward[] = {1, 0, 3}, held_backward[] = {3, 2, 1}; // 3: none
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(forward.taken[3 + k].rate_row, held_forward[k]);
+        EXPECT_EQ(backward.taken[3 + k].rate_row, held_backward[k]);
+    }
+}
+
+TEST(Smoother, StopsAtARowThatCannotBeTakenAndWithoutAnAttitude) {
+    Log bad_row;
+    bad_row.stops_at_call = 5;
+    EXPECT_FALSE(smooth(bad_row));
+    EXPECT_EQ(bad_row.taken.size(), 5u);
+    Log no_attitude;
+    no_attitude.has_attitude = false;
+    EXPECT_FALSE(smooth(no_attitude));
+    EXPECT_EQ(no_attitude.taken.size(), 3u);
+    EXPECT_TRUE(no_attitude.written.empty());
+}
