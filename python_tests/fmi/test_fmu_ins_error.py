@@ -14,8 +14,7 @@ import pytest
 
 from checkout import TOP, in_another_process
 from hnav.errors import HnavError
-from hnav.filters.attitude import option_table
-from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions
+from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions, option_table
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.simulation.aircraft import Aircraft, AircraftPlant
 from hnav.systems.aircraft_file import models_folder, read_aircraft
@@ -79,7 +78,7 @@ def opened(name: str, version: int, exchange: bool = False, **parameters) -> Fmu
 
 def choices(setting: dict) -> dict:
     """Options by name as the numbers of the FMU's enumerations."""
-    table = option_table("ins_error")
+    table = option_table()
     return {k: table[k].choices.index(v) if table[k].choices else v for k, v in setting.items()}
 
 
@@ -157,7 +156,7 @@ def test_start_values_are_those_of_the_model_file_to_the_last_bit(axis, model):
 def test_parameters_of_the_filter_are_the_options_of_the_library(axis):
     variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path(axis.filter, 3))).modelVariables}
     defaults = InsErrorOptions()
-    for name, info in option_table("ins_error").items():
+    for name, info in option_table().items():
         value = getattr(defaults, name)
         assert float(variables[name].start) == float(info.choices.index(value) if info.choices else value), name
         assert variables[name].description == info.description
