@@ -39,15 +39,15 @@ static void write_row(const Writer& w, const Variable& v) {
     w.escaped(v.unit);
     w.text("</td><td>");
     if (has_start(v)) {
-        if (v.type == Type::enumeration) w.text(v.choices[static_cast<int>(v.start)]);
+        if (v.type == Type::enumeration) w.text(v.choices[static_cast<int>(v.start)].name);
         else if (v.type == Type::boolean) w.text(v.start != 0 ? "true" : "false");
         else std::fprintf(w.file, "%g", v.start);
     }
     w.text("</td><td>");
     w.escaped(v.description);
-    if (v.type == Type::enumeration) {
-        w.text(":");
-        for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "%s %s", k ? "," : "", v.choices[k]);
+    for (int k = 0; k < v.choices.count; ++k) {
+        std::fprintf(w.file, "<br><code>%s</code>: ", v.choices[k].name);
+        w.escaped(v.choices[k].description);
     }
     w.text("</td></tr>\n");
 }

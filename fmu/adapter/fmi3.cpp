@@ -292,7 +292,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t* n) {
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
     if (!n) return Fmi3::fail(instance, "GetNumberOfContinuousStates got a null pointer");
-    *n = static_cast<size_t>(hnav::fmu::model_info.nx);
+    *n = static_cast<size_t>(hnav::fmu::model_info.states.count);
     return fmi3OK;
 }
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode,

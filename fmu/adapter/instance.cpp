@@ -45,7 +45,7 @@ Status Instance::set_up_check(const char* name, const char* token) {
     model_ = make_model();
     if (!model_) return fail("no memory for the model");
     model_->describe(table_);
-    const int nx = model_info.nx;
+    const int nx = model_info.states.count;
     values_ = static_cast<double*>(std::calloc(2 * table_.size(), sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(2 * nx + 1, sizeof(double)));
@@ -169,7 +169,7 @@ void Instance::refresh(unsigned groups) {
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
     if (groups & state_group && first_state_ >= 0) {
         double* x = values_ + first_state_;
-        if (options_.interface == model_exchange) std::memcpy(x, states_, model_info.nx * sizeof(double));
+        if (options_.interface == model_exchange) std::memcpy(x, states_, model_info.states.count * sizeof(double));
         else model_->get_states(x);
         model_->derivatives(time_s_, x, values_ + first_derivative_);
     }

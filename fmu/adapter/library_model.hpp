@@ -9,13 +9,15 @@
 
 namespace hnav::fmu {
 
-// The calls that an object of the library lives by. One that has no history needs the first alone.
-template <class T, void (*destroy_)(T*), hnav_status (*state_size_)(const T*, std::size_t*) = nullptr,
+// The calls that an object of the library lives by. One without a history has nothing to save.
+template <class T, void (*destroy_)(T*), const char* (*message_)(const T*),
+          hnav_status (*state_size_)(const T*, std::size_t*) = nullptr,
           hnav_status (*save_)(const T*, void*, std::size_t) = nullptr,
           hnav_status (*load_)(T*, const void*, std::size_t) = nullptr>
 struct LibraryObject {
     using Object = T;
     static constexpr auto destroy = destroy_;
+    static constexpr auto message = message_;
     static constexpr auto state_size = state_size_;
     static constexpr auto save = save_;
     static constexpr auto load = load_;
@@ -67,14 +69,14 @@ protected:
         return create(&object_, arguments..., why->text, sizeof why->text) == HNAV_OK;
     }
 
+    // What a call of the object answered, with its reason.
+    bool done(hnav_status status, Message* why) const {
+        if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", Calls::message(object_));
+        return status == HNAV_OK;
+    }
+
     typename Calls::Object* object_ = nullptr;
     Memory memory_{};
 };
-
-// What a call answered, its reason passed on.
-inline bool succeeded(hnav_status status, const char* reason, Message* why) {
-    if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", reason);
-    return status == HNAV_OK;
-}
 
 } // namespace hnav::fmu

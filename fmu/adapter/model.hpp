@@ -14,13 +14,21 @@ struct Message {
     char text[320] = "";
 };
 
+// Of the default experiment.
+struct Experiment {
+    double step_s, stop_s;
+};
+
+// The continuous states of Model Exchange, and how many of them DependsOn::first_states means.
+struct States {
+    int count, first;
+};
+
 struct ModelInfo {
     const char* name; // modelName and modelIdentifier
     const char* description;
-    double step_s;    // preferred communication step
-    double stop_s;    // of the default experiment
-    int nx = 0;           // continuous states in Model Exchange
-    int first_states = 0; // DependsOn::first_states: that many of them
+    Experiment experiment;
+    States states = {0, 0};
     bool model_exchange = true; // offered at all
     bool is_plant = false;      // its outputs are what others connect to
 };

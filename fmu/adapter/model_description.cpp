@@ -99,7 +99,11 @@ void write_choices(const Writer& w) {
         std::fprintf(w.file,
                      w.fmi3 ? "    <EnumerationType name=\"choice.%s\">" : "    <SimpleType name=\"choice.%s\"><Enumeration>",
                      v.name);
-        for (int k = 0; k < v.choice_count; ++k) std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"/>", v.choices[k], k);
+        for (int k = 0; k < v.choices.count; ++k) {
+            std::fprintf(w.file, "<Item name=\"%s\" value=\"%d\"", v.choices[k].name, k);
+            w.attribute("description", v.choices[k].description);
+            w.text("/>");
+        }
         w.text(w.fmi3 ? "</EnumerationType>\n" : "</Enumeration></SimpleType>\n");
     }
     if (any) w.text("  </TypeDefinitions>\n");
@@ -169,8 +173,8 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
     if (!initial) {
         const Variable& v = w.table[row];
         const int count = v.depends_on == DependsOn::nothing        ? 0
-                          : v.depends_on == DependsOn::first_states ? model_info.first_states
-                                                                    : model_info.nx;
+                          : v.depends_on == DependsOn::first_states ? model_info.states.first
+                                                                    : model_info.states.count;
         w.text(" dependencies=\"");
         int written = 0;
         for (int i = 0; i < w.table.size() && written < count; ++i)
@@ -196,7 +200,7 @@ void write_structure(const Writer& w) {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
         w.text("    </Outputs>\n");
-        if (model_info.nx > 0) { // the schema has no empty list
+        if (model_info.states.count > 0) { // the schema has no empty list
             w.text("    <Derivatives>\n");
             each("Unknown", false, derivatives);
             w.text("    </Derivatives>\n");
@@ -230,9 +234,9 @@ void write_model_description(const Writer& w, const char* version) {
     w.text("  <LogCategories><Category name=\"logStatusError\" description=\"What was wrong with a call\"/></LogCategories>\n");
     w.text("  <DefaultExperiment");
     w.attribute("startTime", 0.0);
-    w.attribute("stopTime", model_info.stop_s);
+    w.attribute("stopTime", model_info.experiment.stop_s);
     w.attribute("tolerance", 1e-8);
-    w.attribute("stepSize", model_info.step_s);
+    w.attribute("stepSize", model_info.experiment.step_s);
     w.text("/>\n");
     write_variables(w);
     write_structure(w);

@@ -7,8 +7,8 @@
 namespace hnav::fmu {
 
 Status Instance::check_states(const double* x, std::size_t n) const {
-    if ((x || n == 0) && n == static_cast<std::size_t>(model_info.nx)) return Status::ok;
-    return fail("there are %d continuous states, not %zu", model_info.nx, n);
+    if ((x || n == 0) && n == static_cast<std::size_t>(model_info.states.count)) return Status::ok;
+    return fail("there are %d continuous states, not %zu", model_info.states.count, n);
 }
 
 Status Instance::set_time(double t_s) {
@@ -64,11 +64,11 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     if (!allowed(Call::directional_derivative)) return Status::error;
     if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed)))
         return fail("GetDirectionalDerivative got a null pointer");
-    double *direction = scratch_, *along = scratch_ + model_info.nx;
+    double *direction = scratch_, *along = scratch_ + model_info.states.count;
     if (sum_seeds(knowns, n_knowns, seed, direction) != Status::ok) return Status::error;
     if (!has_model_) return fail("GetDirectionalDerivative needs an initialised model");
     refresh(state_group);
-    if (model_info.nx > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
+    if (model_info.states.count > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
     bool outputs = false;
     if (flow_sensitivity(unknowns, n_unknowns, along, sensitivity, &outputs) != Status::ok) return Status::error;
     if (outputs && options_.interface == model_exchange) output_sensitivity(unknowns, n_unknowns, direction, along, sensitivity);
@@ -77,7 +77,7 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
 
 // The direction in the space of the states that the seeds of the knowns make together.
 Status Instance::sum_seeds(const unsigned* knowns, std::size_t n, const double* seed, double* direction) const {
-    std::memset(direction, 0, model_info.nx * sizeof(double));
+    std::memset(direction, 0, model_info.states.count * sizeof(double));
     for (std::size_t k = 0; k < n; ++k) {
         const Variable* row = row_of(knowns[k]);
         if (!row) return Status::error;
@@ -107,11 +107,11 @@ Status Instance::flow_sensitivity(const unsigned* unknowns, std::size_t n, const
 void Instance::output_sensitivity(const unsigned* unknowns, std::size_t n, const double* direction, double* x,
                                   double* sensitivity) {
     double largest = 0;
-    for (int i = 0; i < model_info.nx; ++i) largest = std::fmax(largest, std::fabs(direction[i]));
+    for (int i = 0; i < model_info.states.count; ++i) largest = std::fmax(largest, std::fabs(direction[i]));
     if (!(largest > 0)) return;
     const double step = 1e-6 / largest;
     for (int sign = 1; sign >= -1; sign -= 2) {
-        for (int i = 0; i < model_info.nx; ++i) x[i] = states_[i] + sign * step * direction[i];
+        for (int i = 0; i < model_info.states.count; ++i) x[i] = states_[i] + sign * step * direction[i];
         model_->show(time_s_, x);
         model_->refresh(values_, ~0u);
         for (std::size_t k = 0; k < n; ++k) {

@@ -20,8 +20,11 @@ inline Variable option_row(const hnav_option_info& option, const void* options, 
     if (!std::strcmp(option.unit, "rad")) v.display_unit = "deg";
     if (!std::strcmp(option.unit, "rad/s")) v.display_unit = "deg/s";
     if (!std::strcmp(option.unit, "T")) v.display_unit = "uT";
-    v.choices = option.choices;
-    v.choice_count = option.choice_count;
+    v.choices = {[](const void* of, int k) {
+                     const auto* row = static_cast<const hnav_option_info*>(of);
+                     return Choice{row->choices[k], row->choice_descriptions[k]};
+                 },
+                 &option, option.choice_count};
     v.min = option.min;
     v.max = option.max;
     v.start = hnav_option_value(&option, options, component);

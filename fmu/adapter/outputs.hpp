@@ -8,12 +8,12 @@
 
 namespace hnav::fmu {
 
-// Answer: what one call of the library fills in. group_: the bit of Model::refresh for all rows. capacity: of variables,
-// a vector counts as one.
-template <class Answer, unsigned group_, int capacity = 16>
+// Answer: what one call of the library fills in. group_number: of the bit of Model::refresh for all rows. capacity: of
+// variables, a vector counts as one.
+template <class Answer, int group_number, int capacity = 16>
 class Outputs {
 public:
-    static constexpr unsigned group = group_;
+    static constexpr unsigned group = 1u << group_number;
     using Show = void (*)(const Answer& answer, double* rows);
 
     // Appends a row, of a field that is an array rows name[1], name[2], ...; answers the number of the first.

@@ -65,19 +65,20 @@ inline Variable parameter(const char* name, const char* unit, double start, doub
     return v;
 }
 
-inline Variable choice(const char* name, const char* const* choices, int count, double start, const char* text) {
+// Starts as the first of its choices.
+inline Variable choice(const char* name, const Choices& choices, const char* text) {
     Variable v = variable(name, Type::enumeration, Causality::parameter, Variability::fixed, text);
     v.choices = choices;
-    v.choice_count = count;
-    v.start = start;
     v.min = 0;
-    v.max = count - 1;
+    v.max = choices.count - 1;
     return v;
 }
 
 // ------------------------------------------------------------------------------------------------ of sampled inputs
 
-inline Variable sampling_mode(const char* text) { return choice("sampling_mode", sampling_modes, 2, periodic, text); }
+inline Variable sampling_mode(const char* text) {
+    return choice("sampling_mode", {[](const void*, int k) { return sampling_modes[k]; }, nullptr, 2}, text);
+}
 
 inline Variable sample_counter(const char* name) {
     return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)");

@@ -1,6 +1,8 @@
 // When held inputs are a new sample: the one clock of all FMUs, and what belongs to it.
 #pragma once
 
+#include "adapter/variable.hpp"
+
 #include <cmath>
 #include <limits>
 
@@ -17,7 +19,10 @@ inline bool rising(double level, double* last) {
 }
 
 enum SamplingMode { periodic = 0, counter = 1 };
-constexpr const char* sampling_modes[] = {"periodic", "counter"};
+constexpr Choice sampling_modes[] = {
+    {"periodic", "Inputs are a sample at the first communication point at or after each period, stamped with its time"},
+    {"counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"},
+};
 
 struct NewSample {
     double t_s;  // when it was measured

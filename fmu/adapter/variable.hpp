@@ -24,13 +24,24 @@ enum class Variability { fixed, discrete, continuous };
 // them directly.
 enum class DependsOn { nothing, first_states, all_states };
 
+// The values of an enumeration, 0 to count - 1: what each of them is called and means.
+struct Choice {
+    const char *name, *description;
+};
+struct Choices {
+    Choice (*at)(const void* of, int k);
+    const void* of;
+    int count;
+
+    Choice operator[](int k) const { return at(of, k); }
+};
+
 struct Variable {
     char name[64];
     const char* description;
     const char* unit;         // of the unit table in units.hpp; "" for none
     const char* display_unit; // "" for none
-    const char* const* choices;
-    int choice_count;
+    Choices choices; // of enumerations
     Type type;
     Causality causality;
     Variability variability;
@@ -92,7 +103,7 @@ public:
     int add_matrix(const Variable& variable, int n) { return add_elements(variable, n, false); }
     int add_triangle(const Variable& variable, int n) { return add_elements(variable, n, true); }
 
-    // Stamps names, types and order: an importer with the description of another version is turned away.
+    // Stamps names, types and order: an importer with the description of another version is refused.
     std::uint64_t token() const {
         Hash hash;
         for (int i = 0; i < size_; ++i) {

@@ -4,16 +4,12 @@
 namespace hnav::fmu {
 namespace {
 
-struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_option, hnav_ahrs_create> {
+struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_preset, hnav_ahrs_option, hnav_ahrs_create> {
     static constexpr ModelInfo info = {
         "Ahrs",
         "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, "
         "magnetometer latency, magnetic disturbances, rest",
-        0.01,
-        10,
-        14,
-        4};
-    static constexpr const char* presets[] = {"default"};
+        Experiment{0.01, 10}, States{14, 4}};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
     static constexpr bool has_field = true;

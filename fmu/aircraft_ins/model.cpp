@@ -5,10 +5,8 @@
 namespace hnav::fmu {
 namespace {
 
-using aircraft::nu, aircraft::nx;
-
-using AircraftCalls =
-    LibraryObject<hnav_aircraft, hnav_aircraft_destroy, hnav_aircraft_state_size, hnav_aircraft_save, hnav_aircraft_load>;
+using AircraftCalls = LibraryObject<hnav_aircraft, hnav_aircraft_destroy, hnav_aircraft_message, hnav_aircraft_state_size,
+                                    hnav_aircraft_save, hnav_aircraft_load>;
 
 // What was seen of the inputs so far.
 struct AircraftMemory {
@@ -98,7 +96,7 @@ private:
 
 constexpr ModelInfo model_info = {HNAV_FMU_NAME,
                                   "Linear aircraft read by an INS with time-correlated errors and noise faults: " AIRCRAFT_TITLE,
-                                  aircraft::interval_s, 20};
+                                  Experiment{aircraft::interval_s, 20}};
 Model* make_model() { return new AircraftIns; }
 
 } // namespace hnav::fmu

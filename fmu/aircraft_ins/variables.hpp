@@ -6,12 +6,15 @@
 
 namespace hnav::fmu {
 
-enum Group : unsigned { sample_group = 1, status_group = 2 };
+using namespace rows;
+using aircraft::add_each, aircraft::states, aircraft::controls, aircraft::nx, aircraft::nu;
+
+enum Group { sample_group, status_group };
 
 // The newest sample of the plant.
 struct Sample {
     double number, t_s; // counted from 1
-    double z[aircraft::nx], u[aircraft::nu], x[aircraft::nx], lambda[aircraft::nx], fault[aircraft::nx];
+    double z[nx], u[nu], x[nx], lambda[nx], fault[nx];
 };
 struct Counts {
     double non_finite;
@@ -30,10 +33,9 @@ struct Variables {
     Outputs<Counts, status_group> counts;
 
     void describe(Table& table) {
-        using namespace rows;
         table.add(time());
-        command = aircraft::add_each(
-            table, "command", aircraft::controls,
+        command = add_each(
+            table, "command", controls,
             input(
                 "", "", "", 0,
                 "Control, added to the built-in square wave; taken at the first point at or after a sample and held to the next"));
@@ -51,8 +53,6 @@ struct Variables {
 
 private:
     void describe_gravity(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states;
         gravity_sigma = add_each(
             table, "gravity_error_sigma", states,
             parameter("", "", 0, 0, 1e9, "Second coloured error of the channel, from the gravity model, standard deviation"));
@@ -62,8 +62,6 @@ private:
     }
 
     void describe_commands(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::controls;
         amplitude = add_each(table, "command_amplitude", controls,
                              parameter("", "", 0, -1e9, 1e9, "Amplitude of the built-in square wave; 0 turns it off"));
         period = add_each(table, "command_period", controls,
@@ -71,7 +69,7 @@ private:
         phase = add_each(table, "command_phase", controls,
                          parameter("", "rad", 0, -1e9, 1e9,
                                    "Phase of the built-in square wave, which is positive while sin(2 pi t / period + phase) is"));
-        for (int j = 0; j < aircraft::nu; ++j) {
+        for (int j = 0; j < nu; ++j) {
             table.row(amplitude + j).start = aircraft::commands[j].amplitude;
             table.row(period + j).start = aircraft::commands[j].period_s;
             table.row(phase + j).start = aircraft::commands[j].phase_rad;
@@ -80,15 +78,13 @@ private:
     }
 
     void describe_faults(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states;
         fault_start = add_each(table, "fault_start", states,
                                parameter("", "s", 0, -1e9, 1e9, "First time of a noise fault of the channel, after the start"));
         fault_stop = add_each(table, "fault_stop", states, parameter("", "s", 0, -1e9, 1e9, "Last time of the noise fault"));
         fault_factor = add_each(
             table, "fault_factor", states,
             parameter("", "", 1, 0, 1e9, "Factor on the standard deviation of the channel's white noise meanwhile; 1: no fault"));
-        for (int i = 0; i < aircraft::nx; ++i) {
+        for (int i = 0; i < nx; ++i) {
             table.row(fault_start + i).start = aircraft::faults[i].start_s;
             table.row(fault_stop + i).start = aircraft::faults[i].stop_s;
             table.row(fault_factor + i).start = aircraft::faults[i].factor;
@@ -97,8 +93,6 @@ private:
     }
 
     void describe_outputs(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states, aircraft::controls;
         sample.bind<&Sample::z>(
             table,
             add_each(table, "z", states, output("", "", "", "Measurement of the INS: truth, coloured error and white noise")));

@@ -8,7 +8,8 @@
 
 namespace hnav::fmu {
 
-using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_state_size, hnav_filter_save, hnav_filter_load>;
+using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_state_size, hnav_filter_save,
+                                  hnav_filter_load>;
 
 // What was seen of the inputs so far.
 struct FilterMemory {
@@ -31,7 +32,7 @@ public:
     }
 
     bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) override {
-        typename Kind::Options options = Kind::defaults(static_cast<hnav_preset>(static_cast<int>(values[in_.preset])));
+        typename Kind::Options options = Kind::defaults(static_cast<int>(values[in_.preset]));
         take_options(Kind::option, in_.options, values, written, &options);
         if (!Kind::reholds && model_exchange && options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD) {
             std::snprintf(why->text, sizeof why->text,
@@ -102,7 +103,7 @@ public:
     }
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         if (memory_.command != 0) {
-            double replaced[Kind::info.nx];
+            double replaced[Kind::info.states.count];
             hnav_filter_get_x(object_, replaced);
             if (memory_.command == command_realign) Kind::keep_on_realign(x, replaced);
             std::memcpy(x, replaced, sizeof replaced);
@@ -131,8 +132,6 @@ private:
         }
         if (status == HNAV_ERROR_QUEUE_FULL) memory_.missed += 1;
     }
-
-    bool done(hnav_status status, Message* why) const { return succeeded(status, hnav_filter_message(object_), why); }
 
     Inputs in_{};
     FilterOutputs out_;

@@ -3,8 +3,6 @@
 
 #include "adapter/option_parameters.hpp"
 
-#include <iterator>
-
 namespace hnav::fmu {
 
 // Where they stand in the table.
@@ -22,10 +20,10 @@ struct Inputs {
         reset = table.add(rows::reset_command());
         realign = table.add(
             rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
-        preset = table.add(rows::choice("preset", Kind::presets, static_cast<int>(std::size(Kind::presets)), 0,
+        preset = table.add(rows::choice("preset", Kind::presets(),
                                         "Set of defaults; parameters that differ from their start values override it"));
         describe_sampling(table);
-        const typename Kind::Options defaults = Kind::defaults(HNAV_PRESET_DEFAULT);
+        const typename Kind::Options defaults = Kind::defaults(0);
         options = add_options(table, Kind::option, &defaults);
     }
 

@@ -1,6 +1,5 @@
 // What differs between the attitude filters. A Kind is a KindOf and beside it
 //     static constexpr ModelInfo info
-//     static constexpr const char* presets[]                names of the presets, in the order of the C enum
 //     static constexpr int accel_dimension, accel_unit      of the innovation of force
 //     static constexpr bool has_field                       outputs of the magnetic reference and the gyro calibration
 //     static constexpr bool reholds                         Model Exchange can take the backward gyro hold
@@ -13,14 +12,23 @@
 
 namespace hnav::fmu {
 
-// The options of a filter and the calls of the C API that take them.
-template <class Options_, Options_ (*defaults_)(hnav_preset), const hnav_option_info* (*option_)(std::int32_t),
+// The options of a filter and the calls of the C API about them.
+template <class Options_, Options_ (*defaults_)(hnav_preset), const hnav_preset_info* (*preset_)(std::int32_t),
+          const hnav_option_info* (*option_)(std::int32_t),
           hnav_status (*create_)(hnav_filter**, const Options_*, char*, std::size_t)>
 struct KindOf {
     using Options = Options_;
-    static constexpr auto defaults = defaults_;
     static constexpr auto option = option_;
     static constexpr auto create = create_;
+
+    // choice: of presets.
+    static Options defaults(int choice) { return defaults_(static_cast<hnav_preset>(preset_(choice)->value)); }
+
+    static Choices presets() {
+        int count = 0;
+        while (preset_(count)) ++count;
+        return {[](const void*, int k) { return Choice{preset_(k)->name, preset_(k)->description}; }, nullptr, count};
+    }
 };
 
 } // namespace hnav::fmu

@@ -8,15 +8,7 @@
 namespace hnav::fmu {
 
 // Calls of the C API that outputs are read from, so that a step costs only what is asked for.
-enum Group : unsigned {
-    attitude_group = 1,
-    bias_group = 2,
-    posterior_group = 4,
-    innovation_group = 8,
-    covariance_group = 16,
-    status_group = 32,
-    field_group = 64
-};
+enum Group { attitude_group, bias_group, posterior_group, innovation_group, covariance_group, status_group, field_group };
 
 class FilterOutputs {
 public:
@@ -227,7 +219,8 @@ private:
             table, output("field.evidence", "s", "", "Time for which the reference was seen, counted less at rest"));
         field_.add<&Field::heading_trust_s>(
             table, output("field.heading_trust", "s", "", "The same for the heading, through changes of reference"));
-        field_.add<&Field::reference_changes>(table, output("field.reference_changes", Type::integer, "References taken after the first"));
+        field_.add<&Field::reference_changes>(
+            table, output("field.reference_changes", Type::integer, "Changes of the reference field after the first"));
         field_.add<&Field::gate>(
             table, output("field.gate", Type::integer, "Last field: 0 accepted, 1 rejected, 2 used with inflated noise"));
         field_.add<&Field::at_rest>(table, output("rest.detected", Type::boolean, "The body lies still"));

@@ -6,6 +6,7 @@
 #include "input.hpp"
 #include "invariant.hpp"
 
+#include <type_traits>
 #include <vector>
 
 namespace fuzz {
@@ -20,7 +21,7 @@ struct Description {
         hnav::fmu::Model* model = hnav::fmu::make_model();
         HOLDS(model);
         model->describe(table);
-        nx = hnav::fmu::model_info.nx;
+        nx = hnav::fmu::model_info.states.count;
         delete model;
         hnav::fmu::Instance::format_token(table.token(), token, sizeof token);
     }
@@ -45,6 +46,39 @@ inline unsigned reference(Input& in, hnav::fmu::Type type) {
     return 0;
 }
 
+// A call that sets up to four variables.
+template <class T>
+struct Setting {
+    unsigned references[4];
+    T values[4];
+    std::size_t n;
+
+    Setting(Input& in, hnav::fmu::Type type) : n(static_cast<std::size_t>(in.choice(5))) {
+        for (std::size_t i = 0; i < n; ++i) {
+            references[i] = reference(in, type);
+            if constexpr (std::is_same_v<T, double>) values[i] = in.number();
+            else values[i] = static_cast<T>(in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4));
+        }
+    }
+};
+
+// What GetDirectionalDerivative is asked.
+struct Direction {
+    unsigned unknowns[3], knowns[3];
+    double seed[3], sensitivity[3];
+    std::size_t n, k;
+
+    explicit Direction(Input& in) {
+        n = static_cast<std::size_t>(in.choice(4));
+        k = static_cast<std::size_t>(in.choice(4));
+        for (std::size_t i = 0; i < n; ++i) unknowns[i] = reference(in, hnav::fmu::Type::real);
+        for (std::size_t i = 0; i < k; ++i) {
+            knowns[i] = reference(in, hnav::fmu::Type::real);
+            seed[i] = in.number();
+        }
+    }
+};
+
 // Of a variable: what its row promises.
 inline void look_at(unsigned row, double value) {
     const hnav::fmu::Variable& v = description().table[static_cast<int>(row)];
@@ -58,6 +92,7 @@ struct Clock {
     double t_s = 0;
 
     double step(Input& in) { return in.choice(4) == 3 ? in.number() : 0.01 * (1 + in.choice(4)); }
+    double next(Input& in) { return in.choice(8) == 7 ? in.number() : t_s + step(in); } // of an integrator outside
     double now(Input& in) { return in.choice(16) == 15 ? in.number() : t_s; }
 };
 

@@ -36,15 +36,8 @@ struct Sequence {
 
     template <class T, class Set>
     void set(Input& in, Type type, Set write) {
-        fmi2ValueReference references[4];
-        T values[4];
-        const std::size_t n = in.choice(5);
-        for (std::size_t i = 0; i < n; ++i) {
-            references[i] = fuzz::reference(in, type);
-            if constexpr (std::is_same_v<T, double>) values[i] = in.number();
-            else values[i] = in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4);
-        }
-        answered(write(c, references, n, values));
+        const fuzz::Setting<T> setting(in, type);
+        answered(write(c, setting.references, setting.n, setting.values));
     }
 
     void snapshot(Input& in) {
@@ -90,7 +83,7 @@ struct Sequence {
         case 2: answered(fmi2EnterContinuousTimeMode(c)); break;
         case 3: answered(fmi2CompletedIntegratorStep(c, fmi2True, &enter, &end)); break;
         case 4: {
-            const double t_s = in.choice(8) == 7 ? in.number() : clock.t_s + clock.step(in);
+            const double t_s = clock.next(in);
             if (fmi2SetTime(c, t_s) == fmi2OK) clock.t_s = t_s;
             break;
         }
@@ -109,15 +102,8 @@ struct Sequence {
     }
 
     void derivative(Input& in) {
-        fmi2ValueReference unknowns[3], knowns[3];
-        double seed[3], sensitivity[3];
-        const int n = in.choice(4), k = in.choice(4);
-        for (int i = 0; i < n; ++i) unknowns[i] = fuzz::reference(in, Type::real);
-        for (int i = 0; i < k; ++i) {
-            knowns[i] = fuzz::reference(in, Type::real);
-            seed[i] = in.number();
-        }
-        answered(fmi2GetDirectionalDerivative(c, unknowns, n, knowns, k, seed, sensitivity));
+        fuzz::Direction d(in);
+        answered(fmi2GetDirectionalDerivative(c, d.unknowns, d.n, d.knowns, d.k, d.seed, d.sensitivity));
     }
 
     void life(Input& in) {

@@ -2,7 +2,6 @@
 #include "fmu_input.hpp"
 
 #include <fmi3Functions.h>
-#include <type_traits>
 
 namespace {
 
@@ -54,15 +53,8 @@ struct Sequence {
 
     template <class T, class Set>
     void set(Input& in, Type type, Set write) {
-        fmi3ValueReference references[4];
-        T values[4];
-        const std::size_t n = in.choice(5);
-        for (std::size_t i = 0; i < n; ++i) {
-            references[i] = fuzz::reference(in, type);
-            if constexpr (std::is_same_v<T, double>) values[i] = in.number();
-            else values[i] = static_cast<T>(in.flag() ? static_cast<int>(in.byte() * 0x1010101u) : in.choice(4));
-        }
-        answered(write(c, references, n, values, n));
+        const fuzz::Setting<T> setting(in, type);
+        answered(write(c, setting.references, setting.n, setting.values, setting.n));
     }
 
     void snapshot(Input& in) {
@@ -121,7 +113,7 @@ struct Sequence {
         switch (in.choice(5)) {
         case 0: answered(fmi3CompletedIntegratorStep(c, fmi3True, &enter, &end)); break;
         case 1: {
-            const double t_s = in.choice(8) == 7 ? in.number() : clock.t_s + clock.step(in);
+            const double t_s = clock.next(in);
             if (fmi3SetTime(c, t_s) == fmi3OK) clock.t_s = t_s;
             break;
         }
@@ -140,15 +132,9 @@ struct Sequence {
     }
 
     void derivative(Input& in) {
-        fmi3ValueReference unknowns[3], knowns[3];
-        double seed[3], sensitivity[3];
-        const int n = in.choice(4), k = in.choice(4);
-        for (int i = 0; i < n; ++i) unknowns[i] = fuzz::reference(in, Type::real);
-        for (int i = 0; i < k; ++i) {
-            knowns[i] = fuzz::reference(in, Type::real);
-            seed[i] = in.number();
-        }
-        answered(fmi3GetDirectionalDerivative(c, unknowns, n, knowns, k, seed, in.choice(8) == 7 ? 3 : k, sensitivity, n));
+        fuzz::Direction d(in);
+        answered(fmi3GetDirectionalDerivative(c, d.unknowns, d.n, d.knowns, d.k, d.seed, in.choice(8) == 7 ? 3 : d.k,
+                                              d.sensitivity, d.n));
     }
 
     void life(Input& in) {

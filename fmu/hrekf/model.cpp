@@ -4,15 +4,11 @@
 namespace hnav::fmu {
 namespace {
 
-struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_option, hnav_hrekf_create> {
+struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_preset, hnav_hrekf_option, hnav_hrekf_create> {
     static constexpr ModelInfo info = {"Hrekf",
                                        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, "
                                        "accelerometer and magnetometer",
-                                       0.01,
-                                       10,
-                                       35,
-                                       7};
-    static constexpr const char* presets[] = {"default", "paper"};
+                                       Experiment{0.01, 10}, States{35, 7}};
     static constexpr int accel_dimension = 3;
     static constexpr const char* accel_unit = "";
     static constexpr bool has_field = false;
@@ -36,7 +32,7 @@ struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_option
     // The bias, and its covariance, which stands last in the packed triangle.
     static void keep_on_realign(const double* x, double* replaced) {
         std::memcpy(replaced + 4, x + 4, 3 * sizeof(double));
-        std::memcpy(replaced + info.nx - 6, x + info.nx - 6, 6 * sizeof(double));
+        std::memcpy(replaced + info.states.count - 6, x + info.states.count - 6, 6 * sizeof(double));
     }
 };
 

@@ -8,10 +8,10 @@ namespace hnav::fmu {
 namespace {
 
 constexpr int sensors = 3;
-enum Group : unsigned { reading_group = 1, parameter_group = 2 };
+enum Group { reading_group, parameter_group };
 
-using SensorCalls = LibraryObject<hnav_imu_mag_sensor, hnav_imu_mag_sensor_destroy, hnav_imu_mag_sensor_state_size,
-                                  hnav_imu_mag_sensor_save, hnav_imu_mag_sensor_load>;
+using SensorCalls = LibraryObject<hnav_imu_mag_sensor, hnav_imu_mag_sensor_destroy, hnav_imu_mag_sensor_message,
+                                  hnav_imu_mag_sensor_state_size, hnav_imu_mag_sensor_save, hnav_imu_mag_sensor_load>;
 
 // The library holds the clocks of the three sensors.
 struct SensorMemory {
@@ -54,10 +54,7 @@ public:
         return next_s;
     }
 
-    bool advance(double t_s, Message* why) override {
-        const hnav_status status = hnav_imu_mag_sensor_advance(object_, t_s);
-        return succeeded(status, hnav_status_text(status), why);
-    }
+    bool advance(double t_s, Message* why) override { return done(hnav_imu_mag_sensor_advance(object_, t_s), why); }
 
     void refresh(double* values, unsigned groups) override {
         for (int s = 0; s < sensors; ++s) {
@@ -124,10 +121,8 @@ constexpr ModelInfo model_info = {
     "ImuMagSensor",
     "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
     "samples with counters and time stamps",
-    0.01,
-    60,
-    0,
-    0,
+    Experiment{0.01, 60},
+    States{0, 0},
     false,
     true};
 Model* make_model() { return new ImuMagSensor; }

@@ -5,10 +5,8 @@
 namespace hnav::fmu {
 namespace {
 
-using aircraft::nu, aircraft::nx;
-
-using FilterCalls = LibraryObject<hnav_ins_error_filter, hnav_ins_error_filter_destroy, hnav_ins_error_filter_state_size,
-                                  hnav_ins_error_filter_save, hnav_ins_error_filter_load>;
+using FilterCalls = LibraryObject<hnav_ins_error_filter, hnav_ins_error_filter_destroy, hnav_ins_error_filter_message,
+                                  hnav_ins_error_filter_state_size, hnav_ins_error_filter_save, hnav_ins_error_filter_load>;
 
 // What was seen of the inputs so far.
 struct FilterMemory {
@@ -160,7 +158,7 @@ private:
 constexpr ModelInfo model_info = {HNAV_FMU_NAME,
                                   "Filter for time-correlated INS errors (MDKF, AMDKF, differenced, augmented, plain) "
                                   "of the aircraft " AIRCRAFT_TITLE,
-                                  aircraft::interval_s, 20};
+                                  Experiment{aircraft::interval_s, 20}};
 Model* make_model() { return new InsErrorFilter; }
 
 } // namespace hnav::fmu

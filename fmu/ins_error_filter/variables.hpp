@@ -7,22 +7,25 @@
 
 namespace hnav::fmu {
 
+using namespace rows;
+using aircraft::add_each, aircraft::states, aircraft::controls, aircraft::nx, aircraft::nu;
+
 // Calls of the C API that outputs are read from, so that a step costs only what is asked for.
-enum Group : unsigned { estimate_group = 1, lambda_group = 2, innovation_group = 4, noise_group = 8, status_group = 16 };
+enum Group { estimate_group, lambda_group, innovation_group, noise_group, status_group };
 
 // The answers behind the outputs.
 struct Estimate {
     double t_s;
-    double x[aircraft::nx], sigma[aircraft::nx];
+    double x[nx], sigma[nx];
 };
 struct ColouredError {
-    double lambda[aircraft::nx], sigma[aircraft::nx], compensated[aircraft::nx];
+    double lambda[nx], sigma[nx], compensated[nx];
 };
 struct Innovation {
-    double value[aircraft::nx], nis;
+    double value[nx], nis;
 };
 struct Noise {
-    double scale[aircraft::nx], fault_probability[aircraft::nx];
+    double scale[nx], fault_probability[nx];
 };
 struct Counts {
     double separability;
@@ -42,7 +45,7 @@ struct Variables {
     Outputs<Counts, status_group> counts;
 
     void describe(Table& table) {
-        table.add(rows::time());
+        table.add(time());
         describe_inputs(table);
         describe_parameters(table);
         describe_estimate(table);
@@ -52,12 +55,10 @@ struct Variables {
 
 private:
     void describe_inputs(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states;
         z = add_each(table, "z", states, input("", "", "", 0, "Measurement of the INS; NaN is a missing channel"));
         sample = table.add(sample_counter("z.sample"));
         t_meas = table.add(sample_time("z.t_meas"));
-        u = add_each(table, "u", aircraft::controls, input("", "", "", 0, "Control that was held since the sample before"));
+        u = add_each(table, "u", controls, input("", "", "", 0, "Control that was held since the sample before"));
         present = add_each(table, "present", states, input("", Type::boolean, 1, "False: the channel is missing"));
         reset = table.add(reset_command());
     }
@@ -71,8 +72,6 @@ private:
     }
 
     void describe_estimate(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states;
         estimate.add<&Estimate::t_s>(
             table, output("post.t", "s", "ms",
                           "Time of the sample that the outputs are about: the newest, or the one before it (mdkf, amdkf, lag)"));
@@ -99,15 +98,13 @@ private:
     }
 
     void describe_noise(Table& table) {
-        using namespace rows;
-        using aircraft::add_each, aircraft::states;
         const int scale = noise.bind<&Noise::scale>(
             table,
             add_each(table, "noise_scale", states, output("", "", "", "Factor on the variance of the channel's white noise")));
         const int probability = noise.bind<&Noise::fault_probability>(
             table, add_each(table, "fault_probability", states,
                             output("", "", "", "Probability that the channel's noise is above its healthy level")));
-        for (int i = 0; i < aircraft::nx; ++i) {
+        for (int i = 0; i < nx; ++i) {
             table.row(scale + i).unit = table.row(scale + i).display_unit = "";
             table.row(probability + i).unit = table.row(probability + i).display_unit = "";
             table.row(scale + i).start = 1;
@@ -115,7 +112,6 @@ private:
     }
 
     void describe_counts(Table& table) {
-        using namespace rows;
         counts.add<&Counts::separability>(
             table, output("separability", "", "",
                           "How differently states and coloured errors move the measurements: below 0.1 they separate poorly"));

@@ -9,10 +9,10 @@
 namespace hnav::fmu {
 namespace {
 
-enum Group : unsigned { truth_group = 1 };
+enum Group { truth_group };
 
 // The table itself has no history.
-using TurntableCalls = LibraryObject<hnav_turntable, hnav_turntable_destroy>;
+using TurntableCalls = LibraryObject<hnav_turntable, hnav_turntable_destroy, hnav_turntable_message>;
 
 struct TurntableMemory {
     double piece_s; // in Model Exchange a piece holds until the event at its corner, so that the flow is smooth
@@ -86,21 +86,17 @@ public:
 private:
     double piece_s(double t_s) const { return memory_.model_exchange != 0 ? memory_.piece_s : t_s; }
 
-    // Truth at t_s; force and field in the attitude x where one is given.
+    // Truth at t_s, in the attitude x where one is given.
     bool see(double t_s, const double* x, Message* why) {
         hnav_truth truth;
-        bool seen = hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth) == HNAV_OK;
-        if (seen && x) {
+        if (!done(hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth), why)) return false;
+        if (x) {
+            if (!done(hnav_turntable_seen_from(object_, x, truth.force_b_m_s2, truth.field_b_tesla), why)) return false;
             double length = 0;
             for (int i = 0; i < 4; ++i) length += x[i] * x[i];
             length = std::sqrt(length);
             for (int i = 0; i < 4; ++i) truth.q_nb[i] = x[i] / length;
             hnav_quaternion_to_euler(truth.q_nb, truth.euler_rad);
-            seen = hnav_turntable_seen_from(object_, x, truth.force_b_m_s2, truth.field_b_tesla) == HNAV_OK;
-        }
-        if (!seen) {
-            std::snprintf(why->text, sizeof why->text, "the attitude at t = %g s is none", t_s);
-            return false;
         }
         memory_.truth = truth;
         return true;
@@ -113,10 +109,12 @@ private:
 } // namespace
 
 constexpr ModelInfo model_info = {
-    "Turntable", "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field",
-    0.01,        60,
-    4,           4,
-    true,        true};
+    "Turntable",
+    "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field",
+    Experiment{0.01, 60},
+    States{4, 4},
+    true,
+    true};
 Model* make_model() { return new Turntable; }
 
 } // namespace hnav::fmu

@@ -106,6 +106,17 @@ def test_parameters_are_the_options_of_the_library():
             value = np.ravel(getattr(defaults, name))[i] if not info.choices else info.choices.index(getattr(defaults, name))
             assert float(variable.start) == pytest.approx(float(value)), name
             assert variable.description == info.description
+            if info.choices:
+                items = [(item.name, item.description) for item in variable.declaredType.items]
+                assert items == list(zip(info.choices, info.choice_descriptions))
+
+
+@versions
+def test_every_choice_says_what_it_means(version):
+    variables = fmpy.read_model_description(str(fmu_path(MODEL, version))).modelVariables
+    enumerations = [v for v in variables if v.type == "Enumeration"]
+    assert {"preset", "sampling_mode"} < {v.name for v in enumerations}
+    assert all(item.description for v in enumerations for item in v.declaredType.items)
 
 
 @versions
