@@ -23,7 +23,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual bool turns_back() const = 0;
     virtual void turn_back(double t_s) = 0;
 
-    virtual hnav::Outcome push(const hnav::Sample& sample) = 0;
+    virtual hnav::Outcome push(const hnav::AttitudeSample& sample) = 0;
     virtual bool has_room(int count) const = 0;
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
@@ -100,7 +100,7 @@ public:
         }
     }
 
-    Outcome push(const Sample& sample) override { return filter_.push(sample); }
+    Outcome push(const AttitudeSample& sample) override { return filter_.push(sample); }
     bool has_room(int count) const override { return filter_.has_room(count); }
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }

@@ -59,7 +59,7 @@ inline hnav_status check_state(const hnav_filter* f, const double* x) {
 // ------------------------------------------------------------------------------------------------ samples
 
 // A vector sample in body axes, or the reason against it. Directions must not be zero.
-inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, Sample* sample) {
+inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, AttitudeSample* sample) {
     if (!std::isfinite(t_s) || !finite(value, 3)) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
@@ -85,7 +85,7 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
     return HNAV_OK;
 }
 
-inline hnav_status push(hnav_filter* f, const Sample& sample) {
+inline hnav_status push(hnav_filter* f, const AttitudeSample& sample) {
     switch (f->push(sample)) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::late:
@@ -99,7 +99,7 @@ inline hnav_status push(hnav_filter* f, const Sample& sample) {
 }
 
 inline hnav_status push_vector(hnav_filter* f, double t_s, const double* value, int channel) {
-    Sample sample;
+    AttitudeSample sample;
     const hnav_status status = check_vector(f, t_s, value, channel, &sample);
     return status == HNAV_OK ? push(f, sample) : status;
 }

@@ -3,9 +3,9 @@
 
 #include "c_api/boundary.hpp"
 
+using hnav::AttitudeSample;
 using hnav::max_reading;
 using hnav::Outcome;
-using hnav::Sample;
 using hnav::Vector3;
 using namespace hnav::boundary;
 
@@ -81,7 +81,7 @@ hnav_status hnav_filter_push_mag(hnav_filter* filter, double t_s, const double f
 hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const double rate_b_rad_s[3], const double force_b_m_s2[3]) {
     REQUIRE(filter, rate_b_rad_s);
     REQUIRE(filter, force_b_m_s2);
-    Sample rate, force;
+    AttitudeSample rate, force;
     hnav_status status = check_vector(filter, t_s, rate_b_rad_s, hnav::gyro, &rate);
     if (status == HNAV_OK) status = check_vector(filter, t_s, force_b_m_s2, hnav::accel, &force);
     if (status != HNAV_OK) return status;

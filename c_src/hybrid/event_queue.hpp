@@ -5,26 +5,26 @@
 // solution from its place onward back, so a late sample costs the events behind it and nothing else.
 #pragma once
 
-#include "hybrid/event.hpp"
-
-#include <cstddef>
+#include "hybrid/sizes.hpp"
 
 namespace hnav {
 
-template <class State>
-class EventQueue {
+// Sizes: see sizes.hpp. A base class, because one that is known when compiled is to take no room.
+template <class Sizes>
+class EventQueue : private Sizes {
 public:
-    struct Slot {
-        Event event;
-        State after;
-    };
+    using Event = typename Sizes::Event;
+    using State = typename Sizes::State;
 
-    static std::size_t bytes(int capacity) { return capacity * (sizeof(Slot) + sizeof(int)); }
+    static std::size_t bytes(const Sizes& sizes, int capacity) {
+        return static_cast<std::size_t>(capacity) * (sizes.event_bytes() + sizes.state_bytes() + sizeof(int));
+    }
 
-    // memory: bytes(capacity) bytes, aligned for doubles; stays the caller's.
-    void create(void* memory, int capacity) {
-        slots_ = static_cast<Slot*>(memory);
-        order_ = reinterpret_cast<int*>(slots_ + capacity);
+    // memory: so many bytes, aligned for doubles; stays the caller's.
+    void create(void* memory, const Sizes& sizes, int capacity) {
+        static_cast<Sizes&>(*this) = sizes;
+        slots_ = static_cast<unsigned char*>(memory);
+        order_ = reinterpret_cast<int*>(slots_ + static_cast<std::size_t>(capacity) * slot_bytes());
         capacity_ = capacity;
         for (int i = 0; i < capacity; ++i) order_[i] = i;
         clear();
@@ -32,41 +32,39 @@ public:
 
     void clear() { first_ = size_ = solved_ = 0; }
 
+    const Sizes& sizes() const { return *this; }
     int size() const { return size_; }
     int solved() const { return solved_; }
     bool full() const { return size_ == capacity_; }
-    Slot& at(int i) { return slots_[order_[index(i)]]; }
-    const Slot& at(int i) const { return slots_[order_[index(i)]]; }
-    Slot& newest_solved() { return at(solved_ - 1); }
-    const Slot& newest_solved() const { return at(solved_ - 1); }
+    Event& event(int i) { return *reinterpret_cast<Event*>(slot(i)); }
+    const Event& event(int i) const { return *reinterpret_cast<const Event*>(slot(i)); }
+    State& after(int i) { return *reinterpret_cast<State*>(slot(i) + this->event_bytes()); }
+    const State& after(int i) const { return *reinterpret_cast<const State*>(slot(i) + this->event_bytes()); }
 
     void mark_solved() { ++solved_; }
 
     // Puts a sample into the event of its time, or opens one. Events before `from` are closed. False: no room.
-    bool insert(const Sample& sample, int from) {
+    bool insert(const typename Event::Sample& sample, int from) {
         // Search from the newest end: almost every sample belongs there.
         int place = size_;
-        while (place > from && at(place - 1).event.t_s > sample.t_s) --place;
+        while (place > from && event(place - 1).t_s > sample.t_s) --place;
         // A second sample of a channel at one time opens another event behind, so the first event that lacks it is it.
         int earliest = place;
-        for (int i = place - 1; i >= from && at(i).event.t_s == sample.t_s && !at(i).event.has(sample.channel); --i) earliest = i;
+        for (int i = place - 1; i >= from && event(i).t_s == sample.t_s && !event(i).has(sample.channel); --i) earliest = i;
         if (earliest < place) {
-            at(earliest).event.add(sample);
             place = earliest;
         } else {
             if (full()) return false;
             open(place);
-            at(place).event = Event::from(sample);
+            Sizes::clear(event(place), sample.t_s);
         }
+        event(place).add(sample);
         if (solved_ > place) solved_ = place;
         return true;
     }
 
-    // Appends an event as it is; for loading.
-    Slot& append() {
-        open(size_);
-        return at(size_ - 1);
-    }
+    // Opens the place behind the last event; its event and state are the caller's to write.
+    void append() { open(size_); }
 
     // The freed slot is the next to be opened, while it is still in the cache.
     void remove_first() {
@@ -87,6 +85,9 @@ public:
     }
 
 private:
+    std::size_t slot_bytes() const { return this->event_bytes() + this->state_bytes(); }
+    unsigned char* slot(int i) const { return slots_ + static_cast<std::size_t>(order_[index(i)]) * slot_bytes(); }
+
     int index(int i) const {
         const int k = first_ + i;
         return k < capacity_ ? k : k - capacity_;
@@ -100,7 +101,7 @@ private:
         ++size_;
     }
 
-    Slot* slots_ = nullptr;
+    unsigned char* slots_ = nullptr;
     int* order_ = nullptr; // ring of slot numbers in the order of time, then free ones
     int capacity_ = 0;
     int first_ = 0;

@@ -4,30 +4,16 @@
 // copy that has coasted there. So the same samples give the same bits whatever times are asked for, and a saved filter
 // is numbers only.
 //
-// A model supplies the mathematics:
-//     static constexpr int nx                                  continuous states
-//     struct State { double x[nx]; ... }                       all that changes; 8-byte numbers only
-//     void begin(State&) const                                 the state before any sample
-//     bool flows(const State&) const                           false while there is nothing to integrate
-//     bool plausible(const State&) const                       false when finite numbers lie beyond all sense
-//     void normalise(State&) const                             x has come from an integrator outside: what it strained is restored
-//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state
-//     void flow_exactly(State&, double interval_s) const       the same over an interval, in closed form
-//     void before_flow(State&, const Event&) const             inputs of an event that act on the interval before it
-//     void jump(State&, const Event&) const                    the correction; the state is at the event
-//     void nominal(double* x) const                            sizes that absolute tolerances are relative to
+// The mathematics is the model's; model_concept.hpp lists what a model is.
 #pragma once
 
 #include "base/memory.hpp"
 #include "base/saved_state.hpp"
 #include "hybrid/event_queue.hpp"
+#include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <limits>
 
 namespace hnav {
@@ -36,13 +22,16 @@ enum class Outcome { ok, late, full, backwards, diverged };
 
 template <class Model>
 class Filter {
+    static_assert(check_model<Model>());
+
 public:
     using State = typename Model::State;
-    static constexpr int nx = Model::nx;
+    using Event = typename Model::Event;
+    using Sample = typename Event::Sample;
 
     struct Settings {
         Propagator::Settings propagator;
-        bool closed_form = false; // use Model::flow_exactly; the propagator is not made
+        bool closed_form = false; // use Model::flow_exactly, if there is one; the propagator is not made
         double atol = 1e-8; // relative to Model::nominal
         double horizon_s = 0; // a sample may be this much older than the newest used one
         int queue_capacity = 64; // events, the base included
@@ -59,33 +48,38 @@ public:
     Filter& operator=(const Filter&) = delete;
     ~Filter() { release_block(memory_); }
 
+    // False: no memory, settings that no solver takes, or a closed form that the model does not have.
     bool create(const Model& model, const Settings& settings) {
-        static_assert(sizeof(State) % 8 == 0 && sizeof(Event) % 8 == 0, "states are saved as 8-byte numbers");
+        if (settings.closed_form && !Model::has_closed_form) return false;
         model_ = model;
         settings_ = settings;
-        memory_ = take_block(EventQueue<State>::bytes(settings.queue_capacity));
+        const Sizes sizes = sizes_of(model_);
+        const std::size_t queue_bytes = (Queue::bytes(sizes, settings.queue_capacity) + 7) / 8 * 8;
+        memory_ = static_cast<unsigned char*>(take_block(queue_bytes + 2 * sizes.state_bytes() + nx() * sizeof(double)));
         if (!memory_) return false;
-        queue_.create(memory_, settings.queue_capacity);
+        queue_.create(memory_, sizes, settings.queue_capacity);
+        coasted_ = reinterpret_cast<State*>(memory_ + queue_bytes);
+        spare_ = reinterpret_cast<State*>(memory_ + queue_bytes + sizes.state_bytes());
+        spare_x_ = reinterpret_cast<double*>(memory_ + queue_bytes + 2 * sizes.state_bytes());
         reset();
         if (settings.closed_form) return true;
-        double atol[nx];
+        double* atol = spare_x_;
         model_.nominal(atol);
-        for (double& a : atol) a *= settings.atol;
+        for (int i = 0; i < nx(); ++i) atol[i] *= settings.atol;
         settings_.propagator.atol = atol;
-        const FlowContext context{&model_, &queue_.at(0).after};
-        const bool made = propagator_.create(nx, flow, settings_.propagator, &context, context.held->x);
+        const FlowContext context{&model_, &queue_.after(0)};
+        const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
         settings_.propagator.atol = nullptr;
         return made;
     }
 
     void reset() {
-        State start;
-        std::memset(static_cast<void*>(&start), 0, sizeof start);
-        model_.begin(start);
+        std::memset(static_cast<void*>(spare_), 0, queue_.sizes().state_bytes());
+        model_.begin(*spare_);
         now_ = late_limit_ = -std::numeric_limits<double>::infinity();
         refused = {};
         propagator_.set_counts(0, 0);
-        restart_chain(now_, start);
+        restart_chain(now_, *spare_);
     }
 
     // Takes a sample in. It acts at the next advance that reaches its time.
@@ -105,7 +99,7 @@ public:
     Outcome advance(double t_s) {
         if (t_s < now_) return Outcome::backwards;
         Outcome outcome = Outcome::ok;
-        while (queue_.solved() < queue_.size() && queue_.at(queue_.solved()).event.t_s <= t_s)
+        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s)
             if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
         close_events();
         if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
@@ -113,10 +107,11 @@ public:
         return outcome;
     }
 
+    int nx() const { return nx_of(model_); }
     double now_s() const { return now_; }
     const State& shown() const { return *view_; } // at now_s
-    const State& newest() const { return queue_.newest_solved().after; } // just after the newest used event
-    double newest_s() const { return queue_.newest_solved().event.t_s; } // its time; -infinity before the first
+    const State& newest() const { return queue_.after(queue_.solved() - 1); } // just after the newest used event
+    double newest_s() const { return queue_.event(queue_.solved() - 1).t_s; } // its time; -infinity before the first
     double late_limit_s() const { return late_limit_; } // older samples are refused
     int waiting() const { return queue_.size() - queue_.solved(); }
     const Model& model() const { return model_; }
@@ -126,7 +121,7 @@ public:
     template <class Change>
     void change(Change&& apply) {
         while (queue_.solved() > 1) queue_.remove_first();
-        State& state = queue_.at(0).after;
+        State& state = queue_.after(0);
         apply(state);
         show_copy(state);
     }
@@ -136,40 +131,38 @@ public:
     void derivative(const double* x, double* dx) const { model_.flow(newest(), x, dx); }
 
     double next_event_s() const {
-        return waiting() ? queue_.at(queue_.solved()).event.t_s : std::numeric_limits<double>::infinity();
+        return waiting() ? queue_.event(queue_.solved()).t_s : std::numeric_limits<double>::infinity();
     }
 
     // The events up to t_s act on the state x_minus, which an integrator of the caller has brought to t_s.
     Outcome jump(double t_s, const double* x_minus, double* x_plus) {
         while (queue_.solved() > 1) queue_.remove_first();
-        auto& base = queue_.at(0);
-        State state = base.after;
-        std::memcpy(state.x, x_minus, sizeof state.x);
+        State& state = *spare_;
+        copy(state, queue_.after(0));
+        std::memcpy(x_of(state), x_minus, nx() * sizeof(double));
         model_.normalise(state);
         int used = 0;
-        while (used < waiting() && queue_.at(1 + used).event.t_s <= t_s) {
-            const Event& event = queue_.at(1 + used).event;
+        while (used < waiting() && queue_.event(1 + used).t_s <= t_s) {
+            const Event& event = queue_.event(1 + used);
             // The integrator did not know this event: inputs that act on the interval before it are put in now.
-            model_.rehold(state, event, event.t_s - (used > 0 ? queue_.at(used).event.t_s : base.event.t_s));
+            if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
             model_.jump(state, event);
             ++used;
         }
-        if (!sound(state)) {
-            for (; used > 0; --used) queue_.remove(1);
-            return Outcome::diverged;
-        }
-        if (used > 0) base.event.t_s = queue_.at(used).event.t_s;
+        const bool usable = sound(state);
+        if (usable && used > 0) queue_.event(0).t_s = queue_.event(used).t_s;
         for (; used > 0; --used) queue_.remove(1);
-        base.after = state;
-        late_limit_ = base.event.t_s;
-        std::memcpy(x_plus, state.x, sizeof state.x);
-        show(t_s, state.x);
+        if (!usable) return Outcome::diverged;
+        copy(queue_.after(0), state);
+        late_limit_ = queue_.event(0).t_s;
+        std::memcpy(x_plus, x_of(state), nx() * sizeof(double));
+        show(t_s, x_of(state));
         return Outcome::ok;
     }
 
     void show(double t_s, const double* x) {
         show_copy(newest());
-        std::memcpy(coasted_.x, x, sizeof coasted_.x);
+        std::memcpy(x_of(*coasted_), x, nx() * sizeof(double));
         now_ = t_s;
     }
 
@@ -180,11 +173,17 @@ public:
     void save(void* buffer) const {
         std::memset(buffer, 0, state_size());
         unsigned char* place = SavedState::numbers(buffer);
-        place = put(place, Kept{now_, late_limit_, refused, propagator_.rhs_evals(), propagator_.steps(),
-                                static_cast<std::uint64_t>(queue_.size()), static_cast<std::uint64_t>(queue_.solved())});
-        place = put(place, queue_.at(0).after);
-        place = put(place, *view_);
-        for (int i = 0; i < queue_.size(); ++i) place = put(place, queue_.at(i).event);
+        const Kept kept{now_,
+                        late_limit_,
+                        refused,
+                        propagator_.rhs_evals(),
+                        propagator_.steps(),
+                        static_cast<std::uint64_t>(queue_.size()),
+                        static_cast<std::uint64_t>(queue_.solved())};
+        place = put(place, &kept, sizeof kept);
+        place = put(place, &queue_.after(0), queue_.sizes().state_bytes());
+        place = put(place, view_, queue_.sizes().state_bytes());
+        for (int i = 0; i < queue_.size(); ++i) place = put(place, &queue_.event(i), queue_.sizes().event_bytes());
         saved_state().seal(buffer);
     }
 
@@ -193,22 +192,19 @@ public:
         const LoadOutcome outcome = saved_state().check(buffer, size);
         if (outcome != LoadOutcome::ok) return outcome;
         Kept kept;
-        const unsigned char* place = get(SavedState::numbers(buffer), kept);
+        const unsigned char* place = get(SavedState::numbers(buffer), &kept, sizeof kept);
         if (kept.events < 1 || kept.events > static_cast<std::uint64_t>(settings_.queue_capacity) || kept.solved < 1 ||
             kept.solved > kept.events)
             return LoadOutcome::damaged;
 
-        State base;
-        place = get(place, base);
-        place = get(place, coasted_);
-        Event event;
-        place = get(place, event);
-        restart_chain(event.t_s, base);
-        queue_.at(0).event = event;
-        for (std::uint64_t i = 1; i < kept.events; ++i) place = get(place, queue_.append().event);
+        place = get(place, spare_, queue_.sizes().state_bytes());
+        place = get(place, coasted_, queue_.sizes().state_bytes());
+        restart_chain(0, *spare_);
+        for (std::uint64_t i = 1; i < kept.events; ++i) queue_.append();
+        for (int i = 0; i < queue_.size(); ++i) place = get(place, &queue_.event(i), queue_.sizes().event_bytes());
         while (queue_.solved() < static_cast<int>(kept.solved))
             if (solve(queue_.solved()) != Outcome::ok) break;
-        view_ = &coasted_;
+        view_ = coasted_;
         now_ = kept.now;
         late_limit_ = kept.late_limit;
         refused = kept.refused;
@@ -219,7 +215,9 @@ public:
     Refused refused{};
 
 private:
-    static constexpr double least_interval_s = 1e-12;
+    using Sizes = decltype(sizes_of(std::declval<const Model&>()));
+    using Queue = EventQueue<Sizes>;
+    static constexpr double min_interval_s = 1e-12;
 
     struct FlowContext {
         const Model* model;
@@ -236,9 +234,10 @@ private:
 
     // Models differ in the sizes of their states and events, and options in their fingerprint.
     SavedState saved_state() const {
-        const std::size_t sizes[] = {sizeof(State), sizeof(Event)};
+        const std::size_t event = queue_.sizes().event_bytes(), state = queue_.sizes().state_bytes();
+        const std::size_t sizes[] = {state, event};
         return {SavedState::letters("HNAVFILT"), 2, hash(sizes, sizeof sizes, settings_.fingerprint),
-                sizeof(Kept) + 2 * sizeof(State) + settings_.queue_capacity * sizeof(Event)};
+                sizeof(Kept) + 2 * state + settings_.queue_capacity * event};
     }
 
     static void flow(const void* context, const double* x, double* dx) {
@@ -248,54 +247,66 @@ private:
 
     bool sound(const State& state) const {
         double sum = 0; // no NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length
-        for (double v : state.x) sum += v * v;
+        for (int i = 0; i < nx(); ++i) sum += x_of(state)[i] * x_of(state)[i];
         return std::isfinite(sum) && model_.plausible(state);
     }
 
     // The chain of events begins with a base that stands for all that went before.
     void restart_chain(double t_s, const State& state) {
         queue_.clear();
-        auto& base = queue_.append();
-        base.event = {};
-        base.event.t_s = t_s;
-        base.after = state;
+        queue_.append();
+        queue_.sizes().clear(queue_.event(0), t_s);
+        copy(queue_.after(0), state);
         queue_.mark_solved();
-        view_ = &base.after;
+        view_ = &queue_.after(0);
     }
 
     void show_copy(const State& state) {
-        coasted_ = state;
-        view_ = &coasted_;
+        copy(*coasted_, state);
+        view_ = coasted_;
     }
 
     // The first event has no time before it: its interval is infinite, and the state begins there. An interval with more
     // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure, or
     // numbers without bound, would come back with every later sample, because the interval only grows. So is one of no
     // length to speak of: a solver keeps its step for the next interval and multiplies the two, and a product that
-    // underflows says to it that time runs back, now and ever after.
-    void flow_over(State& state, double interval_s) {
-        if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return;
-        if (settings_.closed_form || interval_s < least_interval_s) {
-            model_.flow_exactly(state, interval_s);
-            return;
+    // underflows says to it that time runs back, now and ever after. False: a model without a closed form is still where
+    // it was, but for the shortest intervals, which one step of Euler crosses as well as any other way.
+    bool flow_over(State& state, double interval_s) {
+        if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return true;
+        if constexpr (Model::has_closed_form) {
+            if (settings_.closed_form || interval_s < min_interval_s || !integrate(state, interval_s))
+                model_.flow_exactly(state, interval_s);
+            return true;
+        } else {
+            return interval_s < min_interval_s ? step_by_euler(state, interval_s) : integrate(state, interval_s);
         }
+    }
+
+    // False: the state is as it was.
+    bool integrate(State& state, double interval_s) {
         const FlowContext context{&model_, &state};
-        double before[nx];
-        std::copy(state.x, state.x + nx, before);
-        if (propagator_.integrate(&context, interval_s, state.x) && sound(state)) return;
-        std::copy(before, before + nx, state.x);
-        model_.flow_exactly(state, interval_s);
+        std::memcpy(spare_x_, x_of(state), nx() * sizeof(double));
+        if (propagator_.integrate(&context, interval_s, x_of(state)) && sound(state)) return true;
+        std::memcpy(x_of(state), spare_x_, nx() * sizeof(double));
+        return false;
+    }
+
+    bool step_by_euler(State& state, double interval_s) {
+        model_.flow(state, x_of(state), spare_x_);
+        for (int i = 0; i < nx(); ++i) x_of(state)[i] += interval_s * spare_x_[i];
+        return true;
     }
 
     // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
     Outcome solve(int i) {
-        auto& slot = queue_.at(i);
-        const auto& previous = queue_.at(i - 1);
-        slot.after = previous.after;
-        model_.before_flow(slot.after, slot.event);
-        flow_over(slot.after, slot.event.t_s - previous.event.t_s);
-        model_.jump(slot.after, slot.event);
-        if (!sound(slot.after)) {
+        State& state = queue_.after(i);
+        const Event& event = queue_.event(i);
+        copy(state, queue_.after(i - 1));
+        model_.before_flow(state, event);
+        const bool crossed = flow_over(state, event.t_s - queue_.event(i - 1).t_s);
+        if (crossed) model_.jump(state, event);
+        if (!crossed || !sound(state)) {
             queue_.remove(i);
             return Outcome::diverged;
         }
@@ -307,45 +318,54 @@ private:
     void close_events() {
         const double newest = newest_s();
         late_limit_ = std::fmax(late_limit_, newest - settings_.horizon_s);
-        while (queue_.solved() > 2 && queue_.at(1).event.t_s < late_limit_) queue_.remove_first();
+        while (queue_.solved() > 2 && queue_.event(1).t_s < late_limit_) queue_.remove_first();
         // A queue full of events that wait for late company (a horizon too long for it, a clock that stands still) would
         // refuse every later sample: the oldest close early. Two places are what a sample of rate and force needs.
         while (queue_.solved() > 2 && !has_room(2)) {
             queue_.remove_first();
-            late_limit_ = std::fmax(late_limit_, queue_.at(0).event.t_s);
+            late_limit_ = std::fmax(late_limit_, queue_.event(0).t_s);
         }
     }
 
     Outcome look_ahead(double t_s) {
-        const auto& last = queue_.newest_solved();
-        view_ = &last.after;
-        const double interval_s = t_s - last.event.t_s;
+        view_ = &newest();
+        const double interval_s = t_s - newest_s();
         if (!(interval_s > 0)) return Outcome::ok;
-        coasted_ = last.after;
-        flow_over(coasted_, interval_s);
-        if (!sound(coasted_)) return Outcome::diverged;
-        view_ = &coasted_;
+        copy(*coasted_, newest());
+        if (!flow_over(*coasted_, interval_s) || !sound(*coasted_)) return Outcome::diverged;
+        view_ = coasted_;
         return Outcome::ok;
     }
 
-    template <class T>
-    static unsigned char* put(unsigned char* place, const T& value) {
-        std::memcpy(place, &value, sizeof value);
-        return place + sizeof value;
+    static double* x_of(State& state) {
+        if constexpr (has_fixed_size<Model>) return state.x;
+        else return state.x();
     }
-    template <class T>
-    static const unsigned char* get(const unsigned char* place, T& value) {
-        std::memcpy(static_cast<void*>(&value), place, sizeof value);
-        return place + sizeof value;
+    static const double* x_of(const State& state) {
+        if constexpr (has_fixed_size<Model>) return state.x;
+        else return state.x();
+    }
+
+    void copy(State& to, const State& from) const { queue_.sizes().copy(to, from); }
+
+    static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {
+        std::memcpy(place, value, bytes);
+        return place + bytes;
+    }
+    static const unsigned char* get(const unsigned char* place, void* value, std::size_t bytes) {
+        std::memcpy(value, place, bytes);
+        return place + bytes;
     }
 
     Model model_{};
     Settings settings_{};
     Propagator propagator_;
-    EventQueue<State> queue_;
-    void* memory_ = nullptr;
-    State coasted_{};
-    const State* view_ = &coasted_;
+    Queue queue_;
+    unsigned char* memory_ = nullptr; // of what follows, and of the queue
+    State* coasted_ = nullptr;
+    State* spare_ = nullptr;
+    double* spare_x_ = nullptr;
+    const State* view_ = nullptr; // what is shown: the newest solved state, or coasted_
     double now_ = 0;
     double late_limit_ = 0;
 };

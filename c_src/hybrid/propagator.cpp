@@ -3,6 +3,7 @@
 #include "base/memory.hpp"
 #include "hybrid/sundials_names.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -27,9 +28,9 @@ struct VectorContent {
 // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing. Who calls
 // has an exact answer for longer ones.
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-constexpr long most_steps = 100000;
+constexpr long max_steps = 100000;
 #else
-constexpr long most_steps = 200; // the fuzzer is to see both sides, and has no time
+constexpr long max_steps = 200; // the fuzzer is to see both sides, and has no time
 #endif
 
 double*& data(N_Vector v) { return static_cast<VectorContent*>(v->content)->data; }
@@ -113,9 +114,9 @@ struct Vector {
     }
     static real max_norm(N_Vector x) {
         const double* X = data(x);
-        double largest = 0;
-        for (int i = 0; i < size(x); ++i) largest = std::fmax(largest, std::fabs(X[i]));
-        return largest;
+        double max = 0;
+        for (int i = 0; i < size(x); ++i) max = std::fmax(max, std::fabs(X[i]));
+        return max;
     }
     static real weighted_rms(N_Vector x, N_Vector w) {
         const double *X = data(x), *W = data(w);
@@ -123,24 +124,28 @@ struct Vector {
         for (int i = 0; i < size(x); ++i) sum += X[i] * W[i] * X[i] * W[i];
         return std::sqrt(sum / size(x));
     }
-    static real smallest(N_Vector x) {
+    static real minimum(N_Vector x) {
         const double* X = data(x);
-        double least = X[0];
-        for (int i = 1; i < size(x); ++i) least = std::fmin(least, X[i]);
-        return least;
+        double min = X[0];
+        for (int i = 1; i < size(x); ++i) min = std::fmin(min, X[i]);
+        return min;
     }
-    // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum.
+    // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum. A length that is known only at run time goes
+    // in pieces, so that no length needs memory of its own.
     static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
-        double sum[N ? N : 256];
-        const int n = size(z);
-        const double* first = data(x[0]);
-        for (int i = 0; i < n; ++i) sum[i] = c[0] * first[i];
-        for (int k = 1; k < count; ++k) {
-            const double ck = c[k];
-            const double* X = data(x[k]);
-            for (int i = 0; i < n; ++i) sum[i] += ck * X[i];
+        constexpr int piece = N ? N : 64;
+        double sum[piece];
+        for (int begin = 0; begin < size(z); begin += piece) {
+            const int n = N ? N : std::min(piece, size(z) - begin);
+            const double* first = data(x[0]) + begin;
+            for (int i = 0; i < n; ++i) sum[i] = c[0] * first[i];
+            for (int k = 1; k < count; ++k) {
+                const double ck = c[k];
+                const double* X = data(x[k]) + begin;
+                for (int i = 0; i < n; ++i) sum[i] += ck * X[i];
+            }
+            std::memcpy(data(z) + begin, sum, n * sizeof(double));
         }
-        std::memcpy(data(z), sum, n * sizeof(double));
         return 0;
     }
 
@@ -172,17 +177,17 @@ struct Vector {
         ops->nvdotprod = dot;
         ops->nvmaxnorm = max_norm;
         ops->nvwrmsnorm = weighted_rms;
-        ops->nvmin = smallest;
+        ops->nvmin = minimum;
         ops->nvlinearcombination = linear_combination;
         return v;
     }
 };
 
-constexpr int largest_nx = 256; // room of linear_combination at run-time length
-
+// Lengths that most filters have, and any other.
 N_Vector create_vector(int n, double* values, SUNContext context) {
     switch (n) {
-    case 35: return Vector<35>::create(n, values, context); // q, b and a 7 x 7 covariance
+    case 14: return Vector<14>::create(n, values, context); // AHRS: q, the integral of its rotation matrix, a clock
+    case 35: return Vector<35>::create(n, values, context); // HREKF: q, b and a 7 x 7 covariance
     default: return Vector<0>::create(n, values, context);
     }
 }
@@ -234,7 +239,7 @@ struct Propagator::Solver {
         return ERKStepSetTableNum(erk, ARKODE_DORMAND_PRINCE_7_4_5) == 0 &&
                sundials::erk_set_interpolant_type(erk, ARK_INTERP_LAGRANGE) == 0 &&
                sundials::erk_set_interpolant_degree(erk, 0) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
-               sundials::erk_set_max_steps(erk, most_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
+               sundials::erk_set_max_steps(erk, max_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
     }
 
     bool create_adams(const Settings& settings, N_Vector atol) {
@@ -244,7 +249,7 @@ struct Propagator::Solver {
         if (CVodeInit(cv, rhs, 0, y) != 0) return false;
         iteration = SUNNonlinSol_FixedPoint(y, 0, context);
         return iteration && CVodeSetNonlinearSolver(cv, iteration) == 0 && CVodeSVtolerances(cv, settings.rtol, atol) == 0 &&
-               CVodeSetMaxNumSteps(cv, most_steps) == 0 && CVodeSetUserData(cv, this) == 0;
+               CVodeSetMaxNumSteps(cv, max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
     }
 
     // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
@@ -295,7 +300,6 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     nx_ = nx;
     flow_ = flow;
     euler_step_s_ = settings.euler_step_s;
-    if (nx > largest_nx) return false;
     slope_ = static_cast<double*>(std::calloc(2 * nx, sizeof(double)));
     if (!slope_) return false;
     if (settings.integrator == Integrator::euler) return true;
@@ -324,7 +328,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x) {
 bool Propagator::integrate_euler(const void* context, double interval_s, double* x) {
     // A whole number of equal sub-steps, none longer than asked for.
     const double steps = std::fmax(1, std::ceil(interval_s / euler_step_s_ - 1e-9));
-    if (steps > most_steps) return false;
+    if (steps > max_steps) return false;
     const double h = interval_s / steps;
     for (double k = 0; k < steps; ++k) {
         flow_(context, x, slope_);

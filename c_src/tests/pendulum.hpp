@@ -11,6 +11,8 @@ namespace hnav::test {
 struct Pendulum {
     static constexpr int nx = 5; // angle, rate, upper triangle of their covariance
     enum Channel { torque = 0, angle = 1 };
+    using Event = FixedEvent<2, 1>;
+    static constexpr bool has_closed_form = false, reholds = false, turns_back = false;
 
     struct State {
         double x[nx];
@@ -39,9 +41,7 @@ struct Pendulum {
         dP(1, 1) += process_psd;
         pack<2>(dP, dx + 2);
     }
-    void flow_exactly(State&, double) const {} // a pendulum has no closed form; the tests use the integrators
     void before_flow(State&, const Event&) const {}
-    void rehold(State&, const Event&, double) const {}
 
     void jump(State& s, const Event& event) const {
         if (event.has(angle)) {

@@ -9,6 +9,8 @@
 #include <vector>
 
 using namespace hnav;
+using Event = AttitudeEvent;
+using Sample = AttitudeSample;
 using State = AhrsModel::State;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
 

@@ -3,6 +3,8 @@
 #include "maths/eigenvalues.hpp"
 
 using namespace hnav;
+using Event = AttitudeEvent;
+using Sample = AttitudeSample;
 using hnav::test::distance, hnav::test::random_state;
 
 namespace {

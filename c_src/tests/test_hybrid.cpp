@@ -1,30 +1,59 @@
+#include "counted_heap.hpp"
 #include "hybrid/event_queue.hpp"
 #include "laws.hpp"
 #include "pendulum.hpp"
+#include "pendulum_chain.hpp"
 
 #include <algorithm>
 #include <vector>
 
 using namespace hnav;
 using hnav::test::Pendulum;
+using hnav::test::PendulumChain;
 
 namespace {
 
-using PendulumFilter = Filter<Pendulum>;
+// One number of one channel, for models of any kind.
+struct Reading {
+    double t_s;
+    int channel;
+    double value;
+};
 
-// The truth by small Runge-Kutta steps, sampled at 20 Hz; torque steps every half second.
-std::vector<Sample> pendulum_samples(double duration_s) {
+// A chain of so many links; 0: the pendulum, whose size is known when it is compiled.
+template <int links>
+struct Kind {
+    using Model = PendulumChain;
+    static Model model() { return Model(links); }
+    static double jumps(const Filter<Model>& f) { return f.model().jumps(f.newest()); }
+    static const double* x(const RuntimeState& s) { return s.x(); }
+    static RuntimeEvent::Sample sample(const Reading& r) { return {r.t_s, r.channel, &r.value}; }
+};
+
+template <>
+struct Kind<0> {
+    using Model = Pendulum;
+    static Model model() { return {}; }
+    static double jumps(const Filter<Model>& f) { return f.newest().jumps; }
+    static const double* x(const Pendulum::State& s) { return s.x; }
+    static Pendulum::Event::Sample sample(const Reading& r) { return {r.t_s, r.channel, {r.value}}; }
+};
+
+// The truth of one pendulum by small Runge-Kutta steps, sampled at 20 Hz; torque steps every half second. The other links
+// of a chain read the same angle.
+std::vector<Reading> readings(double duration_s, int links) {
     test::Random random(1);
-    std::vector<Sample> samples;
+    std::vector<Reading> samples;
     double a = 0.9, w = 0;
     const double h = 1e-4;
     double u = 0;
     for (long k = 0; k * h < duration_s; ++k) {
         if (k % 5000 == 0) {
             u = std::sin(k * h);
-            samples.push_back({k * h, Pendulum::torque, {u, 0, 0}});
+            samples.push_back({k * h, 0, u});
         }
-        if (k % 500 == 0) samples.push_back({k * h, Pendulum::angle, {a + random.normal(0.01), 0, 0}});
+        if (k % 500 == 0)
+            for (int i = 0; i < links; ++i) samples.push_back({k * h, 1 + i, a + random.normal(0.01)});
         const auto acceleration = [&](double angle, double rate) { return -9.81 * std::sin(angle) - 0.2 * rate + u; };
         const double mid_w = w + 0.5 * h * acceleration(a, w), mid_a = a + 0.5 * h * w;
         a += h * mid_w;
@@ -33,55 +62,104 @@ std::vector<Sample> pendulum_samples(double duration_s) {
     return samples;
 }
 
-void create(PendulumFilter& filter, double horizon_s = 0, Integrator integrator = Integrator::erkstep) {
-    PendulumFilter::Settings settings;
-    settings.horizon_s = horizon_s;
-    settings.queue_capacity = 256;
-    settings.propagator.integrator = integrator;
-    ASSERT_TRUE(filter.create(Pendulum{}, settings));
+// A filter of one kind, and what tests look at.
+template <class K>
+class Tested : public Filter<typename K::Model> {
+public:
+    using Base = Filter<typename K::Model>;
+    using Bytes = std::vector<unsigned char>;
+
+    explicit Tested(double horizon_s = 0, int queue_capacity = 256) {
+        typename Base::Settings settings;
+        settings.horizon_s = horizon_s;
+        settings.queue_capacity = queue_capacity;
+        EXPECT_TRUE(this->create(K::model(), settings));
+    }
+
+    Outcome push(const Reading& r) { return Base::push(K::sample(r)); }
+    double jumps() const { return K::jumps(*this); }
+    double newest_x(int i) const { return K::x(this->newest())[i]; }
+    // States as bytes: equal bytes, equal bits.
+    Bytes newest_bytes() const { return bytes_of(this->newest()); }
+    Bytes shown_bytes() const { return bytes_of(this->shown()); }
+    Bytes saved() const {
+        Bytes buffer(this->state_size());
+        this->save(buffer.data());
+        return buffer;
+    }
+
+private:
+    Bytes bytes_of(const typename Base::State& state) const {
+        const auto* first = reinterpret_cast<const unsigned char*>(&state);
+        return Bytes(first, first + sizes_of(this->model()).state_bytes());
+    }
+};
+
+// The laws hold for models of either kind.
+template <class K>
+class HybridFilter : public testing::Test {
+public:
+    using F = Tested<K>;
+    static int links() { return K::model().channels() - 1; }
+};
+template <>
+int HybridFilter<Kind<0>>::links() {
+    return 1;
 }
 
-bool same_bits(const Pendulum::State& a, const Pendulum::State& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+struct Names {
+    template <class K>
+    static std::string GetName(int) {
+        if (std::is_same_v<K, Kind<0>>) return "Pendulum";
+        return "ChainOf" + std::to_string(HybridFilter<K>::links());
+    }
+};
+using Kinds = testing::Types<Kind<0>, Kind<1>, Kind<3>, Kind<12>>;
+TYPED_TEST_SUITE(HybridFilter, Kinds, Names);
+
+} // namespace
+
+namespace {
+
+struct Queue : EventQueue<FixedSizes<FixedEvent<2, 3>, double>> {
+    explicit Queue(int capacity) : memory(bytes({}, capacity) / 8 + 1) { create(memory.data(), {}, capacity); }
+    std::vector<double> memory;
+};
+using QueueSample = Queue::Event::Sample;
 
 } // namespace
 
 TEST(EventQueue, SortsByTimeAndJoinsSamplesOfOneInstant) {
-    std::vector<double> memory(EventQueue<double>::bytes(8) / 8 + 1);
-    EventQueue<double> queue;
-    queue.create(memory.data(), 8);
-    for (const Sample& s : {Sample{2, 1, {}}, Sample{1, 0, {}}, Sample{3, 0, {}}, Sample{2, 0, {}}})
+    Queue queue(8);
+    for (const QueueSample& s : {QueueSample{2, 1, {}}, QueueSample{1, 0, {}}, QueueSample{3, 0, {}}, QueueSample{2, 0, {}}})
         ASSERT_TRUE(queue.insert(s, 0));
     ASSERT_EQ(queue.size(), 3);
-    EXPECT_EQ(queue.at(0).event.t_s, 1);
-    EXPECT_EQ(queue.at(1).event.t_s, 2);
-    EXPECT_TRUE(queue.at(1).event.has(0) && queue.at(1).event.has(1));
-    EXPECT_EQ(queue.at(2).event.t_s, 3);
+    EXPECT_EQ(queue.event(0).t_s, 1);
+    EXPECT_EQ(queue.event(1).t_s, 2);
+    EXPECT_TRUE(queue.event(1).has(0) && queue.event(1).has(1));
+    EXPECT_EQ(queue.event(2).t_s, 3);
 }
 
 TEST(EventQueue, ASecondSampleOfAChannelFollowsTheFirst) {
-    std::vector<double> memory(EventQueue<double>::bytes(8) / 8 + 1);
-    EventQueue<double> queue;
-    queue.create(memory.data(), 8);
+    Queue queue(8);
     ASSERT_TRUE(queue.insert({1, 0, {10, 0, 0}}, 0));
     ASSERT_TRUE(queue.insert({1, 0, {20, 0, 0}}, 0));
     ASSERT_TRUE(queue.insert({1, 1, {30, 0, 0}}, 0));
     ASSERT_EQ(queue.size(), 2);
-    EXPECT_EQ(queue.at(0).event.value[0][0], 10);
-    EXPECT_EQ(queue.at(0).event.value[1][0], 30);
-    EXPECT_EQ(queue.at(1).event.value[0][0], 20);
+    EXPECT_EQ(queue.event(0).value[0][0], 10);
+    EXPECT_EQ(queue.event(0).value[1][0], 30);
+    EXPECT_EQ(queue.event(1).value[0][0], 20);
 }
 
 TEST(EventQueue, SaysWhenItIsFullAndGoesOnAfterRemoval) {
-    std::vector<double> memory(EventQueue<double>::bytes(2) / 8 + 1);
-    EventQueue<double> queue;
-    queue.create(memory.data(), 2);
+    Queue queue(2);
     EXPECT_TRUE(queue.insert({1, 0, {}}, 0));
     EXPECT_TRUE(queue.insert({2, 0, {}}, 0));
     EXPECT_FALSE(queue.insert({3, 0, {}}, 0));
     EXPECT_TRUE(queue.insert({2, 1, {}}, 0)); // joins
     queue.remove(0);
     EXPECT_TRUE(queue.insert({3, 0, {}}, 0));
-    EXPECT_EQ(queue.at(1).event.t_s, 3);
+    EXPECT_EQ(queue.event(1).t_s, 3);
 }
 
 TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
@@ -139,182 +217,243 @@ TEST(Propagator, EulerConvergesAtFirstOrder) {
     EXPECT_NEAR(error[0] / error[1], 2, 0.01);
 }
 
-TEST(HybridFilter, APendulumConvergesFromAWrongStart) {
-    PendulumFilter filter;
-    create(filter);
-    for (const Sample& s : pendulum_samples(10)) ASSERT_EQ(filter.push(s), Outcome::ok);
-    ASSERT_EQ(filter.advance(10), Outcome::ok);
-    EXPECT_LT(std::sqrt(filter.shown().x[2]), 0.01);
+TYPED_TEST(HybridFilter, ConvergesFromAWrongStart) {
+    typename TestFixture::F filter;
+    const auto samples = readings(10, this->links());
+    for (const Reading& s : samples) {
+        ASSERT_EQ(filter.push(s), Outcome::ok);
+        ASSERT_EQ(filter.advance(s.t_s), Outcome::ok);
+    }
+    const int n = 2 * this->links();
+    EXPECT_LT(std::sqrt(filter.newest_x(n)), 0.01);
     EXPECT_GT(filter.propagator().rhs_evals(), 1000u);
     // The first estimate was half a radian off; the last innovation must be noise.
-    const Sample last = pendulum_samples(10).back();
-    EXPECT_NEAR(filter.newest().x[0], last.value[0], 0.05);
+    EXPECT_NEAR(filter.newest_x(this->links() - 1), samples.back().value, 0.05);
 }
 
-TEST(HybridFilter, TimesThatAreAskedForDoNotChangeTheEstimate) {
-    const auto samples = pendulum_samples(3);
-    Pendulum::State reference{};
+TYPED_TEST(HybridFilter, TimesThatAreAskedForDoNotChangeTheEstimate) {
+    const auto samples = readings(3, this->links());
+    typename TestFixture::F::Bytes reference;
     for (const double step : {3.0, 0.01, 0.0037, 0.0173, 1.0}) {
-        PendulumFilter filter;
-        create(filter);
+        typename TestFixture::F filter(0, 1024);
         std::size_t next = 0;
         for (double t = 0; t < 3; t = std::fmin(3, t + step)) {
             while (next < samples.size() && samples[next].t_s <= t + step) ASSERT_EQ(filter.push(samples[next++]), Outcome::ok);
             ASSERT_EQ(filter.advance(std::fmin(3, t + step)), Outcome::ok);
         }
-        if (step == 3.0) reference = filter.newest();
-        EXPECT_TRUE(same_bits(filter.newest(), reference)) << "step " << step;
+        if (step == 3.0) reference = filter.newest_bytes();
+        EXPECT_EQ(filter.newest_bytes(), reference) << "step " << step;
     }
 }
 
-TEST(HybridFilter, SamplesWithinTheHorizonMayComeLateAndChangeNoBit) {
-    const auto samples = pendulum_samples(3);
-    PendulumFilter in_order, late;
-    create(in_order, 0.3);
-    create(late, 0.3);
-    for (const Sample& s : samples) {
+TYPED_TEST(HybridFilter, SamplesWithinTheHorizonMayComeLateAndChangeNoBit) {
+    const auto samples = readings(3, this->links());
+    typename TestFixture::F in_order(0.3), late(0.3);
+    for (const Reading& s : samples) {
         ASSERT_EQ(in_order.push(s), Outcome::ok);
         ASSERT_EQ(in_order.advance(s.t_s), Outcome::ok);
     }
     // Every fourth sample is handed over after the next four.
-    std::vector<Sample> shuffled = samples;
+    std::vector<Reading> shuffled = samples;
     for (std::size_t i = 0; i + 4 < shuffled.size(); i += 4) std::rotate(&shuffled[i], &shuffled[i + 1], &shuffled[i + 4]);
     double now = 0;
-    for (const Sample& s : shuffled) {
+    for (const Reading& s : shuffled) {
         ASSERT_EQ(late.push(s), Outcome::ok);
         now = std::fmax(now, s.t_s);
         ASSERT_EQ(late.advance(now), Outcome::ok);
     }
-    EXPECT_TRUE(same_bits(in_order.newest(), late.newest()));
+    EXPECT_EQ(in_order.newest_bytes(), late.newest_bytes());
     EXPECT_EQ(late.refused.late, 0u);
 }
 
-TEST(HybridFilter, SamplesBeyondTheHorizonAreRefusedAndCounted) {
-    PendulumFilter filter;
-    create(filter, 0.1);
-    ASSERT_EQ(filter.push({1.0, Pendulum::angle, {0.5, 0, 0}}), Outcome::ok);
+TYPED_TEST(HybridFilter, SamplesBeyondTheHorizonAreRefusedAndCounted) {
+    typename TestFixture::F filter(0.1);
+    ASSERT_EQ(filter.push({1.0, 1, 0.5}), Outcome::ok);
     ASSERT_EQ(filter.advance(1.0), Outcome::ok);
-    const Pendulum::State before = filter.newest();
-    EXPECT_EQ(filter.push({0.85, Pendulum::angle, {0.1, 0, 0}}), Outcome::late);
+    const auto before = filter.newest_bytes();
+    EXPECT_EQ(filter.push({0.85, 1, 0.1}), Outcome::late);
     ASSERT_EQ(filter.advance(1.0), Outcome::ok);
-    EXPECT_TRUE(same_bits(filter.newest(), before));
+    EXPECT_EQ(filter.newest_bytes(), before);
     EXPECT_EQ(filter.refused.late, 1u);
-    EXPECT_EQ(filter.push({0.95, Pendulum::angle, {0.1, 0, 0}}), Outcome::ok);
+    EXPECT_EQ(filter.push({0.95, 1, 0.1}), Outcome::ok);
 }
 
-TEST(HybridFilter, AnEqualTimeSampleJoinsAnEventThatWasShownAlready) {
-    PendulumFilter together, apart;
-    create(together);
-    create(apart);
-    for (PendulumFilter* f : {&together, &apart}) {
-        ASSERT_EQ(f->push({1.0, Pendulum::angle, {0.4, 0, 0}}), Outcome::ok);
+TYPED_TEST(HybridFilter, AnEqualTimeSampleJoinsAnEventThatWasShownAlready) {
+    typename TestFixture::F together, apart;
+    for (auto* f : {&together, &apart}) {
+        ASSERT_EQ(f->push({1.0, 1, 0.4}), Outcome::ok);
         if (f == &apart) {
             ASSERT_EQ(f->advance(1.0), Outcome::ok);
         }
-        ASSERT_EQ(f->push({1.0, Pendulum::torque, {2, 0, 0}}), Outcome::ok);
+        ASSERT_EQ(f->push({1.0, 0, 2}), Outcome::ok);
         ASSERT_EQ(f->advance(1.5), Outcome::ok);
     }
-    EXPECT_TRUE(same_bits(together.newest(), apart.newest()));
-    EXPECT_EQ(apart.newest().jumps, 1);
+    EXPECT_EQ(together.newest_bytes(), apart.newest_bytes());
+    EXPECT_EQ(apart.jumps(), 1);
 }
 
-TEST(HybridFilter, TimeDoesNotRunBackwards) {
-    PendulumFilter filter;
-    create(filter);
+TYPED_TEST(HybridFilter, TimeDoesNotRunBackwards) {
+    typename TestFixture::F filter;
     ASSERT_EQ(filter.advance(1), Outcome::ok);
     EXPECT_EQ(filter.advance(0.5), Outcome::backwards);
     EXPECT_EQ(filter.now_s(), 1);
 }
 
-TEST(HybridFilter, OneAdvanceDropsAllThatLeadToNoFiniteStateAndUsesTheRest) {
-    PendulumFilter struck, spared;
-    create(struck);
-    create(spared);
-    for (const Sample& good : {Sample{1.0, Pendulum::angle, {0.4, 0, 0}}, Sample{1.4, Pendulum::angle, {0.3, 0, 0}}})
-        for (PendulumFilter* f : {&struck, &spared}) {
+TYPED_TEST(HybridFilter, OneAdvanceDropsAllThatLeadToNoFiniteStateAndUsesTheRest) {
+    typename TestFixture::F struck, spared;
+    for (const Reading& good : {Reading{1.0, 1, 0.4}, Reading{1.4, 1, 0.3}})
+        for (auto* f : {&struck, &spared}) {
             ASSERT_EQ(f->push(good), Outcome::ok);
         }
     for (const double t_s : {1.1, 1.2, 1.3}) {
-        ASSERT_EQ(struck.push({t_s, Pendulum::angle, {1e300, 0, 0}}), Outcome::ok);
+        ASSERT_EQ(struck.push({t_s, 1, 1e300}), Outcome::ok);
     }
     EXPECT_EQ(struck.advance(1.5), Outcome::diverged);
     ASSERT_EQ(spared.advance(1.5), Outcome::ok);
     EXPECT_EQ(struck.waiting(), 0);
     EXPECT_EQ(struck.now_s(), 1.5);
-    EXPECT_TRUE(same_bits(struck.shown(), spared.shown()));
+    EXPECT_EQ(struck.shown_bytes(), spared.shown_bytes());
     EXPECT_EQ(struck.advance(1.6), Outcome::ok);
 }
 
-TEST(HybridFilter, SaveWreckLoadGoOnIsBitEqual) {
-    const auto samples = pendulum_samples(4);
+TYPED_TEST(HybridFilter, AnIntervalThatCannotBeCrossedIsAnErrorWithoutAClosedForm) {
+    typename TestFixture::F filter;
+    ASSERT_EQ(filter.push({1.0, 1, 0.5}), Outcome::ok);
+    ASSERT_EQ(filter.advance(1.0), Outcome::ok);
+    const auto before = filter.newest_bytes();
+    ASSERT_EQ(filter.push({1e9, 1, 0.1}), Outcome::ok);
+    EXPECT_EQ(filter.advance(1e9), Outcome::diverged);
+    EXPECT_EQ(filter.newest_bytes(), before);
+    EXPECT_EQ(filter.waiting(), 0);
+    EXPECT_EQ(filter.now_s(), 1.0);
+    EXPECT_EQ(filter.advance(1.2), Outcome::ok);
+    ASSERT_EQ(filter.push({1.3, 1, 0.1}), Outcome::ok);
+    EXPECT_EQ(filter.advance(1.3), Outcome::ok);
+    EXPECT_EQ(filter.jumps(), 2);
+}
+
+TYPED_TEST(HybridFilter, AnIntervalOfNoLengthToSpeakOfIsCrossed) {
+    typename TestFixture::F filter;
+    ASSERT_EQ(filter.push({1e-4, 1, 0.5}), Outcome::ok);
+    ASSERT_EQ(filter.push({1e-4 + 1e-13, 0, 1.0}), Outcome::ok);
+    EXPECT_EQ(filter.advance(0.1), Outcome::ok);
+    EXPECT_EQ(filter.jumps(), 2);
+}
+
+TYPED_TEST(HybridFilter, AClosedFormThatTheModelLacksIsRefused) {
+    Filter<typename TypeParam::Model> filter;
+    typename decltype(filter)::Settings settings;
+    settings.closed_form = true;
+    EXPECT_FALSE(filter.create(TypeParam::model(), settings));
+}
+
+TYPED_TEST(HybridFilter, SaveWreckLoadGoOnIsBitEqual) {
+    const auto samples = readings(4, this->links());
     for (const double horizon_s : {0.0, 0.3}) {
-        PendulumFilter straight, interrupted;
-        create(straight, horizon_s);
-        create(interrupted, horizon_s);
-        std::vector<unsigned char> saved(straight.state_size());
+        typename TestFixture::F straight(horizon_s), interrupted(horizon_s);
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            for (PendulumFilter* f : {&straight, &interrupted}) {
+            for (auto* f : {&straight, &interrupted}) {
                 ASSERT_EQ(f->push(samples[i]), Outcome::ok);
                 ASSERT_EQ(f->advance(samples[i].t_s + 0.003), Outcome::ok);
             }
             if (i == samples.size() / 2) {
-                interrupted.save(saved.data());
-                ASSERT_EQ(interrupted.push({samples[i].t_s + 0.01, Pendulum::angle, {3, 0, 0}}), Outcome::ok);
+                const auto saved = interrupted.saved();
+                ASSERT_EQ(interrupted.push({samples[i].t_s + 0.01, 1, 3}), Outcome::ok);
                 ASSERT_EQ(interrupted.advance(samples[i].t_s + 1), Outcome::ok);
                 ASSERT_EQ(interrupted.load(saved.data(), saved.size()), LoadOutcome::ok);
-                EXPECT_TRUE(same_bits(interrupted.shown(), straight.shown()));
+                EXPECT_EQ(interrupted.shown_bytes(), straight.shown_bytes());
+                EXPECT_EQ(interrupted.saved(), saved);
             }
         }
-        EXPECT_TRUE(same_bits(straight.shown(), interrupted.shown()));
+        EXPECT_EQ(straight.shown_bytes(), interrupted.shown_bytes());
         EXPECT_EQ(straight.propagator().rhs_evals(), interrupted.propagator().rhs_evals());
     }
 }
 
-TEST(HybridFilter, EverySingleDamagedByteOfASavedStateIsFound) {
-    PendulumFilter filter;
-    PendulumFilter::Settings settings;
-    settings.queue_capacity = 4;
-    ASSERT_TRUE(filter.create(Pendulum{}, settings));
-    ASSERT_EQ(filter.push({1.0, Pendulum::angle, {0.4, 0, 0}}), Outcome::ok);
+TYPED_TEST(HybridFilter, ASavedStateGoesOnInAnotherFilterOfItsKindOnly) {
+    typename TestFixture::F filter, twin;
+    Tested<Kind<5>> stranger;
+    ASSERT_EQ(filter.push({1.0, 1, 0.4}), Outcome::ok);
     ASSERT_EQ(filter.advance(1.2), Outcome::ok);
-    std::vector<unsigned char> saved(filter.state_size());
-    filter.save(saved.data());
-    const Pendulum::State before = filter.shown();
-    for (std::size_t i = 0; i < saved.size(); ++i) {
-        saved[i] ^= 0x10;
-        EXPECT_EQ(filter.load(saved.data(), saved.size()), LoadOutcome::damaged) << "byte " << i;
-        saved[i] ^= 0x10;
+    const auto saved = filter.saved();
+    ASSERT_EQ(twin.load(saved.data(), saved.size()), LoadOutcome::ok);
+    EXPECT_EQ(twin.shown_bytes(), filter.shown_bytes());
+    EXPECT_EQ(stranger.load(saved.data(), saved.size()), LoadOutcome::size);
+}
+
+TYPED_TEST(HybridFilter, EverySingleDamagedByteOfASavedStateIsFound) {
+    typename TestFixture::F filter(0, 4);
+    ASSERT_EQ(filter.push({1.0, 1, 0.4}), Outcome::ok);
+    ASSERT_EQ(filter.advance(1.2), Outcome::ok);
+    auto saved = filter.saved();
+    const auto before = filter.shown_bytes();
+    for (unsigned char& byte : saved) {
+        byte ^= 0x10;
+        EXPECT_EQ(filter.load(saved.data(), saved.size()), LoadOutcome::damaged) << "byte " << &byte - saved.data();
+        byte ^= 0x10;
     }
     EXPECT_EQ(filter.load(saved.data(), saved.size() - 8), LoadOutcome::size);
-    EXPECT_TRUE(same_bits(filter.shown(), before));
+    EXPECT_EQ(filter.shown_bytes(), before);
     EXPECT_EQ(filter.load(saved.data(), saved.size()), LoadOutcome::ok);
 }
 
-TEST(HybridFilter, AnIntegratorOutsideReachesTheSameEstimate) {
-    PendulumFilter inside, outside;
-    create(inside);
-    create(outside);
-    double x[Pendulum::nx];
-    std::memcpy(x, outside.newest().x, sizeof x);
+TYPED_TEST(HybridFilter, AnIntegratorOutsideReachesTheSameEstimate) {
+    typename TestFixture::F inside, outside;
+    const std::size_t nx = static_cast<std::size_t>(inside.nx());
+    std::vector<double> x(nx), slope(nx), mid(nx);
+    for (std::size_t i = 0; i < nx; ++i) x[i] = outside.newest_x(static_cast<int>(i));
     double t = 0;
-    for (const Sample& s : pendulum_samples(2)) {
+    for (const Reading& s : readings(1, this->links())) {
         ASSERT_EQ(inside.push(s), Outcome::ok);
         ASSERT_EQ(inside.advance(s.t_s), Outcome::ok);
         // Small midpoint steps to the event, then the jump.
-        const int steps = static_cast<int>(std::ceil((s.t_s - t) / 1e-4 - 1e-9));
+        const int steps = static_cast<int>(std::ceil((s.t_s - t) / 2e-4 - 1e-9));
         for (int k = 0; k < steps; ++k) {
             const double h = (s.t_s - t) / steps;
-            double slope[Pendulum::nx], mid[Pendulum::nx];
-            outside.derivative(x, slope);
-            for (int i = 0; i < Pendulum::nx; ++i) mid[i] = x[i] + 0.5 * h * slope[i];
-            outside.derivative(mid, slope);
-            for (int i = 0; i < Pendulum::nx; ++i) x[i] += h * slope[i];
+            outside.derivative(x.data(), slope.data());
+            for (std::size_t i = 0; i < nx; ++i) mid[i] = x[i] + 0.5 * h * slope[i];
+            outside.derivative(mid.data(), slope.data());
+            for (std::size_t i = 0; i < nx; ++i) x[i] += h * slope[i];
         }
         t = s.t_s;
         ASSERT_EQ(outside.push(s), Outcome::ok);
         EXPECT_EQ(outside.next_event_s(), s.t_s);
-        ASSERT_EQ(outside.jump(s.t_s, x, x), Outcome::ok);
+        ASSERT_EQ(outside.jump(s.t_s, x.data(), x.data()), Outcome::ok);
         EXPECT_TRUE(std::isinf(outside.next_event_s()));
     }
-    for (int i = 0; i < Pendulum::nx; ++i) EXPECT_NEAR(x[i], inside.newest().x[i], 1e-6);
+    for (std::size_t i = 0; i < nx; ++i) EXPECT_NEAR(x[i], inside.newest_x(static_cast<int>(i)), 1e-6);
+}
+
+#ifdef HNAV_HEAP_IS_COUNTED
+TYPED_TEST(HybridFilter, AsksTheHeapForNothingAfterItWasMade) {
+    const auto samples = readings(1, this->links());
+    typename TestFixture::F filter(0.2);
+    heap::allocations = 0;
+    heap::counting = true;
+    for (const Reading& s : samples) {
+        filter.push(s);
+        filter.advance(s.t_s + 0.01);
+    }
+    filter.reset();
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
+}
+#endif
+
+TEST(HybridFilterSizes, AChainOfOneIsThePendulum) {
+    Tested<Kind<0>> pendulum;
+    Tested<Kind<1>> chain;
+    for (const Reading& s : readings(2, 1)) {
+        ASSERT_EQ(pendulum.push(s), Outcome::ok);
+        ASSERT_EQ(chain.push(s), Outcome::ok);
+        ASSERT_EQ(pendulum.advance(s.t_s), Outcome::ok);
+        ASSERT_EQ(chain.advance(s.t_s), Outcome::ok);
+    }
+    for (int i = 0; i < Pendulum::nx; ++i) EXPECT_NEAR(chain.newest_x(i), pendulum.newest_x(i), 1e-12);
+}
+
+TEST(HybridFilterSizes, AModelOfFixedSizeTakesNoRoomForItsSizes) {
+    EXPECT_TRUE(has_fixed_size<Pendulum>);
+    EXPECT_FALSE(has_fixed_size<PendulumChain>);
+    EXPECT_LT(sizeof(EventQueue<FixedSizes<Pendulum::Event, Pendulum::State>>), sizeof(EventQueue<RuntimeSizes>));
 }

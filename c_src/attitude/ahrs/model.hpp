@@ -33,6 +33,7 @@ public:
     static constexpr int nx = ahrs_nx;
     static constexpr double gravity_m_s2 = 9.80665;
     using Settings = AhrsSettings<R>;
+    using Event = AttitudeEvent;
     using State = AhrsState<R>;
     using Sigmas = typename Settings::Sigmas;
     using Covariance = Square<errors, R>;
@@ -58,6 +59,7 @@ public:
     void nominal(const State&, R* x) const { nominal(x); }
     void flow(const State& s, const R* x, R* dx) const;
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
+    static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
     static constexpr bool reholds = true;
     void before_flow(State& s, const Event& event) const;

@@ -2,7 +2,7 @@
 // its state has.
 #pragma once
 
-#include "hybrid/event.hpp"
+#include "attitude/common/channels.hpp"
 #include "maths/rotation.hpp"
 
 #include <cstdint>
@@ -15,12 +15,9 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // Of any sensor in any unit, and so of a gyro's bias; beyond lies nothing but overflow.
 constexpr double max_reading = 1e6;
 
-// Channels of an attitude filter, in the order in which samples of equal time act.
-enum Channel : int { gyro = 0, accel = 1, mag = 2, heading = 3, channel_count = 4 };
-
 // A sample of three components.
 template <class R>
-inline Vector3Of<R> vector_of(const Event& event, int channel) {
+inline Vector3Of<R> vector_of(const AttitudeEvent& event, int channel) {
     return Vector3(event.value[channel]).cast<R>();
 }
 

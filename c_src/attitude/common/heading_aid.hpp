@@ -10,7 +10,7 @@ namespace hnav {
 template <class R>
 class HeadingAid {
 public:
-    HeadingAid(const QuaternionOf<R>& q, const Event& event)
+    HeadingAid(const QuaternionOf<R>& q, const AttitudeEvent& event)
         : q_(q),
           body_x_(rotation_matrix<R>(q).col(0)),
           level_(body_x_.template head<2>().squaredNorm()),

@@ -47,7 +47,7 @@ struct StartSamples {
     }
 
     // Adds the samples of an event. True once an attitude follows from them.
-    bool add(const Event& event, const StartSettings<R>& settings, FirstAttitude<R>* found) {
+    bool add(const AttitudeEvent& event, const StartSettings<R>& settings, FirstAttitude<R>* found) {
         gather(event, settings);
         found->sigma_heading = settings.sigma_heading;
         if (settings.mode == StartMode::attitude) {
@@ -77,7 +77,7 @@ struct StartSamples {
     }
 
 private:
-    void gather(const Event& event, const StartSettings<R>& settings) {
+    void gather(const AttitudeEvent& event, const StartSettings<R>& settings) {
         if (std::isnan(first_s)) first_s = event.t_s;
         for (int k = 0; k < 2; ++k) {
             const int c = accel + k;

@@ -18,7 +18,7 @@ struct HrekfDirection {
 // Of a field a thousand times the reference no more than the direction is to be believed: taken at its word it would throw
 // the bias beyond all rates.
 template <class R>
-inline Vector3Of<R> field_in_units(const Event& event, R strength) {
+inline Vector3Of<R> field_in_units(const AttitudeEvent& event, R strength) {
     const Vector3Of<R> field = vector_of<R>(event, mag) / strength;
     const R length = field.norm();
     return length > R(1e3) ? Vector3Of<R>(field * (R(1e3) / length)) : field;

@@ -26,6 +26,7 @@ template <class R>
 class HrekfModelOf {
 public:
     static constexpr int nx = hrekf_nx;
+    using Event = AttitudeEvent;
     using State = HrekfState<R>;
     using Settings = HrekfSettings<R>;
     using Covariance = Square<7, R>;
@@ -49,12 +50,12 @@ public:
     void normalise(State& s) const { restore_length(s.x); }
     void flow(const State& s, const R* x, R* dx) const;
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
+    static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const;
 
     // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
     static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
-    void rehold(State&, const Event&, double) const {}
 
     void before_flow(State& s, const Event& event) const {
         if (settings_.backward_hold && event.has(gyro)) hold(s, event);

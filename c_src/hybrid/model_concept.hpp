@@ -1,0 +1,132 @@
+// What a model is: the mathematics that Filter<Model> asks for, and nothing else. A model is a value (it is copied into
+// its filter) whose members are const: all that changes stands in its State.
+//
+// Sizes, known when the model is compiled:
+//     static constexpr int nx                             continuous states
+//     using Event = FixedEvent<channels, values>
+//     struct State { double x[nx]; ... }                  8-byte numbers only, x first
+// or when it is made:
+//     using Event = RuntimeEvent; using State = RuntimeState
+//     int nx() const                                      continuous states
+//     int channels() const                                at most 64
+//     int values() const                                  of one reading, the same for all channels
+//     std::size_t state_bytes() const                     of a state, x and what the model puts behind it
+//
+// Start and flow:
+//     void begin(State&) const                            from zeros to the state before any sample
+//     bool flows(const State&) const                      false while there is nothing to integrate
+//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state
+//     void nominal(double* x) const                       sizes that absolute tolerances are relative to
+//     bool plausible(const State&) const                  false when finite numbers lie beyond all sense
+//     void normalise(State&) const                        x has come from an integrator outside: what it strained is restored
+//
+// Events:
+//     void before_flow(State&, const Event&) const        inputs of an event that act on the interval before it
+//     void jump(State&, const Event&) const               the correction; the state is at the event
+//
+// What not every model can do; each says so:
+//     static constexpr bool has_closed_form               the flow over an interval without an integrator:
+//         void flow_exactly(State&, double interval_s) const
+//     static constexpr bool reholds                       an integrator outside has crossed the interval without the inputs
+//                                                         of before_flow: they are put in afterwards
+//         void rehold(State&, const Event&, double interval_s) const
+//     static constexpr bool turns_back                    a filter that has seen a recording goes through it again with time
+//                                                         reversed, its next sample at t_s
+//         void turn_back(State&, double t_s) const
+//
+// Without a closed form an interval that the integrator cannot cross is an error, and its event is dropped.
+#pragma once
+
+#include "hybrid/sizes.hpp"
+
+#include <type_traits>
+#include <utility>
+
+namespace hnav {
+namespace model_concept {
+
+template <class M>
+using State = typename M::State;
+template <class M>
+using Event = typename M::Event;
+template <class T>
+T& object(); // for expressions that are never evaluated
+
+// Whether Expression<Model> is one that compiles.
+template <template <class> class Expression, class Model, class = void>
+struct Answers : std::false_type {};
+template <template <class> class Expression, class Model>
+struct Answers<Expression, Model, std::void_t<Expression<Model>>> : std::true_type {};
+
+template <class M>
+using Begin = decltype(object<const M>().begin(object<State<M>>()));
+template <class M>
+using Flows = std::enable_if_t<std::is_same_v<bool, decltype(object<const M>().flows(object<const State<M>>()))>>;
+template <class M>
+using Flow = decltype(object<const M>().flow(object<const State<M>>(), object<const double* const>(), object<double* const>()));
+template <class M>
+using Nominal = decltype(object<const M>().nominal(object<double* const>()));
+template <class M>
+using Plausible = std::enable_if_t<std::is_same_v<bool, decltype(object<const M>().plausible(object<const State<M>>()))>>;
+template <class M>
+using Normalise = decltype(object<const M>().normalise(object<State<M>>()));
+template <class M>
+using BeforeFlow = decltype(object<const M>().before_flow(object<State<M>>(), object<const Event<M>>()));
+template <class M>
+using Jump = decltype(object<const M>().jump(object<State<M>>(), object<const Event<M>>()));
+template <class M>
+using FlowExactly = decltype(object<const M>().flow_exactly(object<State<M>>(), 0.0));
+template <class M>
+using Rehold = decltype(object<const M>().rehold(object<State<M>>(), object<const Event<M>>(), 0.0));
+template <class M>
+using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
+
+template <class M>
+using FixedSize = std::integral_constant<int, M::nx>;
+template <class M>
+using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels() + object<const M>().values() +
+                             object<const M>().state_bytes());
+
+} // namespace model_concept
+
+// Whether the sizes of a model are known when it is compiled.
+template <class Model>
+constexpr bool has_fixed_size = model_concept::Answers<model_concept::FixedSize, Model>::value;
+
+template <class Model>
+auto sizes_of(const Model& model) {
+    if constexpr (has_fixed_size<Model>) return FixedSizes<typename Model::Event, typename Model::State>{};
+    else return RuntimeSizes{model.channels(), model.values(), model.state_bytes()};
+}
+
+template <class Model>
+constexpr int nx_of(const Model& model) {
+    if constexpr (has_fixed_size<Model>) return Model::nx;
+    else return model.nx();
+}
+
+// Says in the compiler's words what a model lacks.
+template <class M>
+constexpr bool check_model() {
+    using namespace model_concept;
+    if constexpr (!has_fixed_size<M>) {
+        static_assert(Answers<RuntimeSize, M>::value, "nx is a constant, or nx(), channels(), values() and state_bytes() say it");
+        static_assert(std::is_same_v<State<M>, RuntimeState> && std::is_same_v<Event<M>, RuntimeEvent>);
+    }
+    static_assert(std::is_copy_assignable_v<M> && std::is_default_constructible_v<M>, "a model is a value");
+    static_assert(std::is_trivially_copyable_v<State<M>>, "a state is numbers only");
+    static_assert(Answers<Begin, M>::value, "void begin(State&) const");
+    static_assert(Answers<Flows, M>::value, "bool flows(const State&) const");
+    static_assert(Answers<Flow, M>::value, "void flow(const State&, const double* x, double* dx) const");
+    static_assert(Answers<Nominal, M>::value, "void nominal(double* x) const");
+    static_assert(Answers<Plausible, M>::value, "bool plausible(const State&) const");
+    static_assert(Answers<Normalise, M>::value, "void normalise(State&) const");
+    static_assert(Answers<BeforeFlow, M>::value, "void before_flow(State&, const Event&) const");
+    static_assert(Answers<Jump, M>::value, "void jump(State&, const Event&) const");
+    static_assert(M::has_closed_form == Answers<FlowExactly, M>::value, "has_closed_form: flow_exactly(State&, double) const");
+    static_assert(M::reholds == Answers<Rehold, M>::value, "reholds: rehold(State&, const Event&, double) const");
+    static_assert(M::turns_back == Answers<TurnBack, M>::value, "turns_back: turn_back(State&, double) const");
+    return true;
+}
+
+} // namespace hnav

@@ -1,0 +1,50 @@
+// How large a model's events and states are: known when the model is compiled, which costs nothing, or when it is made.
+#pragma once
+
+#include "hybrid/event.hpp"
+
+namespace hnav {
+
+// The state of a model whose size is known at run time: its numbers stand from here on, the continuous states first.
+class RuntimeState {
+public:
+    double* x() { return reinterpret_cast<double*>(this); }
+    const double* x() const { return reinterpret_cast<const double*>(this); }
+
+private:
+    double first_;
+};
+
+template <class Event_, class State_>
+struct FixedSizes {
+    using Event = Event_;
+    using State = State_;
+    static_assert(sizeof(Event) % 8 == 0 && sizeof(State) % 8 == 0, "events and states are saved as 8-byte numbers");
+
+    static constexpr std::size_t event_bytes() { return sizeof(Event); }
+    static constexpr std::size_t state_bytes() { return sizeof(State); }
+    static void copy(State& to, const State& from) { to = from; }
+    static void clear(Event& event, double t_s) {
+        event = {};
+        event.t_s = t_s;
+    }
+};
+
+struct RuntimeSizes {
+    using Event = RuntimeEvent;
+    using State = RuntimeState;
+
+    int channels = 0, values = 0;
+    std::size_t state = 0;
+
+    std::size_t event_bytes() const { return Event::bytes(channels, values); }
+    std::size_t state_bytes() const { return state; }
+    void copy(State& to, const State& from) const { std::memcpy(to.x(), from.x(), state); }
+    void clear(Event& event, double t_s) const {
+        std::memset(static_cast<void*>(&event), 0, event_bytes());
+        event.t_s = t_s;
+        event.values = static_cast<std::uint64_t>(values);
+    }
+};
+
+} // namespace hnav
