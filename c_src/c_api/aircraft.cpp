@@ -4,17 +4,15 @@
 #include "base/memory.hpp"
 #include "c_api/message.hpp"
 #include "options/lists.hpp"
-#include "simulation/aircraft_flight.hpp"
+#include "simulation/aircraft.hpp"
 
 using hnav::AircraftFlight;
-using hnav::hash;
-using hnav::RowMajor;
 
-struct hnav_aircraft : hnav::KeptMessage<320> {
-    AircraftFlight flight;
-    // What a filter of this aircraft is made from, row-major.
-    RowMajor H, An, Qv, QU, Lambda0, P0;
-    std::uint64_t fingerprint;
+struct hnav_aircraft : hnav::KeptMessage<320>, hnav::Aircraft {
+    hnav_aircraft(const hnav_aircraft_options& options, const hnav_aircraft_model& model)
+        : Aircraft(options, model), stamp(fingerprint()) {}
+
+    const std::uint64_t stamp; // of saved states
 };
 
 namespace {
@@ -41,9 +39,9 @@ struct Check : hnav::CallersMessage {
                           value > max ? max : min);
     }
 
-    void size(const char* name, int value, int least) {
-        if (status == HNAV_OK && (value < least || value > hnav::largest_dimension))
-            status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, least, hnav::largest_dimension);
+    void size(const char* name, int value, int min) {
+        if (status == HNAV_OK && (value < min || value > hnav::largest_dimension))
+            status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, min, hnav::largest_dimension);
     }
 
     static constexpr double no_bound = 1e300;
@@ -93,56 +91,6 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
             is.fail(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
 }
 
-void assign(AircraftFlight& f, const hnav_aircraft_options& o, const hnav_aircraft_model& m) {
-    f.nx = m.nx;
-    f.nu = m.nu;
-    f.interval_s = m.interval_s;
-    f.seed = static_cast<std::uint64_t>(o.seed);
-    f.aircraft.assign(m.nx, m.nu, m.A_1_s, m.B_1_s, m.process_noise_per_sqrt_s, m.interval_s, o.exact_process_noise != 0);
-    for (int i = 0; i < m.nx; ++i) {
-        const auto process = [&](const hnav_gauss_markov& e) {
-            return e.sigma ? hnav::GaussMarkov::over(m.interval_s, e.sigma[i], e.time_constant_s[i], o.euler_colour != 0)
-                           : hnav::GaussMarkov{};
-        };
-        f.accelerometer[i] = process(m.accelerometer_error);
-        f.gravity[i] = process(m.gravity_error);
-        if (m.faults) f.faults[i] = {m.faults[i].start_s, m.faults[i].stop_s, m.faults[i].factor};
-        f.measurement_sigma[i] = m.measurement_sigma[i];
-        f.start[i] = m.start ? m.start[i] : 0;
-        f.start_sigma[i] = m.start_sigma[i];
-    }
-    for (int j = 0; m.commands && j < m.nu; ++j)
-        f.commands[j] = {m.commands[j].amplitude, m.commands[j].period_s, m.commands[j].phase_rad};
-}
-
-void prepare_filter_model(hnav_aircraft& a) {
-    const AircraftFlight& f = a.flight;
-    for (RowMajor* M : {&a.H, &a.An, &a.Qv, &a.QU, &a.Lambda0, &a.P0}) *M = RowMajor::Zero(f.nx, f.nx);
-    for (int i = 0; i < f.nx; ++i) {
-        const hnav::GaussMarkov& error = f.accelerometer[i];
-        a.H(i, i) = 1;
-        a.An(i, i) = error.phi;
-        a.Qv(i, i) = f.measurement_sigma[i] * f.measurement_sigma[i];
-        a.QU(i, i) = error.drive_variance();
-        a.Lambda0(i, i) = error.sigma * error.sigma;
-        a.P0(i, i) = f.start_sigma[i] * f.start_sigma[i];
-    }
-}
-
-// Equal options and model, equal fingerprint.
-std::uint64_t fingerprint(const hnav_aircraft& a) {
-    const AircraftFlight& f = a.flight;
-    std::uint64_t h = hash(&f.interval_s, sizeof f.interval_s);
-    h = hash(&f.seed, sizeof f.seed, h);
-    for (const RowMajor* M : {&f.aircraft.A, &f.aircraft.B, &f.aircraft.factor, &a.An, &a.Qv, &a.Lambda0, &a.P0})
-        h = hash(M->data(), M->size() * sizeof(double), h);
-    h = hash(f.gravity, f.nx * sizeof *f.gravity, h);
-    h = hash(f.faults, f.nx * sizeof *f.faults, h);
-    h = hash(f.start, f.nx * sizeof *f.start, h);
-    h = hash(f.measurement_sigma, f.nx * sizeof *f.measurement_sigma, h);
-    return hash(f.commands, f.nu * sizeof *f.commands, h);
-}
-
 void write(const AircraftFlight& f, const hnav_aircraft_sample& out, std::size_t row) {
     const auto put = [row](double* to, int count, auto&& value) {
         for (int i = 0; to && i < count; ++i) to[row * count + i] = value(i);
@@ -164,7 +112,7 @@ hnav_status step(hnav_aircraft* a, const double* command) {
 }
 
 hnav::SavedState saved_state(const hnav_aircraft* a) {
-    return {hnav::SavedState::letters("HNAVAIRC"), 2, a->fingerprint, sizeof(AircraftFlight::State)};
+    return {hnav::SavedState::letters("HNAVAIRC"), 2, a->stamp, sizeof(AircraftFlight::State)};
 }
 
 } // namespace
@@ -183,17 +131,12 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
     if (is.status == HNAV_OK) check(*options, *model, is);
     if (is.status != HNAV_OK) return is.status;
 
-    auto* self = hnav::make_object<hnav_aircraft>();
+    auto* self = hnav::make_object<hnav_aircraft>(*options, *model);
     if (!self) return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
-    assign(self->flight, *options, *model);
-    if (!self->flight.aircraft.A.allFinite() || !self->flight.aircraft.B.allFinite() ||
-        !self->flight.aircraft.factor.allFinite()) {
+    if (!self->is_finite()) {
         hnav_aircraft_destroy(self);
         return is.fail(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
     }
-    prepare_filter_model(*self);
-    self->fingerprint = fingerprint(*self);
-    self->flight.reset();
     *aircraft = self;
     return HNAV_OK;
 }
@@ -236,20 +179,7 @@ hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* c
 
 hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_error_model* model) {
     REQUIRE(aircraft, model);
-    const AircraftFlight& f = aircraft->flight;
-    *model = {};
-    model->nx = model->nz = model->nw = model->nl = f.nx;
-    model->nu = f.nu;
-    model->A = f.aircraft.A.data();
-    model->B = f.nu > 0 ? f.aircraft.B.data() : nullptr;
-    model->Qw = f.aircraft.Qw.data();
-    model->H = aircraft->H.data();
-    model->An = aircraft->An.data();
-    model->Qv = aircraft->Qv.data();
-    model->QU = aircraft->QU.data();
-    model->Lambda0 = aircraft->Lambda0.data();
-    model->x0 = f.start;
-    model->P0 = aircraft->P0.data();
+    *model = aircraft->filter_model();
     return HNAV_OK;
 }
 
