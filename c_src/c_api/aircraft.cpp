@@ -47,33 +47,21 @@ struct Check : hnav::CallersMessage {
     static constexpr double no_bound = 1e300;
 };
 
-void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& is) {
-    constexpr double any = -Check::no_bound;
-    is.size("nx", m.nx, 1);
-    is.size("nu", m.nu, 0);
-    if (is.status != HNAV_OK) return;
-    is.numbers("interval_s", &m.interval_s, 1, 0, true);
-    is.numbers("A_1_s", m.A_1_s, m.nx * m.nx, any, false);
-    if (m.nu > 0) is.numbers("B_1_s", m.B_1_s, m.nx * m.nu, any, false);
-    is.numbers("process_noise_per_sqrt_s", m.process_noise_per_sqrt_s, m.nx, 0, false);
-    is.numbers("measurement_sigma", m.measurement_sigma, m.nx, 0, false);
-    if (m.start) is.numbers("start", m.start, m.nx, any, false);
-    is.numbers("start_sigma", m.start_sigma, m.nx, 0, false);
-    const struct {
-        const char *sigma, *time_constant;
-        const hnav_gauss_markov& error;
-    } errors[] = {{"accelerometer_error.sigma", "accelerometer_error.time_constant_s", m.accelerometer_error},
-                  {"gravity_error.sigma", "gravity_error.time_constant_s", m.gravity_error}};
-    for (const auto& e : errors) {
-        if (!e.error.sigma) continue;
-        is.numbers(e.sigma, e.error.sigma, m.nx, 0, false);
-        is.numbers(e.time_constant, e.error.time_constant_s, m.nx, 0, true);
-        for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
-            if (o.euler_colour && !(m.interval_s < 2 * e.error.time_constant_s[i]))
-                is.status = is.fail(HNAV_ERROR_OPTION,
-                                    "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
-                                    e.time_constant, i, e.error.time_constant_s[i], m.interval_s);
-    }
+constexpr double any = -Check::no_bound;
+
+void check_coloured_error(const hnav_aircraft_options& o, const hnav_aircraft_model& m, const hnav_gauss_markov& error,
+                          const char* sigma, const char* time_constant, Check& is) {
+    if (!error.sigma) return;
+    is.numbers(sigma, error.sigma, m.nx, 0, false);
+    is.numbers(time_constant, error.time_constant_s, m.nx, 0, true);
+    for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
+        if (o.euler_colour && !(m.interval_s < 2 * error.time_constant_s[i]))
+            is.status = is.fail(HNAV_ERROR_OPTION,
+                                "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",
+                                time_constant, i, error.time_constant_s[i], m.interval_s);
+}
+
+void check_commands_and_faults(const hnav_aircraft_model& m, Check& is) {
     for (int j = 0; m.commands && j < m.nu; ++j) {
         is.number("commands.amplitude", m.commands[j].amplitude, j, any, false);
         is.number("commands.period_s", m.commands[j].period_s, j, 0, true);
@@ -84,6 +72,22 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
         is.number("faults.stop_s", m.faults[i].stop_s, i, any, false);
         is.number("faults.factor", m.faults[i].factor, i, 0, false);
     }
+}
+
+void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& is) {
+    is.size("nx", m.nx, 1);
+    is.size("nu", m.nu, 0);
+    if (is.status != HNAV_OK) return;
+    is.numbers("interval_s", &m.interval_s, 1, 0, true);
+    is.numbers("A_1_s", m.A_1_s, m.nx * m.nx, any, false);
+    if (m.nu > 0) is.numbers("B_1_s", m.B_1_s, m.nx * m.nu, any, false);
+    is.numbers("process_noise_per_sqrt_s", m.process_noise_per_sqrt_s, m.nx, 0, false);
+    is.numbers("measurement_sigma", m.measurement_sigma, m.nx, 0, false);
+    if (m.start) is.numbers("start", m.start, m.nx, any, false);
+    is.numbers("start_sigma", m.start_sigma, m.nx, 0, false);
+    check_coloured_error(o, m, m.accelerometer_error, "accelerometer_error.sigma", "accelerometer_error.time_constant_s", is);
+    check_coloured_error(o, m, m.gravity_error, "gravity_error.sigma", "gravity_error.time_constant_s", is);
+    check_commands_and_faults(m, is);
     if (is.status != HNAV_OK) return;
     const std::complex<double> growth = hnav::LinearAircraft::fastest_growth(m.nx, m.A_1_s);
     if (growth.real() > 1e-9)

@@ -17,28 +17,30 @@ extern "C" {
 const char* hnav_version(void) { return VERSION_TEXT(HNAV_VERSION_MAJOR, HNAV_VERSION_MINOR, HNAV_VERSION_PATCH); }
 
 const char* hnav_status_text(hnav_status status) {
-    switch (status) {
-    case HNAV_OK: return "ok";
-    case HNAV_ERROR_NULL_ARGUMENT: return "a pointer that must not be null is null";
-    case HNAV_ERROR_OPTION: return "an option is impossible";
-    case HNAV_ERROR_OPTIONS_STAMP: return "the options were not made by a defaults call of this version";
-    case HNAV_ERROR_OUT_OF_MEMORY: return "out of memory";
-    case HNAV_ERROR_NON_FINITE: return "a number is not finite";
-    case HNAV_ERROR_ZERO_VECTOR: return "a vector of zero length has no direction";
-    case HNAV_ERROR_OUT_OF_RANGE: return "an argument is out of range";
-    case HNAV_ERROR_LATE_SAMPLE: return "the sample is older than the committed estimate";
-    case HNAV_ERROR_QUEUE_FULL: return "the queue of waiting samples is full";
-    case HNAV_ERROR_TIME_BACKWARDS: return "time runs backwards";
-    case HNAV_ERROR_NOT_STARTED: return "there is no attitude yet";
-    case HNAV_ERROR_NO_DATA: return "no sample of this sensor has been used yet";
-    case HNAV_ERROR_SIZE: return "a buffer has the wrong size";
-    case HNAV_ERROR_STATE_CORRUPT: return "the saved state is damaged or belongs to another filter";
-    case HNAV_ERROR_UNSUPPORTED: return "this filter cannot do what was asked";
-    case HNAV_ERROR_SOLVER: return "there is no usable answer";
-    case HNAV_ERROR_STATE_VERSION: return "the saved state is of another version of hnav";
-    case HNAV_ERROR_ILL_CONDITIONED: return "the data do not determine the answer";
-    }
-    return "unknown status";
+    static constexpr const char* texts[] = {
+        "ok",
+        "a pointer that must not be null is null",
+        "an option is impossible",
+        "the options were not made by a defaults call of this version",
+        "out of memory",
+        "a number is not finite",
+        "a vector of zero length has no direction",
+        "an argument is out of range",
+        "the sample is older than the committed estimate",
+        "the queue of waiting samples is full",
+        "time runs backwards",
+        "there is no attitude yet",
+        "no sample of this sensor has been used yet",
+        "a buffer has the wrong size",
+        "the saved state is damaged or belongs to another object",
+        "there is no usable answer",
+        "this filter cannot do what was asked",
+        "the data do not determine the answer",
+        "the saved state is of another version of hnav",
+    };
+    static_assert(sizeof texts / sizeof *texts == HNAV_ERROR_STATE_VERSION + 1);
+    const bool known = status >= HNAV_OK && status <= HNAV_ERROR_STATE_VERSION;
+    return known ? texts[status] : "unknown status";
 }
 
 // ------------------------------------------------------------------------------------------------ life

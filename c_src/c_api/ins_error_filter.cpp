@@ -54,18 +54,6 @@ hnav_status status_of(const Refusal& why) {
     }
 }
 
-// A factor for each channel has no meaning for noise that channels share.
-bool scaling_has_meaning(const hnav::InsErrorSettings& s, const hnav_ins_error_model& m, Refusal& why) {
-    const bool scaled = s.form >= hnav::Form::differenced && s.noise.mode != hnav::Scaling::none;
-    if (!scaled || !m.Qv) return true;
-    for (int i = 0; i < m.nz; ++i)
-        for (int j = 0; j < m.nz; ++j)
-            if (i != j && m.Qv[i * m.nz + j] != 0)
-                return why.because(Refusal::impossible, "Qv[%d][%d] = %g: noise_scaling needs a diagonal Qv; choose none", i, j,
-                                   m.Qv[i * m.nz + j]);
-    return true;
-}
-
 hnav::SavedState saved_state(const hnav_ins_error_filter* f) {
     return {hnav::SavedState::letters("HNAVINSE"), 2, f->fingerprint, f->filter->state_count() * sizeof(double)};
 }
@@ -99,36 +87,14 @@ void copy(const double* from, int count, double* to) {
     if (to) std::copy(from, from + count, to);
 }
 
-// Rounding can leave a variance of zero a little below it.
-double variance(const InsErrorFilter& f, int i) { return std::fmax(0, f.P()(i, i)); }
-
-void covariance(const InsErrorFilter& f, double* to) {
-    const int nx = f.model.nx;
-    copy(f.P().topLeftCorner(nx, nx), to);
-    for (int i = 0; to && i < nx; ++i) to[i * nx + i] = variance(f, i);
-}
-
-void estimate(const InsErrorFilter& f, double* x, double* sigma) {
-    for (int i = 0; i < f.model.nx; ++i) {
-        if (x) x[i] = f.X()[i];
-        if (sigma) sigma[i] = std::sqrt(variance(f, i));
-    }
-}
-
-void compensated(const InsErrorFilter& f, double* out) {
-    if (!out) return;
-    f.lambda(out, nullptr);
-    for (int i = 0; i < f.model.nz; ++i) out[i] = f.shown_z()[i] - out[i];
-}
-
 double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
 
 void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, std::size_t i) {
     const int nx = f.model.nx, nz = f.model.nz;
-    estimate(f, row(out.x, i, nx), row(out.sigma, i, nx));
-    covariance(f, row(out.covariance, i, nx * nx));
+    f.estimate(row(out.x, i, nx), row(out.sigma, i, nx));
+    f.covariance(row(out.covariance, i, nx * nx));
     f.lambda(row(out.lambda, i, nz), row(out.lambda_sigma, i, nz));
-    compensated(f, row(out.compensated, i, nz));
+    f.compensated(row(out.compensated, i, nz));
     copy(f.result().innovation, row(out.innovation, i, nz));
     if (out.nis) out.nis[i] = *f.result().nis;
     copy(f.noise_scale(), nz, row(out.noise_scale, i, nz));
@@ -153,7 +119,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     const hnav::ModelData data = data_of(*model);
     const hnav::InsErrorSettings settings = settings_of(*options);
     Refusal why;
-    if (!InsErrorFilter::Model::sizes_fit(data, why) || !scaling_has_meaning(settings, *model, why))
+    if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(settings, data, why))
         return caller.fail(status_of(why), "%s", why.text);
 
     // Built once without memory, to learn how much it needs.
@@ -206,7 +172,8 @@ hnav_status hnav_ins_error_filter_separability(const hnav_ins_error_filter* filt
 hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter* filter, const hnav_ins_error_model* model) {
     REQUIRE(filter, model);
     Refusal why;
-    if (!scaling_has_meaning(filter->filter->settings(), *model, why) || !filter->filter->model.assign(data_of(*model), why))
+    const hnav::ModelData data = data_of(*model);
+    if (!InsErrorFilter::scaling_has_meaning(filter->filter->settings(), data, why) || !filter->filter->model.assign(data, why))
         return filter->fail(status_of(why), "%s", why.text);
     filter->filter->prepare();
     return HNAV_OK;
@@ -220,13 +187,13 @@ hnav_status hnav_ins_error_filter_step(hnav_ins_error_filter* filter, const doub
 
 hnav_status hnav_ins_error_filter_estimate(const hnav_ins_error_filter* filter, double* x, double* sigma) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
-    estimate(*filter->filter, x, sigma);
+    filter->filter->estimate(x, sigma);
     return HNAV_OK;
 }
 
 hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter, double* P) {
     REQUIRE(filter, P);
-    covariance(*filter->filter, P);
+    filter->filter->covariance(P);
     return HNAV_OK;
 }
 
@@ -234,7 +201,7 @@ hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter* fi
                                                  double* out) {
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
     filter->filter->lambda(lambda, sigma);
-    compensated(*filter->filter, out);
+    filter->filter->compensated(out);
     return HNAV_OK;
 }
 

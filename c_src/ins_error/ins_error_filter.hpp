@@ -46,6 +46,18 @@ public:
 
     LinearModel model;
 
+    // A factor for each channel has no meaning for noise that channels share.
+    static bool scaling_has_meaning(const InsErrorSettings& s, const ModelData& m, Refusal& why) {
+        const bool scaled = s.form >= Form::differenced && s.noise.mode != Scaling::none;
+        if (!scaled || !m.Qv) return true;
+        for (int i = 0; i < m.nz; ++i)
+            for (int j = 0; j < m.nz; ++j)
+                if (i != j && m.Qv[i * m.nz + j] != 0)
+                    return why.refuse(Refusal::impossible, "Qv[%d][%d] = %g: noise_scaling needs a diagonal Qv; choose none", i,
+                                      j, m.Qv[i * m.nz + j]);
+        return true;
+    }
+
     // Once, when the model is assigned.
     void create() {
         noise_->create();
@@ -116,6 +128,31 @@ public:
     // The measurement of the step that the outputs are about.
     const Vector& shown_z() const { return is_late() && *steps_ >= 2 ? z_before_ : z_; }
     bool estimates_lambda() const { return P().rows() > model.nx; }
+
+    // Rounding can leave a variance of zero a little below it.
+    double variance(int i) const { return std::fmax(0, P()(i, i)); }
+
+    // State and standard deviations, nx each; null outputs are not written, here and below.
+    void estimate(double* x, double* sigma) const {
+        for (int i = 0; i < model.nx; ++i) {
+            if (x) x[i] = X()[i];
+            if (sigma) sigma[i] = std::sqrt(variance(i));
+        }
+    }
+
+    // Of the state, nx x nx, row-major.
+    void covariance(double* out) const {
+        const int nx = model.nx;
+        for (int i = 0; out && i < nx; ++i)
+            for (int j = 0; j < nx; ++j) out[i * nx + j] = i == j ? variance(i) : P()(i, j);
+    }
+
+    // The measurement without its coloured error, nz.
+    void compensated(double* out) const {
+        if (!out) return;
+        lambda(out, nullptr);
+        for (int i = 0; i < model.nz; ++i) out[i] = shown_z()[i] - out[i];
+    }
 
     // Coloured errors. Forms without them as states leave what the estimated state does not explain, z - H x, which is
     // lambda when v = 0.

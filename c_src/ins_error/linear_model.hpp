@@ -35,7 +35,7 @@ struct Refusal {
     enum Kind { none, null, size, non_finite, impossible } kind = none;
     char text[256] = "";
 
-    __attribute__((format(printf, 3, 4))) bool because(Kind k, const char* format, ...) {
+    __attribute__((format(printf, 3, 4))) bool refuse(Kind k, const char* format, ...) {
         kind = k;
         va_list arguments;
         va_start(arguments, format);
@@ -76,67 +76,30 @@ public:
     char warning[256] = "";
 
     static bool sizes_fit(const ModelData& m, Refusal& why) {
-        const auto inside = [&](const char* name, int n, int least) {
-            return (n >= least && n <= largest_dimension) ||
-                   why.because(Refusal::size, "%s = %d: it must be in [%d, %d]", name, n, least, largest_dimension);
+        const auto inside = [&](const char* name, int n, int min) {
+            return (n >= min && n <= largest_dimension) ||
+                   why.refuse(Refusal::size, "%s = %d: it must be in [%d, %d]", name, n, min, largest_dimension);
         };
         if (!inside("nx", m.nx, 1) || !inside("nu", m.nu, 0) || !inside("nz", m.nz, 1)) return false;
         if (m.G ? !inside("nw", m.nw, 1) : m.nw != 0 && m.nw != m.nx)
             return m.G ? false
-                       : why.because(Refusal::size, "nw = %d without G: it must be nx = %d (G is the identity), or 0", m.nw,
-                                     m.nx);
+                       : why.refuse(Refusal::size, "nw = %d without G: it must be nx = %d (G is the identity), or 0", m.nw, m.nx);
         if (!m.An) return true;
         if (m.Bn ? !inside("nl", m.nl, 1) : m.nl != 0 && m.nl != m.nz)
             return m.Bn ? false
-                        : why.because(Refusal::size, "nl = %d without Bn: it must be nz = %d (Bn is the identity), or 0", m.nl,
-                                      m.nz);
+                        : why.refuse(Refusal::size, "nl = %d without Bn: it must be nz = %d (Bn is the identity), or 0", m.nl,
+                                     m.nz);
         return true;
     }
 
     // Checks the whole before it touches anything: after a refusal the model is as it was.
     bool assign(const ModelData& m, Refusal& why) {
-        if (!sizes_fit(m, why)) return false;
-        if (m.nx != nx || m.nu != nu || m.nz != nz || (m.An != nullptr) != coloured)
-            return why.because(Refusal::size,
-                               "the sizes are nx = %d, nu = %d, nz = %d, %s An: those of create were %d, %d, %d, %s", m.nx, m.nu,
-                               m.nz, m.An ? "with" : "without", nx, nu, nz, coloured ? "with" : "without");
-        if (!std::isfinite(m.interval_s) || m.interval_s < 0)
-            return why.because(Refusal::impossible, "interval_s = %g: it must be 0 (discrete matrices) or above", m.interval_s);
-        const int nw = m.G ? m.nw : nx, nl = m.Bn ? m.nl : nz;
-        if (!numbers("A", m.A, nx, nx, why) || (nu > 0 && !numbers("B", m.B, nx, nu, why)) || !numbers("H", m.H, nz, nx, why) ||
-            (m.G && !numbers("G", m.G, nx, nw, why)) || !covariance("Qw", m.Qw, nw, why) || !covariance("Qv", m.Qv, nz, why) ||
-            !covariance("P0", m.P0, nx, why) || (m.x0 && !numbers("x0", m.x0, 1, nx, why)))
-            return false;
-        if (coloured && (!numbers("An", m.An, nz, nz, why) || (m.Bn && !numbers("Bn", m.Bn, nz, nl, why)) ||
-                         !covariance("QU", m.QU, nl, why) || (m.Lambda0 && !covariance("Lambda0", m.Lambda0, nz, why))))
-            return false;
-
-        Discrete x = {given(m.A, nx, nx), given(m.B, nx, nu), noise(m.G, m.Qw, nx, nw)};
-        Discrete lambda = {Small::Zero(nz, nz), Small(nz, 0), Small::Zero(nz, nz)};
-        if (coloured) lambda = {given(m.An, nz, nz), Small(nz, 0), noise(m.Bn, m.QU, nz, nl)};
-        if (m.interval_s > 0) {
-            x = discretise(x.A, x.B, x.Q, m.interval_s);
-            if (coloured) lambda = discretise(lambda.A, lambda.B, lambda.Q, m.interval_s);
-        }
-        if (!x.A.allFinite() || !x.B.allFinite() || !x.Q.allFinite())
-            return why.because(Refusal::impossible, "A over interval_s = %g s is beyond what numbers hold", m.interval_s);
-        if (!lambda.A.allFinite() || !lambda.Q.allFinite())
-            return why.because(Refusal::impossible, "An over interval_s = %g s is beyond what numbers hold", m.interval_s);
-
+        if (!sizes_fit(m, why) || !sizes_stay(m, why) || !matrices_are_possible(m, why)) return false;
+        Discrete x, lambda;
+        if (!discretise_both(m, &x, &lambda, why)) return false;
         const Small Hs = given(m.H, nz, nx);
-        const double radius = spectral_radius(lambda.A);
-        if (radius > 1 + 1e-9)
-            return why.because(Refusal::impossible,
-                               "An is unstable: its spectral radius is %.6g, and coloured errors must not grow", radius);
         Small start = Small::Zero(nz, nz);
-        if (coloured && m.Lambda0) start = given(m.Lambda0, nz, nz);
-        if (coloured && !m.Lambda0) {
-            if (radius > 1 - 1e-12)
-                return why.because(Refusal::impossible,
-                                   "Lambda0 is null, and An of spectral radius 1 has no stationary covariance to stand for it");
-            start = stationary(lambda.A, lambda.Q);
-        }
-        if (!detectable(x.A, Hs, lambda.A, why)) return false;
+        if (!start_of_lambda(m, lambda, &start, why) || !detectable(x.A, Hs, lambda.A, why)) return false;
 
         A = x.A;
         B = x.B;
@@ -173,6 +136,68 @@ public:
 private:
     using Complex = std::complex<double>;
 
+    bool sizes_stay(const ModelData& m, Refusal& why) const {
+        const bool has_An = m.An != nullptr;
+        if (m.nx == nx && m.nu == nu && m.nz == nz && has_An == coloured) return true;
+        return why.refuse(Refusal::size, "the sizes are nx = %d, nu = %d, nz = %d, %s An: those of create were %d, %d, %d, %s",
+                          m.nx, m.nu, m.nz, has_An ? "with" : "without", nx, nu, nz, coloured ? "with" : "without");
+    }
+
+    bool matrices_are_possible(const ModelData& m, Refusal& why) const {
+        if (!std::isfinite(m.interval_s) || m.interval_s < 0)
+            return why.refuse(Refusal::impossible, "interval_s = %g: it must be 0 (discrete matrices) or above", m.interval_s);
+        return matrices_of_x_are_possible(m, why) && (!coloured || matrices_of_lambda_are_possible(m, why));
+    }
+
+    bool matrices_of_x_are_possible(const ModelData& m, Refusal& why) const {
+        return numbers("A", m.A, nx, nx, why) && (nu == 0 || numbers("B", m.B, nx, nu, why)) && numbers("H", m.H, nz, nx, why) &&
+               (!m.G || numbers("G", m.G, nx, m.nw, why)) && covariance("Qw", m.Qw, nw_of(m), why) &&
+               covariance("Qv", m.Qv, nz, why) && covariance("P0", m.P0, nx, why) && (!m.x0 || numbers("x0", m.x0, 1, nx, why));
+    }
+
+    bool matrices_of_lambda_are_possible(const ModelData& m, Refusal& why) const {
+        return numbers("An", m.An, nz, nz, why) && (!m.Bn || numbers("Bn", m.Bn, nz, m.nl, why)) &&
+               covariance("QU", m.QU, nl_of(m), why) && (!m.Lambda0 || covariance("Lambda0", m.Lambda0, nz, why));
+    }
+
+    // Of the noises: an identity stands for a G or Bn that is not given.
+    int nw_of(const ModelData& m) const { return m.G ? m.nw : nx; }
+    int nl_of(const ModelData& m) const { return m.Bn ? m.nl : nz; }
+
+    // The state and the coloured error over one step.
+    bool discretise_both(const ModelData& m, Discrete* x, Discrete* lambda, Refusal& why) const {
+        *x = {given(m.A, nx, nx), given(m.B, nx, nu), noise(m.G, m.Qw, nx, nw_of(m))};
+        *lambda = {Small::Zero(nz, nz), Small(nz, 0), Small::Zero(nz, nz)};
+        if (coloured) *lambda = {given(m.An, nz, nz), Small(nz, 0), noise(m.Bn, m.QU, nz, nl_of(m))};
+        if (m.interval_s > 0) {
+            *x = discretise(x->A, x->B, x->Q, m.interval_s);
+            if (coloured) *lambda = discretise(lambda->A, lambda->B, lambda->Q, m.interval_s);
+        }
+        if (!x->A.allFinite() || !x->B.allFinite() || !x->Q.allFinite())
+            return why.refuse(Refusal::impossible, "A over interval_s = %g s is beyond what numbers hold", m.interval_s);
+        if (!lambda->A.allFinite() || !lambda->Q.allFinite())
+            return why.refuse(Refusal::impossible, "An over interval_s = %g s is beyond what numbers hold", m.interval_s);
+        return true;
+    }
+
+    // The covariance of lambda(0): what is given, else the stationary one. Zero without colour.
+    bool start_of_lambda(const ModelData& m, const Discrete& lambda, Small* start, Refusal& why) const {
+        const double radius = spectral_radius(lambda.A);
+        if (radius > 1 + 1e-9)
+            return why.refuse(Refusal::impossible,
+                              "An is unstable: its spectral radius is %.6g, and coloured errors must not grow", radius);
+        if (!coloured) return true;
+        if (m.Lambda0) {
+            *start = given(m.Lambda0, nz, nz);
+            return true;
+        }
+        if (radius > 1 - 1e-12)
+            return why.refuse(Refusal::impossible,
+                              "Lambda0 is null, and An of spectral radius 1 has no stationary covariance to stand for it");
+        *start = stationary(lambda.A, lambda.Q);
+        return true;
+    }
+
     static Small given(const double* values, int rows, int columns) {
         Small m(rows, columns);
         for (int i = 0; i < rows; ++i)
@@ -190,13 +215,13 @@ private:
     }
 
     static bool numbers(const char* name, const double* values, int rows, int columns, Refusal& why) {
-        if (!values) return why.because(Refusal::null, "%s is null", name);
+        if (!values) return why.refuse(Refusal::null, "%s is null", name);
         for (int i = 0; i < rows; ++i)
             for (int j = 0; j < columns; ++j)
                 if (!std::isfinite(values[i * columns + j]))
-                    return rows == 1 ? why.because(Refusal::non_finite, "%s[%d] = %g is not finite", name, j, values[j])
-                                     : why.because(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j,
-                                                   values[i * columns + j]);
+                    return rows == 1 ? why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, j, values[j])
+                                     : why.refuse(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j,
+                                                  values[i * columns + j]);
         return true;
     }
 
@@ -207,26 +232,26 @@ private:
         Small correlation = Small::Identity(n, n);
         for (int i = 0; i < n; ++i)
             if (S(i, i) < 0)
-                return why.because(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i,
-                                   S(i, i));
+                return why.refuse(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i,
+                                  S(i, i));
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
                 const double scale = std::sqrt(S(i, i)) * std::sqrt(S(j, j));
                 if (std::fabs(S(i, j) - S(j, i)) > 1e-9 * scale)
-                    return why.because(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name,
-                                       name, i, j, S(i, j), name, j, i, S(j, i));
+                    return why.refuse(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name, name,
+                                      i, j, S(i, j), name, j, i, S(j, i));
                 if (i == j) continue;
                 if (std::fabs(S(i, j)) > (1 + 1e-9) * scale)
-                    return why.because(Refusal::impossible,
-                                       "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances", name, name, i, j,
-                                       S(i, j));
+                    return why.refuse(Refusal::impossible,
+                                      "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances", name, name, i, j,
+                                      S(i, j));
                 correlation(i, j) = scale > 0 ? S(i, j) / scale : 0;
             }
         const Eigen::SelfAdjointEigenSolver<Small> eigen(correlation, Eigen::EigenvaluesOnly);
-        const double least = eigen.eigenvalues()[0]; // in increasing order
-        return least >= -1e-9 ||
-               why.because(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
-                           least);
+        const double smallest = eigen.eigenvalues()[0]; // in increasing order
+        return smallest >= -1e-9 ||
+               why.refuse(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
+                          smallest);
     }
 
     static double spectral_radius(const Small& M) {
@@ -262,7 +287,7 @@ private:
             Eigen::ColPivHouseholderQR<ComplexMatrix> qr(M);
             qr.setThreshold(1e-9);
             if (qr.rank() == nx) continue;
-            return why.because(
+            return why.refuse(
                 Refusal::impossible,
                 "A has an unstable mode that %s does not show (eigenvalue %.6g%+.3gi of the step): its variance would grow without bound",
                 coloured ? "H beside An" : "H", mu.real(), mu.imag());
