@@ -39,7 +39,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual const hnav::Innovation& innovation(int channel) const = 0;
     virtual hnav::FieldEstimate field_estimate() const = 0;
     virtual void gyro_calibration(double* S, double* sigma) const = 0;
-    virtual void status(hnav_filter_status* status) const = 0;
+    virtual void diagnostics(hnav_diagnostics* out) const = 0;
 
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
@@ -118,7 +118,7 @@ public:
     FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
     void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter_.newest(), S, sigma); }
 
-    void status(hnav_filter_status* out) const override {
+    void diagnostics(hnav_diagnostics* out) const override {
         const State& s = filter_.newest();
         out->gamma_used = s.gamma;
         out->gamma_margin = s.gamma_margin;

@@ -220,9 +220,9 @@ hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matri
     return HNAV_OK;
 }
 
-hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filter_status* status) {
-    REQUIRE(filter, status);
-    filter->status(status);
+hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics* diagnostics) {
+    REQUIRE(filter, diagnostics);
+    filter->diagnostics(diagnostics);
     return HNAV_OK;
 }
 

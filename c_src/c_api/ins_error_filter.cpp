@@ -221,15 +221,15 @@ hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, dou
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_error_filter_get_status(const hnav_ins_error_filter* filter, hnav_ins_error_status* status) {
-    REQUIRE(filter, status);
+hnav_status hnav_ins_error_filter_info(const hnav_ins_error_filter* filter, hnav_ins_error_info* info) {
+    REQUIRE(filter, info);
     const InsErrorFilter& f = *filter->filter;
-    status->steps = static_cast<std::uint64_t>(f.steps());
-    status->shown_step = static_cast<std::uint64_t>(f.shown_step());
-    status->nx = f.model.nx;
-    status->nu = f.model.nu;
-    status->nz = f.model.nz;
-    status->estimates_lambda = f.estimates_lambda();
+    info->steps = static_cast<std::uint64_t>(f.steps());
+    info->shown_step = static_cast<std::uint64_t>(f.shown_step());
+    info->nx = f.model.nx;
+    info->nu = f.model.nu;
+    info->nz = f.model.nz;
+    info->estimates_lambda = f.estimates_lambda();
     return HNAV_OK;
 }
 

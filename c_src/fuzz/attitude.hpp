@@ -114,8 +114,8 @@ inline void look(const hnav_filter* filter) {
     HOLDS(hnav_filter_gyro_calibration(filter, matrix, matrix_sigma) == HNAV_OK);
     HOLDS(finite(matrix, 9) && finite(matrix_sigma, 9) && not_negative(matrix_sigma, 9));
 
-    hnav_filter_status s;
-    HOLDS(hnav_filter_get_status(filter, &s) == HNAV_OK);
+    hnav_diagnostics s;
+    HOLDS(hnav_filter_diagnostics(filter, &s) == HNAV_OK);
     HOLDS(s.gamma_margin > 0 && s.gamma_used > 0 && s.waiting >= 0);
     HOLDS(std::isfinite(s.adapted_bias_walk_rad_s_per_sqrt_s) && s.adapted_bias_walk_rad_s_per_sqrt_s >= 0);
 

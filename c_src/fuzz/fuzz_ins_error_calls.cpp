@@ -101,8 +101,8 @@ void call(hnav_ins_error_filter* filter, bool printed, fuzz::InsErrorModel& mode
         hnav_ins_error_run_output output{};
         output.x = x;
         output.nis = nis;
-        hnav_ins_error_status s;
-        HOLDS(hnav_ins_error_filter_get_status(filter, &s) == HNAV_OK);
+        hnav_ins_error_info s;
+        HOLDS(hnav_ins_error_filter_info(filter, &s) == HNAV_OK);
         std::size_t done = 99;
         status = in.flag() ? hnav_ins_error_filter_reset(filter) : hnav_ins_error_filter_run(filter, 4, &input, &output, &done);
         if (done <= 4) HOLDS(fuzz::finite(x, static_cast<int>(done) * s.nx));

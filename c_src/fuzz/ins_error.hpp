@@ -29,8 +29,8 @@ inline std::vector<unsigned char> saved(const hnav_ins_error_filter* filter) {
 
 // printed: MDKF and AMDKF, whose innovation covariance need not be one.
 inline void look(const hnav_ins_error_filter* filter, bool printed = false) {
-    hnav_ins_error_status s;
-    HOLDS(hnav_ins_error_filter_get_status(filter, &s) == HNAV_OK);
+    hnav_ins_error_info s;
+    HOLDS(hnav_ins_error_filter_info(filter, &s) == HNAV_OK);
     HOLDS(s.nx >= 1 && s.nx <= 32 && s.nz >= 1 && s.nz <= 32 && s.shown_step <= s.steps);
     double x[32], sigma[32], P[32 * 32], scale[32], fault[32];
     HOLDS(hnav_ins_error_filter_estimate(filter, x, sigma) == HNAV_OK);

@@ -51,9 +51,9 @@ public:
         EXPECT_EQ(hnav_filter_posterior(filter_, &p), HNAV_OK);
         return p;
     }
-    hnav_filter_status status() const {
-        hnav_filter_status s;
-        EXPECT_EQ(hnav_filter_get_status(filter_, &s), HNAV_OK);
+    hnav_diagnostics diagnostics() const {
+        hnav_diagnostics s;
+        EXPECT_EQ(hnav_filter_diagnostics(filter_, &s), HNAV_OK);
         return s;
     }
 
@@ -183,11 +183,11 @@ TEST(Hrekf, ThePaperPresetCountsWhatItsEulerStepsBreak) {
         f.push(row);
         f.advance(row.t_s);
     }
-    EXPECT_GT(f.status().covariance_repaired, 0u);
-    EXPECT_GT(f.status().solver_steps, 900u);
-    EXPECT_EQ(f.status().gamma_raised, 0u);
-    EXPECT_LT(f.status().gamma_used, infinity);
-    EXPECT_GT(f.status().gamma_margin, 0.9);
+    EXPECT_GT(f.diagnostics().covariance_repaired, 0u);
+    EXPECT_GT(f.diagnostics().solver_steps, 900u);
+    EXPECT_EQ(f.diagnostics().gamma_raised, 0u);
+    EXPECT_LT(f.diagnostics().gamma_used, infinity);
+    EXPECT_GT(f.diagnostics().gamma_margin, 0.9);
 }
 
 TEST(Hrekf, AdaptationRaisesABiasWalkThatIsTooSmall) {
@@ -202,7 +202,7 @@ TEST(Hrekf, AdaptationRaisesABiasWalkThatIsTooSmall) {
         f.push(row);
         f.advance(row.t_s);
     }
-    EXPECT_GT(f.status().adapted_bias_walk_rad_s_per_sqrt_s, 1e-3);
+    EXPECT_GT(f.diagnostics().adapted_bias_walk_rad_s_per_sqrt_s, 1e-3);
 }
 
 TEST(Hrekf, AHeadingAidReplacesTheMagnetometer) {
@@ -222,7 +222,7 @@ TEST(Hrekf, AHeadingAidReplacesTheMagnetometer) {
     ASSERT_EQ(hnav_filter_attitude(f, &a), HNAV_OK);
     EXPECT_LT(total_error(a.q_nb, truth.back()), 2 * deg);
     EXPECT_TRUE(a.heading_ready);
-    EXPECT_GT(f.status().used[HNAV_SENSOR_HEADING], 100u);
+    EXPECT_GT(f.diagnostics().used[HNAV_SENSOR_HEADING], 100u);
 }
 
 TEST(Hrekf, WithoutAMagnetometerTheHeadingSigmaGrows) {
@@ -337,16 +337,16 @@ TEST(Law, TheDecayRateIsZeroBeforeACorrectionAndTheSameBitsForEveryAdvancePatter
         hnav_hrekf_options o = precise();
         o.queue_capacity = 400;
         Handle f(o);
-        EXPECT_EQ(f.status().decay_rate_1_s, 0);
+        EXPECT_EQ(f.diagnostics().decay_rate_1_s, 0);
         std::size_t next = 0;
         for (double t = 0; t < 3;) {
             t = std::fmin(3, t + step);
             while (next < rows.size() && rows[next].t_s <= t) f.push(rows[next++]);
             f.advance(t);
         }
-        const double rate = f.status().decay_rate_1_s;
+        const double rate = f.diagnostics().decay_rate_1_s;
         EXPECT_EQ(hnav_filter_realign(f), HNAV_OK);
-        EXPECT_EQ(f.status().decay_rate_1_s, 0);
+        EXPECT_EQ(f.diagnostics().decay_rate_1_s, 0);
         return rate;
     };
     const double reference = rate_after(0.01);
@@ -398,7 +398,7 @@ TEST(Law, ABatchRunIsPushAndAdvanceRowByRow) {
         EXPECT_EQ(std::isnan(nis[k]), k % 3 != 0 || k == 0);
     }
     EXPECT_TRUE(same_bits(batch.posterior(), single.posterior()));
-    EXPECT_EQ(batch.status().non_finite, 0u);
+    EXPECT_EQ(batch.diagnostics().non_finite, 0u);
 }
 
 TEST(Law, ResetGivesBackTheMomentAfterCreate) {
@@ -412,8 +412,8 @@ TEST(Law, ResetGivesBackTheMomentAfterCreate) {
         }
         p = f.posterior();
         ASSERT_EQ(hnav_filter_reset(f), HNAV_OK);
-        EXPECT_EQ(f.status().corrections, 0u);
-        EXPECT_EQ(f.status().solver_rhs_evals, 0u);
+        EXPECT_EQ(f.diagnostics().corrections, 0u);
+        EXPECT_EQ(f.diagnostics().solver_rhs_evals, 0u);
         hnav_posterior none;
         EXPECT_EQ(hnav_filter_posterior(f, &none), HNAV_ERROR_NOT_STARTED);
     }
@@ -451,7 +451,7 @@ TEST(Law, ASecondSampleAtTheSameTimeCarriesNoSecondInformation) {
     }
     const hnav_posterior a = once.posterior(), b = twice.posterior();
     for (int i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(a.sigma[i], b.sigma[i]);
-    EXPECT_EQ(twice.status().used[HNAV_SENSOR_ACCEL], 2 * rows.size());
+    EXPECT_EQ(twice.diagnostics().used[HNAV_SENSOR_ACCEL], 2 * rows.size());
 }
 
 // ------------------------------------------------------------------------------------------------ save and load
@@ -575,9 +575,9 @@ TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     refused(hnav_filter_innovation(f, HNAV_SENSOR_HEADING, &innovation), HNAV_ERROR_NO_DATA, "heading");
     f.advance(t);
     EXPECT_TRUE(same_bits(f.posterior(), before));
-    EXPECT_EQ(f.status().non_finite, 5u);
-    EXPECT_EQ(f.status().zero, 3u);
-    EXPECT_EQ(f.status().late, 1u);
+    EXPECT_EQ(f.diagnostics().non_finite, 5u);
+    EXPECT_EQ(f.diagnostics().zero, 3u);
+    EXPECT_EQ(f.diagnostics().late, 1u);
     // and it goes on
     Row next = rows.back();
     next.t_s += 0.01;
@@ -593,11 +593,11 @@ TEST(BadInput, AFullQueueSaysSoAndLosesNothing) {
     const double up[3] = {0, 0, -9.81};
     for (int k = 0; k < 4; ++k) ASSERT_EQ(hnav_filter_push_accel(f, k, up), HNAV_OK);
     EXPECT_EQ(hnav_filter_push_accel(f, 4, up), HNAV_ERROR_QUEUE_FULL);
-    EXPECT_EQ(f.status().waiting, 4);
+    EXPECT_EQ(f.diagnostics().waiting, 4);
     f.advance(3);
     EXPECT_EQ(hnav_filter_push_accel(f, 4, up), HNAV_OK);
     f.advance(4);
-    EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 5u);
+    EXPECT_EQ(f.diagnostics().used[HNAV_SENSOR_ACCEL], 5u);
 }
 
 TEST(BadInput, AClockThatStandsStillDoesNotFillTheQueueForGood) {
@@ -611,7 +611,7 @@ TEST(BadInput, AClockThatStandsStillDoesNotFillTheQueueForGood) {
     }
     EXPECT_EQ(hnav_filter_push_imu(f, 0.01, up, up), HNAV_OK);
     f.advance(0.01);
-    EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 51u);
+    EXPECT_EQ(f.diagnostics().used[HNAV_SENSOR_ACCEL], 51u);
 }
 
 TEST(BadInput, AHorizonThatHoldsMoreThanTheQueueLetsGoOfTheOldest) {
@@ -643,7 +643,7 @@ TEST(BadInput, AGapThatNoIntegratorCanFollowIsCrossedByTheClosedForm) {
                 ASSERT_EQ(hnav_filter_push_mag(filter, t_s, field), HNAV_OK);
                 ASSERT_EQ(hnav_filter_advance(filter, t_s), HNAV_OK) << hnav_filter_message(filter);
             }
-        EXPECT_EQ(f.status().used[HNAV_SENSOR_ACCEL], 3u) << "solver " << solver;
+        EXPECT_EQ(f.diagnostics().used[HNAV_SENSOR_ACCEL], 3u) << "solver " << solver;
         for (int i = 0; i < 4; ++i) EXPECT_NEAR(f.posterior().q_nb[i], exact.posterior().q_nb[i], 1e-6) << "solver " << solver;
     }
 }
@@ -656,7 +656,7 @@ TEST(BadInput, TimesAndStatesThatWouldOverflowAreRefused) {
     EXPECT_EQ(hnav_filter_push_accel(f, 1e300, up), HNAV_ERROR_OUT_OF_RANGE);
     EXPECT_EQ(hnav_filter_push_heading(f, -1e13, 0, 1), HNAV_ERROR_OUT_OF_RANGE);
     EXPECT_EQ(hnav_filter_advance(f, 1e300), HNAV_ERROR_OUT_OF_RANGE);
-    EXPECT_EQ(f.status().non_finite, 2u);
+    EXPECT_EQ(f.diagnostics().non_finite, 2u);
     double x[64], out[64];
     ASSERT_EQ(hnav_filter_get_x(f, x), HNAV_OK);
     EXPECT_EQ(hnav_filter_show(f, 1e300, x), HNAV_ERROR_OUT_OF_RANGE);

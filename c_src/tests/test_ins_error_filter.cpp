@@ -247,9 +247,9 @@ TEST(InsErrorFilter, LookingBackOneStepIsSurer) {
             EXPECT_GE(gained, -1e-12) << "form " << form;
             now.step(d, k);
             P = now.P();
-            hnav_ins_error_status status;
-            ASSERT_EQ(hnav_ins_error_filter_get_status(before, &status), HNAV_OK);
-            EXPECT_EQ(status.shown_step, std::uint64_t(k > 0 ? k - 1 : 0));
+            hnav_ins_error_info info;
+            ASSERT_EQ(hnav_ins_error_filter_info(before, &info), HNAV_OK);
+            EXPECT_EQ(info.shown_step, std::uint64_t(k > 0 ? k - 1 : 0));
         }
     }
 }
@@ -521,7 +521,7 @@ TEST(InsErrorFilter, NullIsAnswered) {
     Handle f(m, hnav_ins_error_defaults());
     double number[9];
     size_t bytes;
-    hnav_ins_error_status status;
+    hnav_ins_error_info info;
     const hnav_ins_error_run_input input{};
     const hnav_ins_error_run_output output{};
     hnav_ins_error_filter_destroy(nullptr);
@@ -538,8 +538,8 @@ TEST(InsErrorFilter, NullIsAnswered) {
                                      hnav_ins_error_filter_coloured_error(nullptr, number, number, number),
                                      hnav_ins_error_filter_innovation(nullptr, number, number, number),
                                      hnav_ins_error_filter_noise(nullptr, number, number),
-                                     hnav_ins_error_filter_get_status(nullptr, &status),
-                                     hnav_ins_error_filter_get_status(f, nullptr),
+                                     hnav_ins_error_filter_info(nullptr, &info),
+                                     hnav_ins_error_filter_info(f, nullptr),
                                      hnav_ins_error_filter_run(nullptr, 1, &input, &output, nullptr),
                                      hnav_ins_error_filter_run(f, 1, nullptr, &output, nullptr),
                                      hnav_ins_error_filter_run(f, 1, &input, nullptr, nullptr),

@@ -8,7 +8,7 @@
 namespace hnav::fmu {
 
 // Calls of the C API that outputs are read from, so that a step costs only what is asked for.
-enum Group { attitude_group, bias_group, posterior_group, innovation_group, covariance_group, status_group, field_group };
+enum Group { attitude_group, bias_group, posterior_group, innovation_group, covariance_group, diagnostics_group, field_group };
 
 class FilterOutputs {
 public:
@@ -21,7 +21,7 @@ public:
         describe_sensor<HNAV_SENSOR_ACCEL, Kind::accel_dimension>(table, "accel", Kind::accel_unit, "");
         describe_sensor<HNAV_SENSOR_MAG, 3>(table, "mag", "", "");
         describe_sensor<HNAV_SENSOR_HEADING, 1>(table, "heading", "rad", "deg");
-        describe_status(table);
+        describe_diagnostics(table);
         describe_covariance(table);
         if (Kind::has_field) describe_field(table);
     }
@@ -47,8 +47,8 @@ public:
                 hnav_filter_innovation(filter, static_cast<hnav_sensor>(s), i); // stays zero before the first
             });
         covariance_.refresh(groups, values, [&](Covariance* c) { read_covariance(filter, c->P); });
-        status_.refresh(groups, values, [&](Status* s) {
-            hnav_filter_get_status(filter, s);
+        diagnostics_.refresh(groups, values, [&](Diagnostics* s) {
+            hnav_filter_diagnostics(filter, s);
             s->missed = missed;
         });
         field_.refresh(groups, values, [&](Field* f) {
@@ -65,7 +65,7 @@ private:
     struct Covariance {
         double P[36];
     };
-    struct Status : hnav_filter_status {
+    struct Diagnostics : hnav_diagnostics {
         double missed;
     };
     struct Field : hnav_field {
@@ -115,7 +115,7 @@ private:
 
     void describe_readiness(Table& table) {
         using namespace rows;
-        status_.add<&Status::started>(table, output("align.started", Type::boolean, "There is an attitude"));
+        diagnostics_.add<&Diagnostics::started>(table, output("align.started", Type::boolean, "There is an attitude"));
         posterior_.add<&hnav_posterior::tilt_ready>(
             table,
             output("align.tilt_ready", Type::boolean, "Tilt at the newest sample: sigma below the limit, by information gained"));
@@ -126,8 +126,8 @@ private:
 
     template <int sensor>
     void describe_used(Table& table, const char* name) {
-        status_.add(table, rows::output(rows::Name("count", name, "_used"), Type::integer, "Samples used"),
-                    [](const Status& s, double* row) { *row = static_cast<double>(s.used[sensor]); });
+        diagnostics_.add(table, rows::output(rows::Name("count", name, "_used"), Type::integer, "Samples used"),
+                         [](const Diagnostics& s, double* row) { *row = static_cast<double>(s.used[sensor]); });
     }
 
     template <int sensor, int dimension>
@@ -151,33 +151,34 @@ private:
                           "Normalised innovation squared of the last sample; its expectation is the dimension"));
         innovation.template add<&hnav_innovation::accepted>(
             table, output(Name("gate", name, "_ok"), Type::boolean, "The last sample was within its gate"));
-        status_.add(table, output(Name("count", name, "_gated"), Type::integer, "Samples whose noise the gate inflated"),
-                    [](const Status& s, double* row) { *row = static_cast<double>(s.gated[sensor]); });
+        diagnostics_.add(table, output(Name("count", name, "_gated"), Type::integer, "Samples whose noise the gate inflated"),
+                         [](const Diagnostics& s, double* row) { *row = static_cast<double>(s.gated[sensor]); });
     }
 
-    void describe_status(Table& table) {
+    void describe_diagnostics(Table& table) {
         using namespace rows;
-        status_.add(table, output("hinf.gamma_used", "", "", "gamma of the last correction; 0 stands for infinity (off)"),
-                    [](const Status& s, double* row) { *row = std::isfinite(s.gamma_used) ? s.gamma_used : 0; });
-        status_.add<&Status::gamma_margin>(
+        diagnostics_.add(table, output("hinf.gamma_used", "", "", "gamma of the last correction; 0 stands for infinity (off)"),
+                         [](const Diagnostics& s, double* row) { *row = std::isfinite(s.gamma_used) ? s.gamma_used : 0; });
+        diagnostics_.add<&Diagnostics::gamma_margin>(
             table, output("hinf.margin", "", "", "Feasibility 1 - lmax(L P L')/gamma^2 of the last correction"));
-        status_.add<&Status::decay_rate_1_s>(
+        diagnostics_.add<&Diagnostics::decay_rate_1_s>(
             table, output("hinf.decay_rate", "1/s", "",
                           "Rate at which the last correction makes the filter forget, in the metric of its own covariance; "
                           "0 while there is none"));
-        status_.add<&Status::adapted_bias_walk_rad_s_per_sqrt_s>(
+        diagnostics_.add<&Diagnostics::adapted_bias_walk_rad_s_per_sqrt_s>(
             table, output("adapt.bias_walk", "rad/s/sqrt(s)", "", "Random walk of the gyro bias in use"));
-        status_.add<&Status::corrections>(table, output("count.corrections", Type::integer, "Corrections"));
-        status_.add<&Status::gamma_raised>(
+        diagnostics_.add<&Diagnostics::corrections>(table, output("count.corrections", Type::integer, "Corrections"));
+        diagnostics_.add<&Diagnostics::gamma_raised>(
             table, output("count.gamma_raised", Type::integer, "Corrections whose gamma had to be raised"));
-        status_.add<&Status::covariance_repaired>(
+        diagnostics_.add<&Diagnostics::covariance_repaired>(
             table, output("count.covariance_repaired", Type::integer, "Covariances that had to be repaired"));
-        status_.add<&Status::missed>(table,
-                                     output("count.missed", Type::integer, "Samples that a coarse communication step lost"));
-        status_.add<&Status::late>(table, output("count.late", Type::integer, "Samples refused as too old"));
-        status_.add<&Status::non_finite>(table, output("count.non_finite", Type::integer, "Samples refused as not finite"));
-        status_.add<&Status::zero>(table, output("count.zero", Type::integer, "Samples refused as zero vectors"));
-        status_.add<&Status::solver_rhs_evals>(
+        diagnostics_.add<&Diagnostics::missed>(
+            table, output("count.missed", Type::integer, "Samples that a coarse communication step lost"));
+        diagnostics_.add<&Diagnostics::late>(table, output("count.late", Type::integer, "Samples refused as too old"));
+        diagnostics_.add<&Diagnostics::non_finite>(table,
+                                                   output("count.non_finite", Type::integer, "Samples refused as not finite"));
+        diagnostics_.add<&Diagnostics::zero>(table, output("count.zero", Type::integer, "Samples refused as zero vectors"));
+        diagnostics_.add<&Diagnostics::solver_rhs_evals>(
             table, output("solver.rhs_evals", Type::integer, "Evaluations of the flow by the integrator inside"));
     }
 
@@ -238,7 +239,7 @@ private:
     Outputs<hnav_posterior, posterior_group> posterior_;
     Innovation innovation_[HNAV_SENSOR_COUNT]; // none of the gyro
     Outputs<Covariance, covariance_group> covariance_;
-    Outputs<Status, status_group, 32> status_;
+    Outputs<Diagnostics, diagnostics_group, 32> diagnostics_;
     Outputs<Field, field_group> field_;
 };
 

@@ -76,7 +76,7 @@ public:
 
     void refresh(double* values, unsigned groups) override {
         at_.estimate.refresh(groups, values, [this](Estimate* e) {
-            const hnav_ins_error_status s = status();
+            const hnav_ins_error_info s = info();
             hnav_ins_error_filter_estimate(object_, e->x, e->sigma);
             e->t_s = s.shown_step + 1 < s.steps ? memory_.before_s : memory_.newest_s;
         });
@@ -91,9 +91,9 @@ public:
     }
 
 private:
-    hnav_ins_error_status status() const {
-        hnav_ins_error_status s;
-        hnav_ins_error_filter_get_status(object_, &s);
+    hnav_ins_error_info info() const {
+        hnav_ins_error_info s;
+        hnav_ins_error_filter_info(object_, &s);
         return s;
     }
 
@@ -111,7 +111,7 @@ private:
     // One step of the model is one interval: samples that were lost pass as steps without a measurement. The first
     // sample meets the prior, whenever it comes.
     void pass_lost(const NewSample& sample) {
-        if (status().steps == 0) return;
+        if (info().steps == 0) return;
         memory_.missed += sample.lost;
         double nothing[nx];
         no_measurement(nothing);

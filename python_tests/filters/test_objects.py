@@ -212,7 +212,7 @@ def test_the_results_have_the_fields_of_the_structs():
 
     told = {
         attitude.Attitude: "hnav_attitude", attitude.Posterior: "hnav_posterior", attitude.Innovation: "hnav_innovation",
-        attitude.Field: "hnav_field", attitude.Diagnostics: "hnav_filter_status", ins_error.InsErrorInfo: "hnav_ins_error_status",
+        attitude.Field: "hnav_field", attitude.Diagnostics: "hnav_diagnostics", ins_error.InsErrorInfo: "hnav_ins_error_info",
         calibration.MagnetometerCalibration: "hnav_magnetometer_calibration",
     }  # fmt: skip
     for record, struct in told.items():

@@ -150,7 +150,7 @@ HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sens
 typedef enum hnav_field_gate {
     HNAV_FIELD_ACCEPTED = 0,
     HNAV_FIELD_REJECTED = 1, /* not used: it lies away from the reference */
-    HNAV_FIELD_INFLATED = 2  /* used with inflated noise although it lies away */
+    HNAV_FIELD_INFLATED = 2 /* used with inflated noise although it lies away */
 } hnav_field_gate;
 
 typedef struct hnav_field {
@@ -171,7 +171,7 @@ HNAV_API hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* fi
  * filters that do not estimate it. */
 HNAV_API hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]);
 
-typedef struct hnav_filter_status {
+typedef struct hnav_diagnostics {
     double gamma_used; /* of the last correction; infinity when off */
     double gamma_margin; /* 1 - lmax(L P L') / gamma^2: 1 when off, above 0 always */
     double adapted_bias_walk_rad_s_per_sqrt_s; /* root of the mean of the diagonal of Q on the bias, times one second */
@@ -194,8 +194,8 @@ typedef struct hnav_filter_status {
      * paper's Theorem 1 (decay_rate.hpp). 1/s; one correction at a time, hence no certificate: that is `hnav certify`.
      * 0 before the first correction after a start, while P is singular, and in the AHRS, which does not compute it. */
     double decay_rate_1_s;
-} hnav_filter_status;
-HNAV_API hnav_status hnav_filter_get_status(const hnav_filter* filter, hnav_filter_status* status);
+} hnav_diagnostics;
+HNAV_API hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics* diagnostics);
 
 /* ------------------------------------------------------------------------------------------------ save, load */
 

@@ -94,13 +94,13 @@ HNAV_API hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filte
  * GATED_MATCH; 0 otherwise). */
 HNAV_API hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, double* scale, double* fault_probability);
 
-typedef struct hnav_ins_error_status {
+typedef struct hnav_ins_error_info {
     uint64_t steps; /* done since create or reset */
     uint64_t shown_step; /* the step, counted from 0, that the outputs are about */
     int32_t nx, nu, nz;
     int32_t estimates_lambda; /* lambda is a state */
-} hnav_ins_error_status;
-HNAV_API hnav_status hnav_ins_error_filter_get_status(const hnav_ins_error_filter* filter, hnav_ins_error_status* status);
+} hnav_ins_error_info;
+HNAV_API hnav_status hnav_ins_error_filter_info(const hnav_ins_error_filter* filter, hnav_ins_error_info* info);
 
 /* Arrays in, arrays out: n rows, each one step. Equal, bit for bit, to step after step. */
 typedef struct hnav_ins_error_run_input {

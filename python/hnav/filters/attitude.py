@@ -436,7 +436,7 @@ class Filter(LibraryObject):
 
     def diagnostics(self) -> Diagnostics:
         """Counts of samples and corrections, and figures of the last correction."""
-        return Diagnostics.read(self._filled("get_status", "hnav_filter_status"))
+        return Diagnostics.read(self._filled("diagnostics", "hnav_diagnostics"))
 
     # ----------------------------------------------------------------------------------------- hybrid view
 

@@ -197,8 +197,8 @@ class InsErrorFilter(LibraryObject):
 
     def info(self) -> InsErrorInfo:
         """Where the filter stands, and its sizes."""
-        info = new("hnav_ins_error_status")
-        self._call("get_status", info)
+        info = new("hnav_ins_error_info")
+        self._call("info", info)
         return InsErrorInfo.read(info)
 
     def _arrays(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:

@@ -111,7 +111,7 @@ class Reader:
     def __init__(self, target: Object, model: Model):
         nx, nz = model["nx"], model["nz"]
         self._target, self.log = target, Log(target.library)
-        self._info = target.library.argument("hnav_ins_error_filter_get_status", 1)
+        self._info = target.library.argument("hnav_ins_error_filter_info", 1)
         self._shapes: dict[str, list[tuple[int, ...]]] = {
             "estimate": [(nx,), (nx,)], "covariance": [(nx, nx)], "coloured_error": [(nz,)] * 3,
             "innovation": [(nz,), (nz, nz), (1,)], "noise": [(nz,), (nz,)], "separability": [(1,)],
@@ -124,7 +124,7 @@ class Reader:
             self.log.add(f"{name}.status", target.status(name, *map(target.library.pointer, arrays)))
             for i, array in enumerate(arrays):
                 self.log.add(f"{name}.{i}", array)
-        self.log.add("info.status", target.status("get_status", self._info))
+        self.log.add("info.status", target.status("info", self._info))
         self.log.struct("info", self._info)
 
 
