@@ -59,8 +59,9 @@ def use(package: str, prefix: Path, build: Path) -> str:
 
 
 def version() -> str:
-    """Of the project, by CMakeLists.txt."""
-    return re.search(r"project\(hnav VERSION (\S+)", (TOP / "CMakeLists.txt").read_text())[1]
+    """Of the project, which the public header says."""
+    header = (TOP / "c_src" / "include" / "hnav" / "types.h").read_text()
+    return ".".join(re.findall(r"define HNAV_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)", header))
 
 
 def main(dist: Path) -> None:
@@ -76,7 +77,7 @@ def main(dist: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="hnav package ") as folder:
             found = use(package.name, unpack(package, Path(folder, "root")), Path(folder, "build"))
         if found != version():
-            sys.exit(f"packages: {package.name}: pkg-config says version {found}, CMakeLists.txt {version()}")
+            sys.exit(f"packages: {package.name}: pkg-config says version {found}, hnav/types.h {version()}")
         size = package.stat().st_size / 1e6
         print(f"{package.name}: {size:.1f} MB; find_package with shared and static library and pkg-config give programs that run")
 

@@ -9,12 +9,9 @@ using hnav::Outcome;
 using hnav::Vector3;
 using namespace hnav::boundary;
 
-#define TEXT_OF(number) #number
-#define VERSION_TEXT(major, minor, patch) TEXT_OF(major) "." TEXT_OF(minor) "." TEXT_OF(patch)
-
 extern "C" {
 
-const char* hnav_version(void) { return VERSION_TEXT(HNAV_VERSION_MAJOR, HNAV_VERSION_MINOR, HNAV_VERSION_PATCH); }
+const char* hnav_version(void) { return HNAV_VERSION; }
 
 const char* hnav_status_text(hnav_status status) {
     static constexpr const char* texts[] = {

@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -540,6 +541,23 @@ TEST(SaveLoad, ALoadedStateSavesTheSameBytes) {
     ASSERT_EQ(hnav_filter_load(f, saved.data(), bytes), HNAV_OK);
     ASSERT_EQ(hnav_filter_save(f, again.data(), bytes), HNAV_OK);
     EXPECT_EQ(saved, again);
+}
+
+TEST(Names, TheVersionOfTheHeadersIsThatOfTheLibrary) {
+    EXPECT_STREQ(HNAV_VERSION, hnav_version());
+    const std::string numbers =
+        std::to_string(HNAV_VERSION_MAJOR) + "." + std::to_string(HNAV_VERSION_MINOR) + "." + std::to_string(HNAV_VERSION_PATCH);
+    EXPECT_EQ(numbers, HNAV_VERSION);
+}
+
+TEST(Names, EveryStatusHasATextOfItsOwn) {
+    std::set<std::string> texts;
+    for (int status = HNAV_OK; status <= HNAV_ERROR_STATE_VERSION; ++status)
+        texts.insert(hnav_status_text(static_cast<hnav_status>(status)));
+    EXPECT_EQ(texts.size(), HNAV_ERROR_STATE_VERSION + 1u);
+    EXPECT_EQ(texts.count("unknown status"), 0u);
+    for (const int none : {-1, HNAV_ERROR_STATE_VERSION + 1})
+        EXPECT_STREQ(hnav_status_text(static_cast<hnav_status>(none)), "unknown status");
 }
 
 TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {

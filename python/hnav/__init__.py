@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from hnav.filters.linear_model import LinearModel
     from hnav.io.recordings import Recording, read_recording
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Filter",
     "HnavError",

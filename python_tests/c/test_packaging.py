@@ -49,8 +49,8 @@ def test_pkg_config_builds_with_a_c_compiler(prefix, tmp_path):
     assert EXPECTED in run(str(program), env=os.environ | {"LD_LIBRARY_PATH": str(libraries)})
 
 
-def test_the_shared_library_carries_its_major_version_and_exports_hnav_alone():
+def test_the_shared_library_carries_the_version_of_its_interface_and_exports_hnav_alone():
     library = BUILD / "c_src" / "libhnav.so"
-    assert "libhnav.so.0" in run("readelf", "-d", str(library))
+    assert "[libhnav.so.0.2]" in run("readelf", "-d", str(library))
     exported = [line.split()[-1] for line in run("nm", "-D", "--defined-only", str(library)).splitlines()]
     assert exported and all(name.startswith("hnav_") for name in exported), exported

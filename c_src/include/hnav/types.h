@@ -52,8 +52,11 @@ HNAV_API const char* hnav_status_text(hnav_status status);
 
 /* Of these headers; within one minor version, structs stay as they are. */
 #define HNAV_VERSION_MAJOR 0
-#define HNAV_VERSION_MINOR 1
+#define HNAV_VERSION_MINOR 2
 #define HNAV_VERSION_PATCH 0
+#define HNAV_VERSION_TEXT_OF(major, minor, patch) #major "." #minor "." #patch
+#define HNAV_VERSION_TEXT(major, minor, patch) HNAV_VERSION_TEXT_OF(major, minor, patch)
+#define HNAV_VERSION HNAV_VERSION_TEXT(HNAV_VERSION_MAJOR, HNAV_VERSION_MINOR, HNAV_VERSION_PATCH) /* "MAJOR.MINOR.PATCH" */
 
 /* "MAJOR.MINOR.PATCH" of the library that is linked. */
 HNAV_API const char* hnav_version(void);
