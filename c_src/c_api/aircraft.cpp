@@ -40,8 +40,8 @@ struct Check : hnav::CallersMessage {
     }
 
     void size(const char* name, int value, int min) {
-        if (status == HNAV_OK && (value < min || value > hnav::largest_dimension))
-            status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, min, hnav::largest_dimension);
+        if (status == HNAV_OK && (value < min || value > hnav::max_dimension))
+            status = fail(HNAV_ERROR_SIZE, "%s = %d: it must be in [%d, %d]", name, value, min, hnav::max_dimension);
     }
 
     static constexpr double no_bound = 1e300;

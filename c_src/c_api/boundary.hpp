@@ -11,10 +11,10 @@ namespace hnav::boundary {
 
 using At = hnav_filter::At;
 
-constexpr double least_direction = 1e-15; // of force and field, in any unit: below lies nothing but rounding
-constexpr double least_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
-constexpr double largest_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
-constexpr double largest_state = 1e50;  // of an integrator outside: beyond, products overflow
+constexpr double min_direction_length = 1e-15; // of force and field, in any unit: below lies nothing but rounding
+constexpr double min_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
+constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
+constexpr double max_state = 1e50;  // of an integrator outside: beyond, products overflow
 constexpr double near_singular_pitch = 85 * M_PI / 180;
 inline const char* const sensor_names[] = {"gyro", "accel", "mag", "heading"};
 
@@ -38,8 +38,7 @@ inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; 
 
 inline hnav_status check_time(const hnav_filter* f, double t_s) {
     if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (std::fabs(t_s) > largest_time_s)
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, largest_time_s);
+    if (std::fabs(t_s) > max_time_s) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
     return HNAV_OK;
 }
 
@@ -47,8 +46,7 @@ inline hnav_status check_time(const hnav_filter* f, double t_s) {
 inline hnav_status check_state(const hnav_filter* f, const double* x) {
     for (int i = 0; i < f->nx(); ++i) {
         if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);
-        if (std::fabs(x[i]) > largest_state)
-            return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], largest_state);
+        if (std::fabs(x[i]) > max_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], max_state);
     }
     const double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3];
     if (!(square > 1e-12))
@@ -65,17 +63,17 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
         return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
                        value[0], value[1], value[2]);
     }
-    if (std::fabs(t_s) > largest_time_s) {
+    if (std::fabs(t_s) > max_time_s) {
         f->refuse_non_finite();
         return check_time(f, t_s);
     }
-    const double largest = Vector3(value).cwiseAbs().maxCoeff();
-    if (largest > max_reading) {
+    const double max = Vector3(value).cwiseAbs().maxCoeff();
+    if (max > max_reading) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
-                       t_s, largest, max_reading);
+                       t_s, max, max_reading);
     }
-    if (channel != gyro && !(largest > least_direction)) {
+    if (channel != gyro && !(max > min_direction_length)) {
         f->refuse_zero();
         return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
     }

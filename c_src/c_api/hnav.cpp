@@ -98,7 +98,7 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         return filter->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s,
                             heading_rad, sigma_rad);
     }
-    if (std::fabs(t_s) > largest_time_s) {
+    if (std::fabs(t_s) > max_time_s) {
         filter->refuse_non_finite();
         return check_time(filter, t_s);
     }
@@ -106,7 +106,7 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0",
                             sigma_rad, t_s);
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
-    return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, least_heading_sigma_rad), 0}});
+    return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, min_heading_sigma_rad), 0}});
 }
 
 hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {

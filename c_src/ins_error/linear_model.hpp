@@ -77,8 +77,8 @@ public:
 
     static bool sizes_fit(const ModelData& m, Refusal& why) {
         const auto inside = [&](const char* name, int n, int min) {
-            return (n >= min && n <= largest_dimension) ||
-                   why.refuse(Refusal::size, "%s = %d: it must be in [%d, %d]", name, n, min, largest_dimension);
+            return (n >= min && n <= max_dimension) ||
+                   why.refuse(Refusal::size, "%s = %d: it must be in [%d, %d]", name, n, min, max_dimension);
         };
         if (!inside("nx", m.nx, 1) || !inside("nu", m.nu, 0) || !inside("nz", m.nz, 1)) return false;
         if (m.G ? !inside("nw", m.nw, 1) : m.nw != 0 && m.nw != m.nx)
@@ -273,7 +273,7 @@ private:
     // A mode a of A hides behind lambda when H a behaves as lambda does: (An - mu I) H a = Hd a = 0, with
     // Hd = H A - An H. One that does not decay either lets the covariance grow without bound (Popov-Belevitch-Hautus).
     bool detectable(const Small& F, const Small& Hs, const Small& Ns, Refusal& why) const {
-        using ComplexMatrix = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, 2 * largest_dimension, largest_dimension>;
+        using ComplexMatrix = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, 2 * max_dimension, max_dimension>;
         Small seen = Hs;
         if (coloured) seen = Hs * F - Ns * Hs;
         const auto modes = Eigen::EigenSolver<Small>(F, false).eigenvalues().eval();
@@ -302,7 +302,7 @@ private:
         separability = 1;
         warning[0] = '\0';
         if (!coloured) return;
-        using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, largest_dimension, 1>;
+        using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, max_dimension, 1>;
         const Small transition = A, colour = An, output = H;
         const Eigen::EigenSolver<Small> modes(transition);
         Complex worst = 0;

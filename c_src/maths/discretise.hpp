@@ -8,13 +8,13 @@
 
 namespace hnav {
 
-constexpr int largest_dimension = 32;
+constexpr int max_dimension = 32;
 
 // Bounded at compile time, so that the exponential works on the stack: no allocation here or inside Eigen.
 template <int bound>
 using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bound, bound>;
-using Small = Bounded<largest_dimension>;
-using Pair = Bounded<2 * largest_dimension>;
+using Small = Bounded<max_dimension>;
+using Pair = Bounded<2 * max_dimension>;
 
 namespace {
 // Eigen asks once, in a function-local static, how large the caches of the processor are. Asked when the library is loaded,

@@ -24,21 +24,21 @@ public:
     // Numbers only: what a saved flight holds.
     struct State {
         double k;
-        double x[largest_dimension];
-        double accelerometer[largest_dimension], gravity[largest_dimension];
-        double z[largest_dimension];
-        double u[largest_dimension]; // held up to sample k
+        double x[max_dimension];
+        double accelerometer[max_dimension], gravity[max_dimension];
+        double z[max_dimension];
+        double u[max_dimension]; // held up to sample k
     };
 
     int nx = 0, nu = 0;
     double interval_s = 0;
     std::uint64_t seed = 0;
     LinearAircraft aircraft;
-    GaussMarkov accelerometer[largest_dimension], gravity[largest_dimension];
-    NoiseFault faults[largest_dimension];
-    SquareWave commands[largest_dimension];
-    double measurement_sigma[largest_dimension] = {};
-    double start[largest_dimension] = {}, start_sigma[largest_dimension] = {};
+    GaussMarkov accelerometer[max_dimension], gravity[max_dimension];
+    NoiseFault faults[max_dimension];
+    SquareWave commands[max_dimension];
+    double measurement_sigma[max_dimension] = {};
+    double start[max_dimension] = {}, start_sigma[max_dimension] = {};
 
     State state{};
 
@@ -58,7 +58,7 @@ public:
         const double t_s = time_s();
         for (int j = 0; j < nu; ++j) state.u[j] = commands[j].at(t_s) + (command ? command[j] : 0);
         state.k += 1;
-        double x[largest_dimension], n[largest_dimension];
+        double x[max_dimension], n[max_dimension];
         for (int i = 0; i < nx; ++i) n[i] = number(process_noise, i);
         for (int i = 0; i < nx; ++i) {
             x[i] = 0;

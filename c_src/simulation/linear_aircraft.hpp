@@ -15,7 +15,7 @@
 
 namespace hnav {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, largest_dimension, largest_dimension>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, max_dimension, max_dimension>;
 
 struct LinearAircraft {
     RowMajor A, B, Qw; // of one interval

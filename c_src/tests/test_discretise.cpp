@@ -43,7 +43,7 @@ TEST(Discretise, TwoHalfIntervalsAreOneWhole) {
 }
 
 TEST(Discretise, TheLargestSizeFits) {
-    const int n = hnav::largest_dimension;
+    const int n = hnav::max_dimension;
     const Small A = -Small::Identity(n, n), B = Small::Identity(n, n), Q = Small::Identity(n, n);
     const hnav::Discrete d = discretise(A, B, Q, 0.5);
     EXPECT_NEAR(d.A(n - 1, n - 1), std::exp(-0.5), 1e-15);
