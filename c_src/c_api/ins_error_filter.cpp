@@ -123,7 +123,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
         return caller.fail(status_of(why), "%s", why.text);
 
     // Built once without memory, to learn how much it needs.
-    hnav::Arena state_size, work_size;
+    hnav::MatrixArena state_size, work_size;
     InsErrorFilter(state_size, work_size, nullptr, data, settings);
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;
     const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
@@ -133,7 +133,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
                            model->nz, options->window);
     auto* self = new (memory) hnav_ins_error_filter;
     char* block = static_cast<char*>(memory) + head;
-    hnav::Arena state(block), work(block + 2 * state_bytes + row_bytes);
+    hnav::MatrixArena state(block), work(block + 2 * state_bytes + row_bytes);
     self->filter.emplace(state, work, block + state_bytes, data, settings);
     self->z = reinterpret_cast<double*>(block + 2 * state_bytes);
 

@@ -20,7 +20,7 @@ namespace hnav {
 
 // What the last step found out, for the caller to read.
 struct StepResult {
-    StepResult(Arena& state, int nz) : innovation(state.vector(nz)), S(state.matrix(nz, nz)), nis(state.doubles(1)) {}
+    StepResult(MatrixArena& state, int nz) : innovation(state.vector(nz)), S(state.matrix(nz, nz)), nis(state.doubles(1)) {}
     Vector innovation; // NaN in a missing channel
     Matrix S;
     double* nis;
@@ -28,7 +28,7 @@ struct StepResult {
 
 class Augmented {
 public:
-    Augmented(Arena& state, Arena& work, const LinearModel& model, bool with_colour, bool joseph, bool lag)
+    Augmented(MatrixArena& state, MatrixArena& work, const LinearModel& model, bool with_colour, bool joseph, bool lag)
         : model_(model),
           nl_(with_colour ? model.nz : 0),
           n_(model.nx + nl_),

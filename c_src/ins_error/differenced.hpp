@@ -16,7 +16,7 @@ namespace hnav {
 
 // What both differencing filters need of a model.
 struct Differences {
-    Differences(Arena& work, const LinearModel& of)
+    Differences(MatrixArena& work, const LinearModel& of)
         : model(of),
           Hd(work.matrix(model.nz, model.nx)),
           HB(work.matrix(model.nz, model.nu)),
@@ -62,7 +62,7 @@ struct Differences {
 // biased; the adaptation reaches K but not P. It is here to be compared with.
 class Printed {
 public:
-    Printed(Arena& state, Arena& work, const LinearModel& model, int window)
+    Printed(MatrixArena& state, MatrixArena& work, const LinearModel& model, int window)
         : model_(model),
           window_(window),
           x_(state.vector(model.nx)),
@@ -199,7 +199,7 @@ private:
 //   J. Spacecraft and Rockets 5(6), 1968.
 class Differenced {
 public:
-    Differenced(Arena& state, Arena& work, const LinearModel& model, bool joseph, bool lag)
+    Differenced(MatrixArena& state, MatrixArena& work, const LinearModel& model, bool joseph, bool lag)
         : model_(model),
           joseph_(joseph),
           lag_(lag),

@@ -24,7 +24,7 @@ public:
 
     // state: what a saved filter holds; work: the rest; spare: as many bytes as state. Built twice, the first time on
     // arenas without memory, to learn how much they need.
-    InsErrorFilter(Arena& state, Arena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
+    InsErrorFilter(MatrixArena& state, MatrixArena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
         : model(work, data),
           settings_(s),
           state_(state.doubles(0)),

@@ -8,9 +8,9 @@
 //   Compensation, WSEAS Trans. Systems and Control 18, 2023 ("the paper").
 #pragma once
 
-#include "base/arena.hpp"
 #include "base/hash.hpp"
 #include "maths/discretise.hpp"
+#include "maths/matrix_arena.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -47,7 +47,7 @@ struct Refusal {
 
 class LinearModel {
 public:
-    LinearModel(Arena& arena, const ModelData& m)
+    LinearModel(MatrixArena& arena, const ModelData& m)
         : nx(m.nx),
           nu(m.nu),
           nz(m.nz),

@@ -59,7 +59,7 @@ struct Innovations {
 class NoiseScale {
 public:
     // state: what a saved filter must hold; work: what a step forgets.
-    NoiseScale(Arena& state, Arena& work, int nz, const NoiseScaleSettings& s)
+    NoiseScale(MatrixArena& state, MatrixArena& work, int nz, const NoiseScaleSettings& s)
         : settings_(s),
           nz_(nz),
           scale_(state.doubles(nz)),

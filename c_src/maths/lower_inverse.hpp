@@ -2,7 +2,7 @@
 // (leave-one-out) innovations need.
 #pragma once
 
-#include "base/arena.hpp"
+#include "maths/matrix_arena.hpp"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace hnav {
 
 class LowerInverse {
 public:
-    LowerInverse(Arena& arena, int capacity)
+    LowerInverse(MatrixArena& arena, int capacity)
         : capacity_(capacity),
           L_(arena.doubles(capacity * capacity)),
           W_(arena.doubles(capacity * capacity)),

@@ -2,13 +2,13 @@
 // mostly zeros; products that skip them cost a fraction, and walk along rows, which compilers turn into vector code.
 #pragma once
 
-#include "base/arena.hpp"
+#include "maths/matrix_arena.hpp"
 
 namespace hnav {
 
 class SparseRows {
 public:
-    SparseRows(Arena& arena, int rows, int columns)
+    SparseRows(MatrixArena& arena, int rows, int columns)
         : rows_(rows),
           start_(arena.integers(rows + 1)),
           column_(arena.integers(rows * columns)),

@@ -1,0 +1,34 @@
+// Matrices whose sizes are known at run time, without an allocation of their own: views into memory that someone else
+// took in one piece.
+#pragma once
+
+#include "base/arena.hpp"
+
+#include <Eigen/Core>
+
+namespace hnav {
+
+// Of at most 64 rows and columns, so that what Eigen needs in between stays on the stack.
+using Matrix = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 64, 64>>;
+using Vector = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 64, 1>>;
+
+class MatrixArena : public Arena {
+public:
+    using Arena::Arena;
+
+    Matrix matrix(int rows, int columns) { return Matrix(doubles(rows * columns), rows, columns); }
+    Vector vector(int size) { return Vector(doubles(size), size); }
+};
+
+// Takes the upper triangle for the truth.
+inline void mirror_upper(Matrix& P) {
+    for (int i = 0; i < P.rows(); ++i)
+        for (int j = 0; j < i; ++j) P(i, j) = P(j, i);
+}
+
+inline void symmetrise(Matrix& P) {
+    for (int i = 0; i < P.rows(); ++i)
+        for (int j = i + 1; j < P.cols(); ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+}
+
+} // namespace hnav
