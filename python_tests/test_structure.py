@@ -1,8 +1,10 @@
-"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base.
+"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base; in Python
+studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters, io -> native.
 
 The plain data of include/hnav, types.h and the options, belong to nobody: every room may include them.
 """
 
+import ast
 import re
 from pathlib import Path
 
@@ -76,3 +78,71 @@ def test_sundials_is_behind_one_file():
     }
     assert users == {"sundials_names.hpp"}
     assert "hybrid/sundials_names.hpp" in includes(TOP / "c_src/hybrid/propagator.cpp")
+
+
+# --------------------------------------------------------------------------------------------- Python
+
+# Rooms of one floor do not know each other.
+FLOORS = (
+    ("studies",),
+    ("cli",),
+    ("reports", "certify"),
+    ("systems",),
+    ("fmi", "simulation", "reference"),
+    ("filters", "io"),
+    ("native",),
+)
+# The modules of hnav itself, which every room may know.
+GROUND = {path.stem for path in (TOP / "python/hnav").glob("*.py")} - {"__main__"}
+PYTHON_ROOMS = [room for floor in FLOORS for room in floor]
+
+
+def room_of(module: str) -> str:
+    """Of a module by its full name: hnav.io.recordings is in io; hnav and hnav.errors are the ground."""
+    parts = module.split(".")
+    if parts[0] == "studies":
+        return "studies"
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def imported(path: Path) -> set[str]:
+    """Full names of what a module imports of hnav and studies, inside functions too."""
+    package = path.relative_to(TOP / "python").parent.parts
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = (
+                ".".join([*package[: len(package) - node.level + 1], *filter(None, [node.module])]) if node.level else node.module
+            )
+            # from hnav import io: the name may be a room.
+            names |= {f"{base}.{alias.name}" if base == "hnav" else base for alias in node.names}
+    return {name for name in names if name.split(".")[0] in ("hnav", "studies")}
+
+
+def folder_of(room: str) -> Path:
+    return TOP / "python" / ("studies" if room == "studies" else f"hnav/{room}")
+
+
+@pytest.mark.parametrize("room", PYTHON_ROOMS)
+def test_a_python_room_imports_only_what_is_below_it(room):
+    floor = next(i for i, rooms in enumerate(FLOORS) if room in rooms)
+    allowed = {room, *GROUND, "__version__", *(below for rooms in FLOORS[floor + 1 :] for below in rooms)}
+    modules = sorted(folder_of(room).rglob("*.py"))
+    assert modules
+    for path in modules:
+        for name in imported(path):
+            assert room_of(name) in allowed, f"{path.relative_to(TOP)} imports {name}"
+
+
+def test_every_python_package_is_a_room_and_says_what_it_holds():
+    packages = {path.parent.name: path for path in (TOP / "python/hnav").glob("*/__init__.py")}
+    assert packages.keys() == set(PYTHON_ROOMS) - {"studies"}
+    for path in [*packages.values(), TOP / "python/studies/__init__.py", TOP / "python/hnav/__init__.py"]:
+        assert ast.get_docstring(ast.parse(path.read_text())), f"{path.relative_to(TOP)} says nothing"
+
+
+def test_the_ground_knows_no_room():
+    for name in GROUND - {"__init__"}:
+        assert not {room_of(module) for module in imported(TOP / f"python/hnav/{name}.py")} - GROUND

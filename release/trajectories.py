@@ -18,7 +18,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from fmpy.model_description import ModelDescription, ScalarVariable
 from platforms import PLATFORMS, Platform
 
 TOLERANCE = 1e-9
@@ -70,26 +71,29 @@ def read_plan(folder: Path) -> Plan:
     """folder: an unpacked FMU. Exits when its inputs or outputs are of a type that a plan has no place for."""
     description = fmpy.read_model_description(str(folder), validate=False)
     version = int(description.fmiVersion[0])
-    variables = [v for v in description.modelVariables if v.causality in ("input", "output")]
-    for v in variables:
-        if v.type not in TYPES[version]:
-            sys.exit(
-                f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(TYPES[version])}"
-            )
-    groups = {
-        c: [[v for v in variables if v.causality == c and v.type == kind] for kind in TYPES[version]] for c in ("input", "output")
-    }
+    inputs, outputs = (grouped(description, causality, TYPES[version]) for causality in ("input", "output"))
     example = read_example(folder / "resources" / "example_input.csv")
     experiment = description.defaultExperiment
     stop_s, step_s = example["time"][-1] if example else float(experiment.stopTime), float(experiment.stepSize)
     t_s = step_s * np.arange(round(stop_s / step_s) + 1)
-    columns = [drive(v, example, t_s) for group in groups["input"] for v in group]
+    columns = [drive(v, example, t_s) for group in inputs for v in group]
     return Plan(
-        version, description.guid, description.coSimulation.modelIdentifier,
-        tuple([v.valueReference for v in group] for group in groups["input"]),
-        tuple([v.valueReference for v in group] for group in groups["output"]),
+        version, description.guid, description.coSimulation.modelIdentifier, references(inputs), references(outputs),
         t_s, np.column_stack(columns) if columns else np.empty((len(t_s), 0)),
     )  # fmt: skip
+
+
+def grouped(description: ModelDescription, causality: str, types: tuple[str, ...]) -> list[list[ScalarVariable]]:
+    """The variables of this causality, a list for each type."""
+    variables = [v for v in description.modelVariables if v.causality == causality]
+    for v in variables:
+        if v.type not in types:
+            sys.exit(f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(types)}")
+    return [[v for v in variables if v.type == kind] for kind in types]
+
+
+def references(groups: list[list[ScalarVariable]]) -> tuple[list[int], ...]:
+    return tuple([v.valueReference for v in group] for group in groups)
 
 
 def read_example(path: Path) -> dict[str, np.ndarray]:
@@ -161,36 +165,41 @@ def difference(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.nanmax(np.abs(a - b) / np.maximum(1, np.abs(b)), initial=0))
 
 
+def compare(fmu: Path, version: int, programs: Mapping[Platform, Path]) -> dict[str, float]:
+    """Largest difference to fmpy, by platform. Exits when one is too large."""
+    where = f"fmi{version}/{fmu.name}"
+    found = {}
+    with tempfile.TemporaryDirectory() as unpacked:
+        folder = Path(fmpy.extract(str(fmu), unzipdir=unpacked))
+        plan = read_plan(folder)
+        reference = run_by_fmpy(plan, folder)
+        for platform, program in programs.items():
+            if not platform.folder(version):
+                continue
+            try:
+                worst = difference(run_by_program(plan, folder, platform, program), reference)
+            except RuntimeError as error:
+                sys.exit(f"trajectories: {where} on {platform.name}: {error}")
+            if worst > TOLERANCE:
+                sys.exit(f"trajectories: {where} on {platform.name} differs from fmpy by {worst:.2g}")
+            found[platform.name] = worst
+    said = ", ".join(f"{name} {worst:.1g}" for name, worst in found.items())
+    print(f"{where}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {said}")
+    return found
+
+
 def main(dist: Path, programs: dict[str, Path]) -> None:
     platforms = [p for p in PLATFORMS if p.name in programs]
-    runnable = [p for p in platforms if p.runner() is not None]
+    runnable = {p: programs[p.name] for p in platforms if p.runner() is not None}
     largest = {p.name: 0.0 for p in runnable}
-    count = 0
-    for version in (2, 3):
-        for fmu in sorted((dist / f"fmi{version}").glob("*.fmu")):
-            with tempfile.TemporaryDirectory() as unpacked:
-                folder = Path(fmpy.extract(str(fmu), unzipdir=unpacked))
-                plan = read_plan(folder)
-                reference = run_by_fmpy(plan, folder)
-                said = []
-                for platform in (p for p in runnable if p.folder(version)):
-                    try:
-                        worst = difference(run_by_program(plan, folder, platform, programs[platform.name]), reference)
-                    except RuntimeError as error:
-                        sys.exit(f"trajectories: fmi{version}/{fmu.name} on {platform.name}: {error}")
-                    if worst > TOLERANCE:
-                        sys.exit(f"trajectories: fmi{version}/{fmu.name} on {platform.name} differs from fmpy by {worst:.2g}")
-                    said.append(f"{platform.name} {worst:.1g}")
-                    largest[platform.name] = max(largest[platform.name], worst)
-            count += 1
-            print(
-                f"fmi{version}/{fmu.name}: {reference.shape[0]} steps, {reference.shape[1]} outputs; largest difference to fmpy: {', '.join(said)}"
-            )
-    if not count:
+    fmus = [(version, fmu) for version in (2, 3) for fmu in sorted((dist / f"fmi{version}").glob("*.fmu"))]
+    if not fmus:
         sys.exit(f"trajectories: no FMU in {dist}")
-    print(
-        f"trajectories: {count} FMUs; largest difference to fmpy: {', '.join(f'{name} {worst:.2g}' for name, worst in largest.items())}"
-    )
+    for version, fmu in fmus:
+        for name, worst in compare(fmu, version, runnable).items():
+            largest[name] = max(largest[name], worst)
+    worst_of_all = ", ".join(f"{name} {worst:.2g}" for name, worst in largest.items())
+    print(f"trajectories: {len(fmus)} FMUs; largest difference to fmpy: {worst_of_all}")
     for platform in (p for p in platforms if p not in runnable):
         print(f"trajectories: {platform.name} not run: {platform.advice()}")
 

@@ -32,8 +32,8 @@ def model() -> LinearModel:
 def peer_of(m: LinearModel, kalman_filter: type) -> Any:
     """filterpy's filter of the stacked state."""
     peer = kalman_filter(dim_x=2 * N, dim_z=N)
-    peer.F, peer.Q = block_diag(m.A, m.An), block_diag(m.Qw, m.QU)
-    peer.H, peer.R, peer.P = np.hstack([m.H, np.eye(N)]), m.Qv, block_diag(m.P0, m.Lambda0)
+    peer.F, peer.Q = block_diag(m.A, m.matrix("An")), block_diag(m.Qw, m.matrix("QU"))
+    peer.H, peer.R, peer.P = np.hstack([m.H, np.eye(N)]), m.Qv, block_diag(m.P0, m.matrix("Lambda0"))
     return peer
 
 

@@ -10,7 +10,7 @@ the worst case.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -44,14 +44,14 @@ def tuned_options(filter: str) -> dict[str, float]:
     }
 
 
-def mean_error_deg(recordings: Sequence[Recording], filter: str, **values: float) -> float:
+def mean_error_deg(recordings: Sequence[Recording], filter: str, **values: Any) -> float:
     """Mean over the recordings of the total error of the scored phase, deg; rates are held backward, closed form. Raises
     HnavError."""
     options = Options(filter, navigation_frame="enu", solver="closed_form", gyro_hold="backward", **values)
     totals = []
     for r in recordings:
         q_nb = Filter(options).run(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla, only=("q_nb",)).q_nb
-        totals.append(score(q_nb, r.reference_q_nb, r.movement).total)
+        totals.append(score(q_nb, r.needed("reference_q_nb"), r.movement).total)
     return float(np.mean(totals))
 
 

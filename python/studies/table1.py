@@ -19,9 +19,9 @@ from rich.table import Table
 from hnav.cli.console import bar, show
 from hnav.errors import HnavRuntimeError
 from hnav.filters.rotations import euler_rad
-from hnav.systems.montecarlo import mean_interval, ratio_interval
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import Run, simulate
+from hnav.systems.statistics import mean_interval, ratio_interval
 from studies.command import study
 
 SYSTEM = "turntable"
@@ -36,7 +36,9 @@ RECORDED = ("*.truth.q[?]", "*.att.q[?]", "*.att.sigma[1]", "*.align.started", "
 def squared_errors_deg2(run: Run) -> dict[str, np.ndarray]:
     """Mean squared error of yaw, pitch and roll of each filter over the run, from its first correction on: the attitude
     that it was told to start from is not its own."""
-    truth = euler_rad(truth_q_nb(run))
+    true_q_nb = truth_q_nb(run)
+    assert true_q_nb is not None, f"system {run.about['system']} puts out no truth"
+    truth = euler_rad(true_q_nb)
     found = {}
     for estimate in estimates(run):
         corrected = estimate.started & (run[f"{estimate.name}.count.mag_used"] > 1)  # the start takes the first sample
@@ -47,7 +49,7 @@ def squared_errors_deg2(run: Run) -> dict[str, np.ndarray]:
 
 def experiment(runs: int, regimes: list[str], progress: Callable[[], None] = lambda: None) -> dict[str, dict[str, np.ndarray]]:
     """Regime -> filter -> squared errors (runs x 3). Seeds 1, 2, ... Raises HnavError when a run fails."""
-    found: dict[str, dict[str, list]] = {regime: {name: [] for name in FILTERS} for regime in regimes}
+    found: dict[str, dict[str, list[np.ndarray]]] = {regime: {name: [] for name in FILTERS} for regime in regimes}
     for regime in regimes:
         for seed in range(1, runs + 1):
             run = simulate(SYSTEM, regime, seed=seed, record=RECORDED)

@@ -109,8 +109,9 @@ def inputs_that_the_reader_has() -> dict:
     return {"signal": signal}
 
 
+@pytest.mark.usefixtures("scratch")
 @pytest.mark.parametrize("code", blocks("python"))
-def test_a_python_snippet_runs(code, scratch):
+def test_a_python_snippet_runs(code):
     if "BROAD_DIR" in code and not os.environ.get("BROAD_DIR"):
         pytest.skip("BROAD_DIR is not set: no BROAD recordings")
     if ("fmu" in code or "simulate" in code) and not FMUS.is_dir():

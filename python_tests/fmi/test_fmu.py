@@ -276,7 +276,7 @@ def test_the_intermediate_update_may_read_and_nothing_else():
     with opened(3) as fmu:
         f, seen = fmu.fmu, []
 
-        def update(environment, t_s, set_requested, get_allowed, finished, can_return_early, requested, early_time):
+        def update(environment, t_s, _set_requested, get_allowed, *_):
             value = (C.c_double * 1)()
             read = f.dll.fmi3GetFloat64(f.component, fmu.references(["att.q[1]"]), C.c_size_t(1), value, C.c_size_t(1))
             written = f.dll.fmi3SetFloat64(f.component, fmu.references(["gyro.rate[1]"]), C.c_size_t(1), value, C.c_size_t(1))

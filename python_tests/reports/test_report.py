@@ -17,11 +17,12 @@ from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import NOISE, make_system, make_turntable
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
-from hnav.reports.page import write_report
-from hnav.reports.panels import PANELS, panels_of
+from hnav.reports.attitude_panels import ATTITUDE_PANELS as DRAWN
+from hnav.reports.attitude_panels import timing_panel
+from hnav.reports.page import PANELS, write_report
 
 # Panels about attitude filters; other modules add theirs for other runs.
-ATTITUDE_PANELS = [p for p in PANELS if p.draw.__module__ == "hnav.reports.panels"]
+ATTITUDE_PANELS = [*DRAWN, timing_panel]
 # What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
@@ -44,8 +45,8 @@ def page(run, tmp_path_factory):
 
 
 def test_every_panel_is_drawn_for_a_turntable(run, page):
-    assert {p.name for p in panels_of(run)} == {p.name for p in ATTITUDE_PANELS}
-    assert panels_of(run)[-1].name == "timing"
+    assert {p.name for p in PANELS if p.applies(run)} == {p.name for p in ATTITUDE_PANELS}
+    assert PANELS[-1].name == "timing"
     text = page.read_text(encoding="utf-8")
     for panel in ATTITUDE_PANELS:
         assert f'<section id="{panel.name}">' in text
@@ -114,7 +115,7 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
     names = {name for name in run.columns if not name.startswith("turntable.")}
     about = run.about | {"components": {c: v for c, v in run.about["components"].items() if c != "turntable"}}
     untrue = Run(run.t_s, {name: run[name] for name in names}, run.units, about)
-    assert {"error", "nees"} == {p.name for p in ATTITUDE_PANELS} - {p.name for p in panels_of(untrue)}
+    assert {"error", "nees"} == {p.name for p in ATTITUDE_PANELS} - {p.name for p in PANELS if p.applies(untrue)}
     assert write_report(untrue, tmp_path / "untrue.html")
     try:
         only = simulate(make_system(tmp_path / "only", {"turntable": "Turntable"}, []), stop_s=1)
@@ -124,15 +125,16 @@ def test_a_run_without_truth_or_filters_has_only_the_panels_that_fit(run, tmp_pa
     assert write_pictures(only, tmp_path) == []
 
 
-def test_another_module_can_add_a_panel(run, tmp_path, monkeypatch):
+def test_a_caller_can_add_a_panel(run, tmp_path):
     from plotly import graph_objects as go
 
-    from hnav.reports import panels as report_panels
+    from hnav.reports.panels import panel
 
-    monkeypatch.setattr(report_panels, "PANELS", list(PANELS))
-    added = report_panels.panel("own", "A panel of one's own", "How to read it.", lambda run: "turntable" in run.components)
-    added(lambda run: go.Figure(go.Scatter(x=run.t_s, y=run["turntable.truth.rate[3]"])))
-    assert write_report(run, tmp_path / "report.html")[-2:] == ["own", "timing"]
+    @panel("own", "A panel of one's own", "How to read it.", lambda run: "turntable" in run.components)
+    def own(run: Run) -> go.Figure:
+        return go.Figure(go.Scatter(x=run.t_s, y=run["turntable.truth.rate[3]"]))
+
+    assert write_report(run, tmp_path / "report.html", [timing_panel, own]) == ["timing", "own"]
     assert 'id="plot-own"' in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
@@ -187,7 +189,7 @@ def test_chromium_would_tell_of_errors_and_requests(tmp_path):
 
 def test_the_certificate_beside_a_run_has_a_panel(run, tmp_path):
     write_run(run, tmp_path)
-    assert "certificate" not in [p.name for p in panels_of(read_run(tmp_path))]
+    assert "certificate" not in [p.name for p in PANELS if p.applies(read_run(tmp_path))]
     (tmp_path / "certificate.json").write_text(
         '{"certified": false, "reason": "errors <grow>", "rate_1_s": 0.125, "region_deg": null}'
     )

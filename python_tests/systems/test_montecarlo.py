@@ -8,7 +8,8 @@ from command_line import hnav
 from hnav.errors import HnavError, HnavValueError
 from hnav.fmi.fmus import fmu_path
 from hnav.systems import montecarlo
-from hnav.systems.montecarlo import Job, jobs, mean_interval, nees_bounds, ratio_interval, rows_of, run_jobs, write_table
+from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs, write_table
+from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 from made_systems import NOISE, make_system, make_turntable
 
 

@@ -30,7 +30,7 @@ def attenuation(corrections: Sequence[Correction], q_true: np.ndarray, bias_true
 
     def error(true: np.ndarray, q: np.ndarray, b: np.ndarray) -> np.ndarray:
         p = product(true, q * [1, -1, -1, -1])
-        return np.r_[np.copysign(1, p[0]) * p[1:], C_bn(q).T @ (bias_true - b)]
+        return np.concatenate([np.copysign(1, p[0]) * p[1:], C_bn(q).T @ (bias_true - b)])
 
     e = np.stack([error(true, c.q, c.b) for true, c in zip(q_true, corrections)])
     disturbance = energy(e[0], corrections[0].P[1:, 1:])

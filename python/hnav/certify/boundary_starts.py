@@ -46,7 +46,7 @@ def boundary(P: np.ndarray, level: float, count: int, rng: np.random.Generator) 
     direction *= np.sqrt(level / np.einsum("ki,ij,kj->k", direction, P, direction))[:, None]
     low, high = np.zeros(count), np.minimum(2, 0.5 * np.pi / np.linalg.norm(direction[:, :3], axis=1))
 
-    def at(length):
+    def at(length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         q = quaternion_exp(-length[:, None] * direction[:, :3])
         return q, length[:, None] * direction[:, 3:]
 

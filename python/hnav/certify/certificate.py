@@ -11,13 +11,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
 
 from hnav.certify.boundary_starts import BoundaryStarts, fall_from_boundary
 from hnav.certify.gain_record import GainRecord
-from hnav.certify.sampled_data import ATTITUDE, BIAS, SampledDataInequality, flow_matrix
+from hnav.certify.sampled_data import ATTITUDE, BIAS, SampledDataInequality, Solution, flow_matrix
 from hnav.errors import HnavRuntimeError
 
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
@@ -73,7 +74,7 @@ class Certificate:
     attenuation: float = np.nan  # error energy over disturbance energy; needs the truth
     gamma_squared: float = np.nan  # largest in the record: what the attenuation must stay below; infinite without gamma
 
-    def figures(self) -> dict:
+    def figures(self) -> dict[str, Any]:
         """Plain numbers for JSON and reports; what is not known is None."""
         known = {k: v for k, v in vars(self).items() if k not in ("P", "t_s", "free_rate_1_s", "starts", "printed", "tau")}
         known |= {"tau": list(self.tau), "P": None if self.P is None else self.P.tolist()}
@@ -101,7 +102,8 @@ def free_rates(record: GainRecord) -> np.ndarray:
     L = np.linalg.cholesky(np.stack([c.P[1:, 1:] for c in record.corrections]))
     M = np.stack([c.M[1:, 1:] for c in record.corrections])
     factor = np.linalg.norm(np.linalg.solve(L[1:], M[1:] @ L[:-1]), 2, axis=(1, 2))
-    return -np.log(factor) / np.array([c.interval_s for c in record.corrections[1:]])
+    rates: np.ndarray = -np.log(factor) / np.array([c.interval_s for c in record.corrections[1:]])
+    return rates
 
 
 def printed_theorem(record: GainRecord) -> PrintedTheorem:
@@ -121,8 +123,15 @@ def printed_theorem(record: GainRecord) -> PrintedTheorem:
 # --------------------------------------------------------------------------------------------- searches
 
 
-def largest(holds: Callable[[float], object | None], low: float, high: float, probes: int, geometric: bool = True, best=None):
-    """(value, what holds answered there): the largest for which it answers, by bisection; best if it never does."""
+Answer = TypeVar("Answer")
+Holds = Callable[[float], Answer | None]  # None where a condition does not hold
+Best = tuple[float, Answer]  # the value, and what Holds answered there
+
+
+def largest(
+    holds: Holds[Answer], low: float, high: float, probes: int, geometric: bool = True, best: Best[Answer] | None = None
+) -> Best[Answer] | None:
+    """The largest value for which it answers, by bisection; best if it never does."""
     for _ in range(probes):
         middle = np.sqrt(low * high) if geometric else 0.5 * (low + high)
         answer = holds(middle)
@@ -133,7 +142,7 @@ def largest(holds: Callable[[float], object | None], low: float, high: float, pr
     return best
 
 
-def largest_below(holds: Callable[[float], object | None], high: float, least: float, probes: int):
+def largest_below(holds: Holds[Answer], high: float, least: float, probes: int) -> Best[Answer] | None:
     """As largest, between the halves of high: what holds is mostly found in few probes, and the dear ones are those that fail."""
     while high > least:
         answer = holds(high / 2)
@@ -143,12 +152,13 @@ def largest_below(holds: Callable[[float], object | None], high: float, least: f
     return None
 
 
-def largest_from(holds: Callable[[float], object | None], low: float, high: float, growth: float, probes: int) -> float:
+def largest_from(holds: Holds[Answer], low: float, high: float, growth: float, probes: int) -> float:
     """The largest up to which every value that was tried holds: from low upwards by the factor, then by bisection."""
     while low < high:
         further = min(growth * low, high)
         if holds(further) is None:
-            return largest(holds, low, further, probes, best=(low, None))[0]
+            found = largest(holds, low, further, probes)
+            return low if found is None else found[0]
         low = further
     return low
 
@@ -195,6 +205,27 @@ def bias_scale(record: GainRecord) -> float:
     return float(np.sqrt(np.median(ratios)))
 
 
+class _Stages:
+    """Tells how far the search is, by the questions that were asked in each stage."""
+
+    def __init__(self, progress: Progress):
+        self._progress, self._done = progress, dict.fromkeys(PROBES, 0)
+
+    def counted(self, stage: str, holds: Holds[Answer]) -> Holds[Answer]:
+        """holds, and each call is counted."""
+
+        def probe(value: float) -> Answer | None:
+            answer = holds(value)
+            self._done[stage] += 1
+            self._progress(stage, min(self._done[stage], PROBES[stage]), PROBES[stage])
+            return answer
+
+        return probe
+
+    def complete(self, stage: str) -> None:
+        self._progress(stage, PROBES[stage], PROBES[stage])
+
+
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
     """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
     record = inequality.record
@@ -205,21 +236,8 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
         k = int(np.argmin(rates))
         return f"the error grows at the correction at {found.t_s[k]:g} s: spectral radius of (I - KH) Phi is {radius[k]:.6f}"
 
-    done = dict.fromkeys(PROBES, 0)
-
-    def counted(stage: str, holds):
-        def probe(value: float):
-            answer = holds(value)
-            done[stage] += 1
-            progress(stage, min(done[stage], PROBES[stage]), PROBES[stage])
-            return answer
-
-        return probe
-
-    def complete(stage: str) -> None:
-        progress(stage, PROBES[stage], PROBES[stage])
-
-    rate = largest(counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
+    stages = _Stages(progress)
+    rate = largest(stages.counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
                    found.spectral_rate_1_s * (1 + 1e-9), PROBES["decay rate"], geometric=False)  # fmt: skip
     if rate is None:
         return f"no common P for the linear part, although every single correction contracts (slowest {found.spectral_rate_1_s:.3g} 1/s)"
@@ -227,16 +245,15 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
 
     sigma = found.region_rate_1_s = SHARE_OF_RATE * found.rate_1_s
     inequality.forget_vertices()
-    region = largest_below(counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
+    region = largest_below(stages.counted("region", lambda rho: inequality.solve(sigma, rho)), LARGEST_RADIUS, LEAST_RADIUS, 5)
     if region is None:
         return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
-    complete("region")
+    stages.complete("region")
     rho, (P, tau, found.smallest_eigenvalue) = region
     found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
-    _measure_region(found, inequality, rho)
-
-    _measure_intervals(found, inequality, rho, lambda holds: counted("longest interval", holds))
-    complete("longest interval")
+    _measure_region(found, found.P, inequality, rho)
+    _measure_intervals(found, inequality, rho, stages)
+    stages.complete("longest interval")
     if starts:
         found.starts = fall_from_boundary(
             record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
@@ -248,19 +265,20 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     return ""
 
 
-def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rho: float, counted) -> None:
+def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rho: float, stages: _Stages) -> None:
     """With the gains as they are, from the actual interval upwards; nothing holds beyond LONGEST_HOLD_S, for nothing is tried there."""
     T = found.interval_s
 
     def growing(t: float) -> np.ndarray:
-        return np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max(axis=1)
+        radius: np.ndarray = np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max(axis=1)
+        return radius
 
     limit = largest_from(lambda t: t if growing(t).max() < 1 else None, T, LONGEST_HOLD_S, 2.0, 10)
     if limit < LONGEST_HOLD_S:
         found.interval_limit_s = float(limit)
         found.interval_limit_at_s = float(found.t_s[np.argmax(growing(1.01 * limit))])
 
-    def mixed(t: float):
+    def mixed(t: float) -> Solution | None:
         answer = inequality.and_interval(t).solve(0.0, 0.0)
         between = np.linspace(T, t, BETWEEN + 2)[1:-1]
         if answer is None or any(
@@ -269,37 +287,40 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
             return None
         return answer
 
-    def constant(t: float, radius: float):
+    def constant(t: float, radius: float) -> Solution | None:
         changed = inequality.with_interval(t)
         answer = changed.solve(0.0, radius)
         inequality.vertices = changed.vertices  # where the next interval begins
         return answer
 
+    def longest(holds: Holds[Solution]) -> Holds[Solution]:
+        return stages.counted("longest interval", holds)
+
     inequality.forget_vertices()
-    found.longest_interval_s = float(largest_from(counted(lambda t: constant(t, 0.0)), T, limit, 2.0, 5))
+    found.longest_interval_s = float(largest_from(longest(lambda t: constant(t, 0.0)), T, limit, 2.0, 5))
     inequality.forget_vertices()
-    found.mixed_interval_s = float(largest_from(counted(mixed), T, found.longest_interval_s, 2.0, 5))
-    found.region_interval_s = float(largest_from(counted(lambda t: constant(t, 0.5 * rho)), T, found.longest_interval_s, 2.0, 2))
+    found.mixed_interval_s = float(largest_from(longest(mixed), T, found.longest_interval_s, 2.0, 5))
+    found.region_interval_s = float(largest_from(longest(lambda t: constant(t, 0.5 * rho)), T, found.longest_interval_s, 2.0, 2))
 
 
-def _measure_region(found: Certificate, inequality: SampledDataInequality, rho: float) -> None:
+def _measure_region(found: Certificate, P: np.ndarray, inequality: SampledDataInequality, rho: float) -> None:
     """Level, size and noise of {e'Pe <= level}, chosen so that c <= rho also while the error flows."""
-    P_inverse = np.linalg.inv(found.P)
-    attitude, bias = (np.sqrt(np.linalg.eigvalsh(P_inverse[part, part])[-1]) for part in (ATTITUDE, BIAS))
+    P_inverse = np.linalg.inv(P)
+    attitude, bias = (float(np.sqrt(np.linalg.eigvalsh(P_inverse[part, part])[-1])) for part in (ATTITUDE, BIAS))
 
     def farthest(size: float) -> float:
         """c before the next correction: |d| = sin(angle / 2), and a bias error adds at most T/2 |e_b|."""
-        return 2 * np.sin(0.5 * np.arcsin(size * attitude)) + 0.5 * inequality.T.max() * size * bias
+        return float(2 * np.sin(0.5 * np.arcsin(size * attitude)) + 0.5 * inequality.T.max() * size * bias)
 
     size = brentq(lambda x: farthest(x) - rho, 0, min(1, rho) / attitude)
     found.level = float(size**2)
     found.region_deg = float(np.degrees(2 * np.arcsin(size * attitude)))
     found.region_bias_deg_s = float(np.degrees(size * bias))
-    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(found.P[ATTITUDE, ATTITUDE])[-1])))))
+    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(P[ATTITUDE, ATTITUDE])[-1])))))
     floor = 0.0
     for c in inequality.record.corrections:
         G, F = (c.J @ c.K)[1:], (c.J @ c.IKH)[1:]
-        injected = np.trace(found.P @ (G @ c.R @ G.T + F @ c.Q @ F.T))
-        floor = max(floor, injected / -np.expm1(-2 * found.region_rate_1_s * c.interval_s))
+        injected = float(np.trace(P @ (G @ c.R @ G.T + F @ c.Q @ F.T)))
+        floor = max(floor, float(injected / -np.expm1(-2 * found.region_rate_1_s * c.interval_s)))
     found.noise_share = float(floor / found.level)
     found.noise_floor_deg = float(np.degrees(2 * np.sqrt(floor) * attitude))

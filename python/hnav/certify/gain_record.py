@@ -22,7 +22,7 @@ from scipy.linalg import expm
 from hnav.errors import HnavRuntimeError
 from hnav.filters.attitude import Filter, Options
 from hnav.io.recordings import Recording
-from hnav.reference.hrekf import C_bn, Omega, ReferenceFilter, product
+from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, product
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
@@ -54,7 +54,8 @@ class Correction:
     @cached_property
     def IKH(self) -> np.ndarray:
         """7 x 7: I - K H."""
-        return self.turn - self.K @ self.H
+        kept: np.ndarray = self.turn - self.K @ self.H
+        return kept
 
     @cached_property
     def J(self) -> np.ndarray:
@@ -64,7 +65,8 @@ class Correction:
     @cached_property
     def M(self) -> np.ndarray:
         """7 x 7: the linear error map from just after one correction to just after the next."""
-        return self.J @ self.IKH @ self.Phi
+        map: np.ndarray = self.J @ self.IKH @ self.Phi
+        return map
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ class WatchedReference(ReferenceFilter):
 
     def forget_flow(self) -> None:
         self.flown_from, self.Phi, self.Q = self.q, np.eye(7), np.zeros((7, 7))
-        self.turns = []
+        self.turns: list[tuple[np.ndarray, float]] = []
 
     def flow(self, interval_s: float) -> None:
         o = self.options
@@ -139,17 +141,17 @@ class WatchedReference(ReferenceFilter):
         self.Phi, self.Q = Phi @ self.Phi, Phi @ self.Q @ Phi.T + Q
         self.q_minus = q_next
 
-    def collect(self, t_s, force, field) -> None:
-        """The start is the library's: see adopt."""
+    def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
+        """The start is the library's: see start_from."""
 
-    def adopt(self, in_c: Filter, t_s: float) -> None:
+    def start_from(self, in_c: Filter, t_s: float) -> None:
         """Takes over attitude, bias and covariance with which the library has just started."""
         x = in_c.get_x()
         self.q, self.b, self.P = x[:4], x[4:7], unpack(x[7:])
         self.last_correction, self.previous_bias, self.started = t_s, self.P[4:, 4:].copy(), True
         self.forget_flow()
 
-    def correct(self, t_s, force, field) -> None:
+    def correct(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         # A field that comes before any reference becomes the reference; it corrects nothing.
         super().correct(t_s, force, None if self.reference is None else field)
 
@@ -160,6 +162,7 @@ class WatchedReference(ReferenceFilter):
 
     def correction(self, t_s: float, interval_s: float) -> Correction:
         """The record of the last correction, in navigation axes."""
+        assert self.gain is not None, "there has been a correction"
         sensors, K, H, R, nu, norm = self.gain
         rows = np.concatenate([np.arange(3) + 3 * ("accel", "mag").index(sensor) for sensor in sensors])
         K6, H6, R6, nu6 = np.zeros((7, CHANNELS)), np.zeros((CHANNELS, 7)), np.zeros((CHANNELS, CHANNELS)), np.zeros(CHANNELS)
@@ -182,18 +185,16 @@ def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
     """Largest difference of quaternion, bias and, relative to its diagonal, covariance. x: 35 states of the library."""
     P = unpack(x[7:])
     scale = np.sqrt(np.maximum(np.diag(P), 1e-300))
-    return max(
-        np.abs(x[:4] - reference.q).max(),
-        np.abs(x[4:7] - reference.b).max(),
-        (np.abs(P - reference.P) / np.outer(scale, scale)).max(),
-    )
+    relative = np.abs(P - reference.P) / np.outer(scale, scale)
+    return float(max(np.abs(x[:4] - reference.q).max(), np.abs(x[4:7] - reference.b).max(), relative.max()))
 
 
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
     """Runs both over the recording. Raises HnavError when they differ, or when there was no correction."""
     recording = recording.in_order_of_measurement()
     in_c, reference = Filter(options), WatchedReference(options)
-    corrections, largest = [], 0.0
+    corrections: list[Correction] = []
+    largest = 0.0
     n = len(recording.t_s)
     field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
     for i, t_s in enumerate(recording.t_s.tolist()):
@@ -213,7 +214,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
                 corrections.append(reference.correction(t_s, t_s - last_s))
                 reference.forget_flow()
         elif in_c.diagnostics().started:
-            reference.adopt(in_c, t_s)
+            reference.start_from(in_c, t_s)
         if reference.reference is None:
             reference.know_field(in_c)
         if progress and (i % 50 == 49 or i == n - 1):

@@ -40,6 +40,7 @@ from __future__ import annotations
 
 import copy
 import warnings
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -67,7 +68,10 @@ def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
     return A
 
 
-def return_to_sphere(record: GainRecord, rho: float) -> tuple[np.ndarray, np.ndarray]:
+Bounds = tuple[np.ndarray, np.ndarray]  # alpha and beta, one for each correction
+
+
+def return_to_sphere(record: GainRecord, rho: float) -> Bounds:
     """alpha and beta, one for each correction: n'n <= alpha n'u, |m| <= beta |d-| while c <= rho. beta is infinite where
     the bound breaks down.
 
@@ -99,10 +103,15 @@ def return_to_sphere(record: GainRecord, rho: float) -> tuple[np.ndarray, np.nda
     return d**2 / squared, beta
 
 
+# P, tau, and the smallest eigenvalue of all X_k.
+Solution = tuple[np.ndarray, np.ndarray, float]
+
+
 def symmetric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """m x Z x Z: the quadratic forms a'b of linear forms a, b (m x rows x Z)."""
     product = np.swapaxes(a, 1, 2) @ b
-    return 0.5 * (product + np.swapaxes(product, 1, 2))
+    form: np.ndarray = 0.5 * (product + np.swapaxes(product, 1, 2))
+    return form
 
 
 def multipliers_hold(tau: np.ndarray) -> bool:
@@ -115,7 +124,7 @@ def with_signs(tau: np.ndarray) -> np.ndarray:
     """The nearest multipliers that hold: those of the solver may miss their signs by its tolerance."""
     values, vectors = np.linalg.eigh(tau[[0, 2, 2, 1]].reshape(2, 2))
     D = (vectors * (np.maximum(values, 0) + 1e-15)) @ vectors.T
-    return np.r_[D[0, 0], D[1, 1], D[0, 1], tau[3:6], np.maximum(tau[6:], 0)]
+    return np.concatenate([[D[0, 0], D[1, 1], D[0, 1]], tau[3:6], np.maximum(tau[6:], 0)])
 
 
 def smallest(cost: np.ndarray, blocks: list[tuple[np.ndarray, float]]) -> np.ndarray | None:
@@ -157,7 +166,7 @@ class SampledDataInequality:
         self.H = np.stack([x.H[:, 1:4] for x in c])
         self.K_v = np.stack([x.K[1:4] for x in c])
         self.norm = np.array([x.norm for x in c])
-        self.bounds = lru_cache(maxsize=1)(lambda rho: return_to_sphere(record, rho))
+        self.bounds: Callable[[float], Bounds] = lru_cache(maxsize=1)(lambda rho: return_to_sphere(record, rho))
         self.programs: list[int] = []  # corrections in each that was solved, here and in copies with other intervals
         self.forget_vertices()
 
@@ -183,7 +192,12 @@ class SampledDataInequality:
         other, both = self.with_interval(interval_s), copy.copy(self)
         for name in ("T", "Phi", "JK", "JIKH", "H", "K_v", "norm"):
             setattr(both, name, np.concatenate([getattr(self, name), getattr(other, name)]))
-        both.bounds = lambda rho: tuple(np.tile(bound, 2) for bound in self.bounds(rho))
+
+        def twice(rho: float) -> Bounds:
+            alpha, beta = self.bounds(rho)
+            return np.tile(alpha, 2), np.tile(beta, 2)
+
+        both.bounds = twice
         both.vertices = self.vertices + [k + len(self.T) for k in self.vertices]
         return both
 
@@ -222,10 +236,11 @@ class SampledDataInequality:
         if rho == 0:
             return self._part_of_P(k, P, sigma, self.M[k])
         B, forms = self.terms(k, rho)
-        return self._part_of_P(k, P, sigma, B) - sum(t * F for t, F in zip(tau, forms))
+        X: np.ndarray = self._part_of_P(k, P, sigma, B) - sum(t * F for t, F in zip(tau, forms))
+        return X
 
     def _part_of_P(self, k: np.ndarray, P: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
-        X = -np.swapaxes(B, 1, 2) @ P @ B
+        X: np.ndarray = -np.swapaxes(B, 1, 2) @ P @ B
         X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * P
         return X
 
@@ -235,7 +250,7 @@ class SampledDataInequality:
         parts = [every[i : i + CHECKED_AT_ONCE] for i in range(0, len(every), CHECKED_AT_ONCE)]
         return np.concatenate([np.linalg.eigvalsh(self.X(k, P, tau, sigma, rho))[:, 0] for k in parts])
 
-    def solve(self, sigma: float, rho: float) -> tuple[np.ndarray, np.ndarray, float] | None:
+    def solve(self, sigma: float, rho: float) -> Solution | None:
         """(P, tau, smallest eigenvalue) that holds for every correction, or None. Adds cutting planes until it does."""
         if rho > 0 and not np.isfinite(self.bounds(rho)[1]).all():
             return None
@@ -263,7 +278,7 @@ class SampledDataInequality:
         k = np.array(self.vertices)
         self.programs.append(len(k))
         B, forms = (self.M[k], []) if rho == 0 else self.terms(k, rho)
-        basis = np.array([np.eye(1, N * N, i * N + j).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
+        basis = np.array([np.eye(1, N * N, int(i * N + j)).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
         basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
         # Unknowns: the elements of P and, with remainders, tau; on the last axis what each of them adds.
         of_P = np.moveaxis(basis, 0, -1)

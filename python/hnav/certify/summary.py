@@ -14,6 +14,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
         return "-" if not np.isfinite(value) else f"{value:.{digits}g}{unit}"
 
     printed, starts = found.printed, found.starts
+    assert printed is not None, "certify has measured it"
     free = found.free_rate_1_s
     bound = number(found.gamma_squared) if np.isfinite(found.gamma_squared) else "infinite, gamma is off"
     limit = (

@@ -12,7 +12,8 @@ from hnav.cli.console import bar, say, writing
 from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
-from hnav.fmi.engines import Result, run_recording
+from hnav.fmi.engines import run_recording
+from hnav.fmi.results import Result
 from hnav.io.recordings import read_recording
 from hnav.renamed import new_name
 

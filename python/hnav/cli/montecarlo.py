@@ -12,8 +12,9 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
-from hnav.systems.montecarlo import jobs, mean_interval, nees_bounds, ratio_interval, run_jobs, write_table
+from hnav.systems.montecarlo import jobs, run_jobs, write_table
 from hnav.systems.ssp_reader import read_system, system_path
+from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 
 
 def command(

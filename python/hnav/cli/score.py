@@ -40,8 +40,9 @@ def command(
             if crop is not None:
                 data = data.cropped(crop)
             result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)
-            scores[data.name] = score(result.q_nb, data.reference_q_nb, data.movement)
-            consistency[data.name] = nees(result.q_nb, result.sigma_rad, data.reference_q_nb, data.movement).nees_per_axis
+            truth = data.needed("reference_q_nb")
+            scores[data.name] = score(result.q_nb, truth, data.movement)
+            consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis
             us_per_sample.append(result.us_per_sample)
             progress.advance(task)
     show(score_table(scores, consistency, f"{filter} ({engine})"))

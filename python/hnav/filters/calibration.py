@@ -50,9 +50,12 @@ def option_table() -> Mapping[str, OptionInfo]:
 class Magnetic(Protocol):
     """A recording: a dataclass with a name and a field."""
 
-    name: str
-    field_b_tesla: Array | None
-    """n x 3, tesla; None without a magnetometer."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def field_b_tesla(self) -> Array | None:
+        """n x 3, tesla; None without a magnetometer."""
+
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 

@@ -83,6 +83,13 @@ class LinearModel:
     def _put(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
 
+    def matrix(self, name: str) -> Array:
+        """One of MATRICES. Raises HnavValueError for one that the model does without."""
+        value: Array | None = getattr(self, name)
+        if value is None:
+            raise HnavValueError("null argument", f"{name} is None", name)
+        return value
+
     def struct(self) -> Any:
         """The C struct of the model; its matrices are those of this object, which must live as long."""
         matrices = {name: address(getattr(self, name)) for name in MATRICES}

@@ -88,35 +88,40 @@ def _run_library(recording: Recording, options: Options, progress: Progress | No
 
 def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Result:
     """Each sample pushed when it arrives, with the time of its measurement; the filter waits for late ones."""
-    delay_s = np.nanmax(recording.t_s - recording.field_t_s, initial=0.0)
-    interval_s = np.median(np.diff(recording.t_s))
-    if options.horizon_s < delay_s:
-        # A row more than the longest delay, for rounding.
-        options.horizon_s = delay_s + interval_s
-        options.queue_capacity = max(options.queue_capacity, 2 * int(np.ceil(options.horizon_s / interval_s)) + 8)
+    field, measured_s = recording.needed("field_b_tesla"), recording.needed("field_t_s")
+    _wait_for_late(options, recording.t_s, measured_s)
     attitude_filter = Filter(options)
     n = len(recording.t_s)
     run = empty_run(recording.t_s)
-    rate_seen, force_seen, field_seen = (
-        np.isfinite(values).all(axis=1) for values in (recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
-    )
+    samples = (recording.rate_b_rad_s, recording.force_b_m_s2, field)
+    seen = np.stack([np.isfinite(values).all(axis=1) for values in samples], axis=1)
     started = False
     begin = time.perf_counter()
     for i, t_s in enumerate(recording.t_s.tolist()):
-        if rate_seen[i]:
+        if seen[i, 0]:
             attitude_filter.push_gyro(t_s, recording.rate_b_rad_s[i])
-        if force_seen[i]:
+        if seen[i, 1]:
             attitude_filter.push_accel(t_s, recording.force_b_m_s2[i])
-        if field_seen[i]:
-            attitude_filter.push_mag(recording.field_t_s[i], recording.field_b_tesla[i])
+        if seen[i, 2]:
+            attitude_filter.push_mag(measured_s[i], field[i])
         attitude_filter.advance(t_s)
-        started = started or bool(attitude_filter.diagnostics().started)
+        started = started or attitude_filter.diagnostics().started
         if started:
             _note(attitude_filter, run, i)
         if progress and (i % 1000 == 999 or i == n - 1):
             progress(i + 1, n)
     seconds = time.perf_counter() - begin
     return Result(**vars(run), engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+
+
+def _wait_for_late(options: Options, t_s: np.ndarray, measured_s: np.ndarray) -> None:
+    """A horizon, and a queue, that the longest delay of a field asks for."""
+    delay_s = float(np.nanmax(t_s - measured_s, initial=0.0))
+    interval_s = float(np.median(np.diff(t_s)))
+    if options.horizon_s < delay_s:
+        # A row more than the longest delay, for rounding.
+        options.horizon_s = delay_s + interval_s
+        options.queue_capacity = max(options.queue_capacity, 2 * int(np.ceil(options.horizon_s / interval_s)) + 8)
 
 
 def _note(attitude_filter: Filter, run: Run, i: int) -> None:

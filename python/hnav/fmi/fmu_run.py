@@ -119,11 +119,11 @@ class _Samples:
         self._counters = (C.c_int32 * len(sensors))()
         self._values = np.concatenate([*arrays, np.repeat(recording.t_s[:, None], len(sensors), axis=1)], axis=1)
         # ctypes arrays and NumPy see the same memory.
-        self._input_view, self._counter_view = np.frombuffer(self._inputs), np.frombuffer(self._counters, np.int32)
+        self._input_view, self._counter_view = np.ctypeslib.as_array(self._inputs), np.ctypeslib.as_array(self._counters)
 
     def deliver(self, row: int) -> None:
         self._input_view[:] = self._values[row]
-        self._counter_view += self.present[row]
+        np.add(self._counter_view, self.present[row], out=self._counter_view)
         self._fmu.set_reals(self._references, self._inputs)
         self._fmu.set_integers(self._counter_references, self._counters)
 
@@ -135,7 +135,7 @@ class _Estimates:
         names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]
         self._fmu, self._references, self._outputs = fmu, fmu.references(names), (C.c_double * len(names))()
         self._ready_references, self._ready_now = fmu.references(READY), (fmu.boolean_type * len(READY))()
-        self._view = np.frombuffer(self._outputs)
+        self._view = np.ctypeslib.as_array(self._outputs)
         self._table = np.full((n, len(names)), np.nan)
         self._ready = np.zeros((n, len(READY)), bool)
 

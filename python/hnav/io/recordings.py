@@ -49,6 +49,13 @@ class Recording:
     movement: np.ndarray | None = None  # n, bool
     field_t_s: np.ndarray | None = None  # n: when the field of a row was measured; None: at t_s, as the rest of the row
 
+    def needed(self, name: str) -> np.ndarray:
+        """One of the arrays that a recording may lack, by name. Raises RecordingError if this one lacks it."""
+        values: np.ndarray | None = getattr(self, name)
+        if values is None:
+            raise RecordingError(f"{self.name}: has no {name}")
+        return values
+
     def cropped(self, duration_s: float) -> Recording:
         """The first duration_s seconds."""
         keep = self.t_s < self.t_s[0] + duration_s
@@ -59,9 +66,10 @@ class Recording:
         """Late fields in the rows of their measurement."""
         if self.field_t_s is None:
             return self
-        field = np.full_like(self.field_b_tesla, np.nan)
+        measured = self.needed("field_b_tesla")
+        field = np.full_like(measured, np.nan)
         arrived = np.isfinite(self.field_t_s)
-        field[np.searchsorted(self.t_s, self.field_t_s[arrived])] = self.field_b_tesla[arrived]
+        field[np.searchsorted(self.t_s, self.field_t_s[arrived])] = measured[arrived]
         return replace(self, field_b_tesla=field, field_t_s=None)
 
 

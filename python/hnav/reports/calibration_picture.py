@@ -17,7 +17,8 @@ def silhouette(shape: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Outline (2 x k) of the projection of the ellipsoid centre + shape u, |u| = 1; shape: the two rows that are seen."""
     turn = np.linspace(0, 2 * np.pi, 181)
     # The projection is the ellipse whose matrix is shape shape'.
-    return centre[:, None] + np.linalg.cholesky(shape @ shape.T) @ np.stack([np.cos(turn), np.sin(turn)])
+    outline: np.ndarray = centre[:, None] + np.linalg.cholesky(shape @ shape.T) @ np.stack([np.cos(turn), np.sin(turn)])
+    return outline
 
 
 def draw_projection(
@@ -46,7 +47,7 @@ def draw_length(axes: Axes, before: np.ndarray, after: np.ndarray, found: Magnet
     lengths = [np.linalg.norm(points, axis=1) / found.strength for points in (before, after)]
     low, high = np.percentile(np.concatenate(lengths), [0.5, 99.5])
     margin = 0.1 * max(high - low, 1e-6)
-    bins = np.linspace(low - margin, high + margin, 80)
+    bins = np.linspace(low - margin, high + margin, 80).tolist()
     for values, colour, name in zip(lengths, (VERMILION, BLUE), ("measured", "corrected")):
         axes.hist(values, bins, color=colour, alpha=0.35, density=True)
         axes.hist(values, bins, color=colour, histtype="step", lw=1.3, density=True, label=name)

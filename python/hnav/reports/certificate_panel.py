@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import plotly.graph_objects as go
 
 from hnav.reports.panels import panel
@@ -30,13 +33,13 @@ FIGURES = (
 )
 
 
-def verdict(figures: dict) -> str:
+def verdict(figures: Mapping[str, Any]) -> str:
     return "certified" if figures["certified"] else f"not certified: {figures['reason']}"
 
 
 @panel("certificate", "Stability certificate", "Of the gains that the HREKF of this run has on its samples: hnav certify DIR --out DIR/certificate.json.",
        lambda run: "certificate" in run.about)  # fmt: skip
-def draw_certificate(run: Run) -> go.Figure:
+def certificate_panel(run: Run) -> go.Figure:
     found = run.about["certificate"]
     rows = [("verdict", verdict(found), "")]
     rows += [(key, f"{found[key]:.4g} {unit}".strip(), meaning) for key, unit, meaning in FIGURES if found.get(key) is not None]

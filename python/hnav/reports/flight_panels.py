@@ -3,6 +3,8 @@ show, innovations, noise scales and fault probabilities against the true fault."
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import plotly.graph_objects as go
 
@@ -14,74 +16,69 @@ from hnav.systems.simulation import Run
 FAULT_COLOUR = "#F3E9DC"
 
 
-def _shade(figure: go.Figure, flight: list[Channel]) -> go.Figure:
-    """The time of the fault in each row of axes; Plotly shades no axes without lines, so this comes last."""
+def _rows(flight: list[Channel], titles: list[str], draw_row: Callable[[go.Figure, int, Channel], None]) -> go.Figure:
+    """Axes for each state, a row each, and shaded the time of its fault."""
+    figure = grid_of(len(flight), len(titles), titles)
+    for row, channel in enumerate(flight, 1):
+        draw_row(figure, row, channel)
+    # Plotly shades no axes without lines, so this comes last.
     for row, channel in enumerate(flight, 1):
         for begin, end in channel.fault_windows():
             figure.add_vrect(begin, end, fillcolor=FAULT_COLOUR, line_width=0, layer="below", row=row, col="all")
     return figure
 
 
-def _label(channel: Channel, unit: str | None = None) -> str:
-    unit = channel.unit if unit is None else unit
-    return f"{channel.title}" + (f" / {unit}" if unit else "")
+def _label(channel: Channel) -> str:
+    return f"{channel.title}" + (f" / {channel.unit}" if channel.unit else "")
 
 
 @panel("flight", "Estimates and their errors", "Left the estimates against the truth, right estimate minus truth with ±3 sigma of the last filter. "
        "Shaded: more noise in this channel.", is_flight)  # fmt: skip
-def draw_flight(run: Run) -> go.Figure:
-    flight = channels(run)
-    figure = grid_of(len(flight), 2, ["estimate", "error"])
-    for row, channel in enumerate(flight, 1):
+def flight_panel(run: Run) -> go.Figure:
+    def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         first = row == 1
         for track in channel.tracks:
             figure.add_trace(line(track.t_s, track.estimate, colour(track.filter), track.filter, first), row, 1)
             figure.add_trace(line(track.t_s, track.error, colour(track.filter), track.filter, False), row, 2)
         figure.add_trace(line(channel.t_s, channel.truth, INK, "truth", first, width=1.8), row, 1)
         best = channel.tracks[-1]
-        figure.add_trace(
-            band(best.t_s, -3 * best.sigma, 3 * best.sigma, colour(best.filter), f"±3 sigma of {best.filter}", first), row, 2
-        )
+        around = band(best.t_s, -3 * best.sigma, 3 * best.sigma, colour(best.filter), f"±3 sigma of {best.filter}", first)
+        figure.add_trace(around, row, 2)
         figure.update_yaxes(title_text=_label(channel), row=row, col=1)
-    return _shade(figure, flight)
+
+    return _rows(channels(run), ["estimate", "error"], draw_row)
 
 
 @panel("flight-innovations", "Innovations", "What each sample brought that was not foreseen. Filters that difference measurements have "
        "innovations of their own kind.", is_flight)  # fmt: skip
-def draw_innovations(run: Run) -> go.Figure:
-    flight = channels(run)
-    labels = [track.filter for track in flight[0].tracks]
-    figure = grid_of(len(flight), len(labels), labels)
-    for row, channel in enumerate(flight, 1):
+def innovations_panel(run: Run) -> go.Figure:
+    def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         for column, track in enumerate(channel.tracks, 1):
             figure.add_trace(dots(track.t_s, track.innovation, colour(track.filter), track.filter, False), row, column)
         figure.update_yaxes(title_text=_label(channel), row=row, col=1)
-    return _shade(figure, flight)
+
+    flight = channels(run)
+    return _rows(flight, [track.filter for track in flight[0].tracks], draw_row)
 
 
 @panel("flight-faults", "Noise scale and fault probability", "What each filter takes for the factor on the variance of the white noise, and how sure it is "
        "that there is a fault. Shaded: the truth.", is_flight)  # fmt: skip
-def draw_faults(run: Run) -> go.Figure:
-    flight = channels(run)
-    figure = grid_of(len(flight), 2, ["noise scale (variance)", "fault probability"])
-    for row, channel in enumerate(flight, 1):
+def faults_panel(run: Run) -> go.Figure:
+    def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         for track in channel.tracks:
-            figure.add_trace(
-                line(track.t_s, np.maximum(track.noise_scale, 1e-3), colour(track.filter), track.filter, row == 1, shape="hv"),
-                row,
-                1,
-            )
-            figure.add_trace(
-                line(track.t_s, track.fault_probability, colour(track.filter), track.filter, False, shape="hv"), row, 2
-            )
+            name, shade = track.filter, colour(track.filter)
+            scale, probability = np.maximum(track.noise_scale, 1e-3), track.fault_probability
+            figure.add_trace(line(track.t_s, scale, shade, name, row == 1, shape="hv"), row, 1)
+            figure.add_trace(line(track.t_s, probability, shade, name, False, shape="hv"), row, 2)
         figure.update_yaxes(title_text=channel.title, type="log", row=row, col=1)
         figure.update_yaxes(range=[-0.04, 1.06], row=row, col=2)
-    return _shade(figure, flight)
+
+    return _rows(channels(run), ["noise scale (variance)", "fault probability"], draw_row)
 
 
 @panel("flight-table", "Root mean square errors", "Of this one flight, where the channel has no more noise than usual and where it has. One flight says "
        "little about coloured errors, which hardly change in it: ./run study ins_error_table flies a thousand.", is_flight)  # fmt: skip
-def draw_table(run: Run) -> go.Figure:
+def table_panel(run: Run) -> go.Figure:
     flight = channels(run)
     labels = [track.filter for track in flight[0].tracks]
     columns = [[channel.title for channel in flight], [channel.unit for channel in flight]]
@@ -97,3 +94,6 @@ def draw_table(run: Run) -> go.Figure:
     )
     figure.update_layout(height=150 + 34 * len(flight))
     return figure
+
+
+FLIGHT_PANELS = (flight_panel, innovations_panel, faults_panel, table_panel)

@@ -5,6 +5,7 @@ plotly.js stands inside the page, so that it opens without a network, today and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -19,12 +20,15 @@ try:
     import plotly.graph_objects as go
     from plotly.offline import get_plotlyjs
 
-    import hnav.reports.certificate_panel
-    import hnav.reports.flight_panels  # noqa: F401  adds its panels
-    from hnav.reports.panels import Panel, colour_of, panels_of
+    from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
+    from hnav.reports.certificate_panel import certificate_panel
+    from hnav.reports.flight_panels import FLIGHT_PANELS
+    from hnav.reports.panels import Panel, colour_of
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: pip install 'hnav[report]'") from None
 
+# In the order of the page; what they cost comes last.
+PANELS: tuple[Panel, ...] = (*ATTITUDE_PANELS, certificate_panel, *FLIGHT_PANELS, timing_panel)
 STYLE = "page.css"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 LAYOUT = dict(
@@ -39,18 +43,21 @@ AXIS = dict(
 CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
 
 
-def write_report(run: Run, file: Path) -> list[str]:
-    """Writes the page and returns the names of its panels. Raises HnavError if the file cannot be written."""
-    panels = panels_of(run)
+def write_report(run: Run, file: Path, panels: Sequence[Panel] = PANELS) -> list[str]:
+    """Writes the page and returns the names of the panels in it. Raises HnavError if the file cannot be written.
+
+    panels: those that have something to draw of the run are shown.
+    """
+    shown = [panel for panel in panels if panel.applies(run)]
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page(run, panels), encoding="utf-8")
+        file.write_text(page(run, shown), encoding="utf-8")
     except OSError as error:
         raise HnavValueError("option", f"{file}: cannot be written: {error.strerror}") from None
-    return [p.name for p in panels]
+    return [p.name for p in shown]
 
 
-def page(run: Run, panels: list[Panel]) -> str:
+def page(run: Run, panels: Sequence[Panel]) -> str:
     """The whole document."""
     title = f"hnav · {run.about['system']}" + (f" · {run.about['scenario']}" if run.about["scenario"] else "")
     style = resources.files("hnav.reports").joinpath(STYLE).read_text(encoding="utf-8")

@@ -1,6 +1,5 @@
-"""Panels of the report about attitude filters, drawn by Plotly. Each says when it applies and draws one figure.
+"""What panels of the report are made of, drawn by Plotly: lines, dots, bands and axes that share time.
 
-A registry keeps them in the order of the page; other modules add theirs by @panel, and hnav.reports.page imports them.
 Colours as in hnav.reports.plots: truth in ink, the filters in colours that people with any kind of colour vision can tell
 apart, named in every legend as well.
 """
@@ -9,35 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
-from scipy import stats
 
-from hnav.reports.plots import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, euler_deg, near_turn
-from hnav.systems.run_views import (
-    SENSORS,
-    STATES,
-    TRUTH_FIELD,
-    Estimate,
-    estimates,
-    magnetometer,
-    measured_field,
-    truth_component,
-    truth_q_nb,
-)
+from hnav.reports.plots import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from hnav.systems.run_views import estimates
 from hnav.systems.simulation import Run
 
 FILTER_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
-AXES = ("north", "east", "down")
 # A browser stays quick with this many points a line; the files hold all.
 POINTS = 1500
 ROW_PX = 190
-SHOWN_SHARE = 0.998  # of the errors lies within the axis
-PROBABILITY = 0.95
-MICROTESLA = 1e6
-NORMALISED_FLOOR = 1e-8  # the axis of normalised squares ends here: noise that was never there gives any small number
 
 
 @dataclass(frozen=True)
@@ -51,33 +35,9 @@ class Panel:
     draw: Callable[[Run], go.Figure]
 
 
-PANELS: list[Panel] = []
-
-
-def panel(name: str, title: str, note: str, applies: Callable[[Run], bool]) -> Callable:
-    """Decorator: registers the function below as the panel's draw."""
-
-    def register(draw: Callable[[Run], go.Figure]) -> Callable[[Run], go.Figure]:
-        PANELS.append(Panel(name, title, note, applies, draw))
-        return draw
-
-    return register
-
-
-def panels_of(run: Run) -> list[Panel]:
-    """The panels that have something to draw, in the order of the page; what they cost comes last."""
-    return sorted((p for p in PANELS if p.applies(run)), key=lambda p: p.name == "timing")
-
-
-# --------------------------------------------------------------------------------------------- helpers
-
-
-def has_filters(run: Run) -> bool:
-    return bool(estimates(run))
-
-
-def has_errors(run: Run) -> bool:
-    return has_filters(run) and truth_component(run) is not None
+def panel(name: str, title: str, note: str, applies: Callable[[Run], bool]) -> Callable[[Callable[[Run], go.Figure]], Panel]:
+    """Decorator: the panel whose figure the function below draws."""
+    return lambda draw: Panel(name, title, note, applies, draw)
 
 
 def colour_of(run: Run, name: str) -> str:
@@ -93,7 +53,7 @@ def translucent(colour: str, alpha: float) -> str:
     return f"rgba({int(colour[1:3], 16)},{int(colour[3:5], 16)},{int(colour[5:7], 16)},{alpha})"
 
 
-def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: int = ROW_PX, **options) -> go.Figure:
+def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: int = ROW_PX, **options: Any) -> go.Figure:
     """Empty axes that share time, with the titles above the columns."""
     titles = None if titles is None else titles + [""] * (rows * columns - len(titles))
     spacing = dict(vertical_spacing=0.12 / rows, horizontal_spacing=0.06)
@@ -111,7 +71,7 @@ def band(t_s: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, name: 
                       fillcolor=translucent(colour, 0.18), showlegend=shown, hoverinfo="skip")  # fmt: skip
 
 
-def line(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool, **style) -> go.Scatter:
+def line(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool, **style: Any) -> go.Scatter:
     rows = thinned(len(t_s))
     return go.Scatter(x=t_s[rows], y=values[rows], mode="lines", name=name, legendgroup=name, showlegend=shown,
                       line=dict(color=colour, width=1.4) | style)  # fmt: skip
@@ -121,236 +81,3 @@ def dots(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: boo
     rows = thinned(len(t_s))
     return go.Scatter(x=t_s[rows], y=values[rows], mode="markers", name=name, legendgroup=name, showlegend=shown,
                       marker=dict(color=colour, size=2.6, opacity=0.55))  # fmt: skip
-
-
-# --------------------------------------------------------------------------------------------- panels
-
-
-@panel("attitude", "Attitude against truth", "Roll, pitch and yaw, rotation order z y x; truth dashed.", has_filters)
-def draw_attitude(run: Run) -> go.Figure:
-    figure = grid_of(3, 1)
-    truth = truth_q_nb(run)
-    angles = None if truth is None else euler_deg(truth)
-    for estimate in estimates(run):
-        shown = euler_deg(estimate.q_nb)
-        # Each is unwrapped by itself and may be whole turns away from the other.
-        shown = shown if angles is None else near_turn(shown, angles)
-        for axis in range(3):
-            figure.add_trace(line(run.t_s, shown[:, axis], colour_of(run, estimate.name), estimate.name, axis == 0), axis + 1, 1)
-    for axis, name in enumerate(("roll", "pitch", "yaw")):
-        if angles is not None:
-            figure.add_trace(line(run.t_s, angles[:, axis], INK, "truth", axis == 0, dash="dash", width=1.1), axis + 1, 1)
-        figure.update_yaxes(title_text=f"{name} / deg", row=axis + 1)
-    return figure
-
-
-@panel("error", "Attitude error", "Rotation from estimate to truth about the navigation axes, inside ±3σ as the filter states it. The scale is that "
-       "of the errors: a band that starts wider is cut off.", has_errors)  # fmt: skip
-def draw_error(run: Run) -> go.Figure:
-    filters = estimates(run)
-    figure = grid_of(3, len(filters), [e.name for e in filters], shared_yaxes="rows")
-    for axis, name in enumerate(AXES):
-        widest, narrowest = 0.0, np.inf
-        for column, estimate in enumerate(filters, start=1):
-            rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
-            error, sigma = np.degrees(estimate.error_rad[:, axis]), np.degrees(estimate.vector("att.sigma", 3)[:, axis])
-            figure.add_trace(
-                band(run.t_s[rows], -3 * sigma[rows], 3 * sigma[rows], colour, f"{estimate.name} ±3σ", axis == 0),
-                axis + 1,
-                column,
-            )
-            figure.add_trace(line(run.t_s, error, colour, estimate.name, axis == 0), axis + 1, column)
-            # The first row may stand anywhere: a start that knows no heading is wrong by up to half a turn.
-            if np.isfinite(error).any():
-                widest = max(widest, np.nanquantile(np.abs(error), SHOWN_SHARE))
-            narrowest = min(narrowest, 3 * np.nanmin(sigma, initial=np.inf))
-        # Errors far inside every band would be a line of zero: the narrowest band is seen in any case.
-        widest = max(widest, 1.5 * narrowest if np.isfinite(narrowest) else 0.0)
-        figure.update_yaxes(range=[-1.15 * widest, 1.15 * widest] if widest else None, row=axis + 1)
-        figure.update_yaxes(title_text=f"{name} / deg", row=axis + 1, col=1)
-    return figure
-
-
-@panel("bias", "Gyro bias", "Estimated bias in body axes with its band of ±1σ.", has_filters)
-def draw_bias(run: Run) -> go.Figure:
-    filters = estimates(run)
-    figure = grid_of(3, 1)
-    for estimate in filters:
-        rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
-        bias, sigma = (np.degrees(estimate.vector(f"bias.{name}", 3)) for name in ("gyro", "gyro_sigma"))
-        for axis in range(3):
-            low, high = bias[rows, axis] - sigma[rows, axis], bias[rows, axis] + sigma[rows, axis]
-            figure.add_trace(band(run.t_s[rows], low, high, colour, f"{estimate.name} ±1σ", axis == 0), axis + 1, 1)
-            figure.add_trace(line(run.t_s, bias[:, axis], colour, estimate.name, axis == 0), axis + 1, 1)
-    for axis, name in enumerate("xyz"):
-        figure.update_yaxes(title_text=f"{name} / (deg/s)", row=axis + 1)
-    return figure
-
-
-@panel("field", "Measured field", "Samples of the magnetometer in its own axes, coloured by time, and the circle or sphere of the true strength: iron "
-       "moves the points off the centre (hard) or stretches them (soft).", lambda run: magnetometer(run) is not None)  # fmt: skip
-def draw_field(run: Run) -> go.Figure:
-    samples = MICROTESLA * measured_field(run)
-    samples = samples[np.isfinite(samples).all(axis=1)]
-    samples = samples[thinned(len(samples))]
-    truth = truth_component(run)
-    known = truth is not None and run.has(truth, *(f"{TRUTH_FIELD}[{i}]" for i in (1, 2, 3)))
-    strength = (
-        MICROTESLA * np.median(np.linalg.norm(run.vector(truth, TRUTH_FIELD, 3), axis=1))
-        if known
-        else np.median(np.linalg.norm(samples, axis=1))
-    )
-    name = f"{'true' if known else 'median'} strength, {strength:.1f} µT"
-    figure = make_subplots(1, 3, horizontal_spacing=0.08)
-    turn = np.linspace(0, 2 * np.pi, 181)
-    for column, (i, j) in enumerate(((0, 1), (0, 2), (1, 2)), start=1):
-        # Seen along an axis the sphere is a circle.
-        figure.add_trace(go.Scatter(x=strength * np.cos(turn), y=strength * np.sin(turn), mode="lines", name=name, showlegend=column == 1,
-                                    line=dict(color=FAINT, width=1, dash="dash"), hoverinfo="skip"), 1, column)  # fmt: skip
-        figure.add_trace(go.Scatter(x=samples[:, i], y=samples[:, j], mode="markers", name="samples", showlegend=False,
-                                    marker=dict(color=np.linspace(0, run.t_s[-1], len(samples)), colorscale=[[0, SKY], [1, INK]], size=3.5,
-                                                colorbar=dict(title="t / s", thickness=10, len=0.9) if column == 3 else None)), 1, column)  # fmt: skip
-        figure.update_xaxes(title_text=f"{'xyz'[i]} / µT", row=1, col=column, constrain="domain")
-        figure.update_yaxes(title_text=f"{'xyz'[j]} / µT", row=1, col=column, scaleanchor=f"x{column if column > 1 else ''}")
-    figure.update_layout(height=400)
-    return figure
-
-
-def _innovation_rows(run: Run) -> list[tuple[str, str, int]]:
-    """(sensor, meaning, component) of all that any filter has."""
-    return [(s, meaning, i) for s, meaning in SENSORS.items() for i in range(max(e.dimension(s) for e in estimates(run)))]
-
-
-@panel("innovations", "Innovations", "Measured minus expected at each sample, inside ±2√S with the noise as parametrised: of a consistent filter 95 % "
-       "lie inside.", lambda run: has_filters(run) and all(run.has(e.name, "innov.accel[1]", "innov.accel_sigma[1]") for e in estimates(run)))  # fmt: skip
-def draw_innovations(run: Run) -> go.Figure:
-    filters, kinds = estimates(run), _innovation_rows(run)
-    figure = grid_of(len(kinds), len(filters), [e.name for e in filters], row_px=125)
-    for row, (sensor, meaning, i) in enumerate(kinds, start=1):
-        for column, estimate in enumerate(filters, start=1):
-            if i >= estimate.dimension(sensor):
-                continue
-            at = estimate.sampled(sensor)
-            colour, t_s = colour_of(run, estimate.name), run.t_s[at]
-            value, sigma = (run[f"{estimate.name}.innov.{sensor}{suffix}[{i + 1}]"][at] for suffix in ("", "_sigma"))
-            rows = thinned(len(at))
-            figure.add_trace(
-                band(t_s[rows], -2 * sigma[rows], 2 * sigma[rows], FAINT, "±2√S", row == 1 and column == 1), row, column
-            )
-            figure.add_trace(dots(t_s, value, colour, estimate.name, row == 1), row, column)
-        figure.update_yaxes(title_text=f"{meaning} {i + 1}", row=row, col=1)
-    return figure
-
-
-def _draw_normalised(
-    run: Run, names: list[str], series: Callable[[Estimate, str], tuple[np.ndarray, np.ndarray, int]]
-) -> go.Figure:
-    """Normalised squares on a logarithmic axis with the two-sided chi-square interval and the expectation."""
-    filters = estimates(run)
-    figure = grid_of(len(names), len(filters), [e.name for e in filters], shared_yaxes="rows")
-    floor, top = 1e-2, 1e2
-    for row, name in enumerate(names, start=1):
-        for column, estimate in enumerate(filters, start=1):
-            t_s, values, dimension = series(estimate, name)
-            low, high = stats.chi2.ppf([(1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2], dimension)
-            ends = run.t_s[[0, -1]]
-            first = row == 1 and column == 1
-            figure.add_trace(band(ends, np.full(2, low), np.full(2, high), FAINT, f"{PROBABILITY:.0%} of χ²", first), row, column)
-            figure.add_trace(
-                line(ends, np.full(2, float(dimension)), INK, "expectation", first, dash="dash", width=1), row, column
-            )
-            shown = np.isfinite(values) & (values > 0)
-            if shown.any():
-                floor, top = min(floor, np.quantile(values[shown], 0.02)), max(top, 2 * np.quantile(values[shown], SHOWN_SHARE))
-            figure.add_trace(dots(t_s[shown], values[shown], colour_of(run, estimate.name), estimate.name, row == 1), row, column)
-        figure.update_yaxes(title_text=name, row=row, col=1)
-    figure.update_yaxes(
-        type="log", range=[np.log10(max(floor, NORMALISED_FLOOR)), np.log10(top)], exponentformat="power", dtick=2
-    )
-    return figure
-
-
-@panel(
-    "nis",
-    "Normalised innovations squared",
-    "One dot a sample; of a filter whose noise is as parametrised 95 % lie in the grey band.",
-    has_filters,
-)
-def draw_nis(run: Run) -> go.Figure:
-    sensors = {f"NIS {meaning}": sensor for sensor, meaning in SENSORS.items()}
-
-    def series(estimate: Estimate, name: str):
-        rows = estimate.sampled(sensors[name])
-        return run.t_s[rows], run[f"{estimate.name}.nis.{sensors[name]}"][rows], estimate.dimension(sensors[name])
-
-    return _draw_normalised(run, list(sensors), series)
-
-
-@panel("nees", "Normalised estimation error squared", "Attitude error in the filter's own covariance, at every communication point. Neighbours are "
-       "correlated: one run wanders, the mean of many runs has the narrow bounds.",
-       lambda run: has_errors(run) and all(e.nees is not None for e in estimates(run)))  # fmt: skip
-def draw_nees(run: Run) -> go.Figure:
-    return _draw_normalised(run, ["NEES"], lambda estimate, name: (run.t_s, estimate.nees, 3))
-
-
-def _gamma_filters(run: Run) -> list[Estimate]:
-    return [
-        e for e in estimates(run) if run.has(e.name, "hinf.gamma_used", "hinf.margin") and run[f"{e.name}.hinf.gamma_used"].any()
-    ]
-
-
-@panel("gamma", "γ and its margin", "γ of each correction and the feasibility 1 − λmax(L P Lᵀ)/γ²; filters with γ off are left out.",
-       lambda run: bool(_gamma_filters(run)))  # fmt: skip
-def draw_gamma(run: Run) -> go.Figure:
-    figure = grid_of(2, 1)
-    for estimate in _gamma_filters(run):
-        colour, gamma = colour_of(run, estimate.name), run[f"{estimate.name}.hinf.gamma_used"]
-        used = gamma > 0
-        figure.add_trace(line(run.t_s[used], gamma[used], colour, estimate.name, True), 1, 1)
-        figure.add_trace(line(run.t_s[used], run[f"{estimate.name}.hinf.margin"][used], colour, estimate.name, False), 2, 1)
-    figure.update_yaxes(title_text="γ", type="log", dtick=1, exponentformat="power", row=1)
-    figure.update_yaxes(title_text="margin", range=[-0.03, 1.03], row=2)
-    return figure
-
-
-@panel("states", "Gates and ready states", "Filled: true. A gate that closes for a single sample shows as a gap.", has_filters)
-def draw_states(run: Run) -> go.Figure:
-    filters = estimates(run)
-    # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
-    starts = np.arange(0, len(run.t_s), thinned(len(run.t_s)).step)
-    kinds = [(e, state, text) for e in filters for state, text in STATES.items()][::-1]
-    rows = [
-        (f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name))
-        for e, state, text in kinds
-    ]
-    figure = go.Figure()
-    for level, (name, values, colour) in enumerate(rows):
-        top = np.where(values > 0.5, 0.72, 0.0) + level
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="lines", line=dict(width=0),
-                                    showlegend=False, hoverinfo="skip"))  # fmt: skip
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
-                                    line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
-    names = [name for name, _, _ in rows]
-    figure.update_yaxes(
-        tickvals=np.arange(len(rows)) + 0.36, ticktext=names, range=[-0.3, len(rows)], showgrid=False, zeroline=False
-    )
-    figure.update_xaxes(title_text="time / s")
-    figure.update_layout(height=90 + 26 * len(rows))
-    return figure
-
-
-@panel("timing", "Time per component", "Wall time of a communication step inside each FMU, calls of the master included.",
-       lambda run: bool(run.about["wall_s"]))  # fmt: skip
-def draw_timing(run: Run) -> go.Figure:
-    names, steps = list(run.about["wall_s"]), max(1, len(run.t_s) - 1)
-    filters = {e.name for e in estimates(run)}
-    us = [1e6 * run.about["wall_s"][name] / steps for name in names]
-    colours = [colour_of(run, name) if name in filters else FAINT for name in names]
-    text = [f"{value:.1f}" for value in us]
-    figure = go.Figure(
-        go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False)
-    )
-    figure.update_xaxes(title_text="µs per step")
-    figure.update_yaxes(autorange="reversed")
-    figure.update_layout(height=110 + 34 * len(names))
-    return figure

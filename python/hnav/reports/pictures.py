@@ -23,7 +23,7 @@ WIDTH_PX, ROW_PX, DPI = 1500, 300, 150
 def write_pictures(run: Run, folder: Path) -> list[Path]:
     """DIR/attitude.png, error.png, bias.png, AIRCRAFT.png: those that the run has data for. Raises HnavError when they cannot
     be written."""
-    pictures = {}
+    pictures: dict[str, plots.Figure] = {}
     if estimates(run):
         pictures |= {"attitude": figure_of(run, draw_attitude), "bias": figure_of(run, draw_bias)}
         if truth_q_nb(run) is not None:
@@ -79,7 +79,7 @@ def draw_error(figure: plots.Figure, run: Run) -> None:
     filters = _coloured(run)
     grid = figure.subplots(3, len(filters), sharex=True, sharey="row", squeeze=False)
     for column, (estimate, colour) in enumerate(filters):
-        error, sigma = np.degrees(estimate.error_rad), np.degrees(estimate.vector("att.sigma", 3))
+        error, sigma = estimate.error_deg, np.degrees(estimate.vector("att.sigma", 3))
         for axis, name in enumerate(("north", "east", "down")):
             axes = grid[axis, column]
             axes.fill_between(run.t_s, -3 * sigma[:, axis], 3 * sigma[:, axis], color=colour, alpha=0.16, lw=0)
@@ -90,7 +90,7 @@ def draw_error(figure: plots.Figure, run: Run) -> None:
         _time_axis(grid[-1, column], run)
     for axis in range(3):
         # Bands that begin at half a turn would hide the errors.
-        sizes = np.concatenate([np.degrees(np.abs(e.error_rad[:, axis])) for e, _ in filters])
+        sizes = np.concatenate([np.abs(e.error_deg[:, axis]) for e, _ in filters])
         limit = 1.3 * np.nanquantile(sizes, 0.998) if np.isfinite(sizes).any() else 0.0
         if limit > 0:
             grid[axis, 0].set_ylim(-limit, limit)

@@ -9,22 +9,24 @@ says is said by label or line style as well.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes as Axes
+from matplotlib.figure import Figure as Figure
 from matplotlib.ticker import FuncFormatter
-from scipy import stats
 
 from hnav.filters.rotations import euler_rad
+from hnav.systems.statistics import chi_square_interval
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
 AXIS_COLOURS = (VERMILION, GREEN, BLUE)
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 9.5,
     "axes.titlesize": 10.5,
     "axes.titleweight": "bold",
@@ -64,7 +66,8 @@ def euler_deg(q_nb: np.ndarray) -> np.ndarray:
     angles = euler_rad(q_nb)
     known = np.isfinite(angles).all(axis=1)
     angles[known] = np.unwrap(angles[known], axis=0)
-    return np.degrees(angles)
+    degrees: np.ndarray = np.degrees(angles)
+    return degrees
 
 
 def continuous_quaternion(q: np.ndarray) -> np.ndarray:
@@ -97,7 +100,7 @@ def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[
 # --------------------------------------------------------------------------------------------- panels
 
 
-def styled():
+def styled() -> AbstractContextManager[None]:
     """A context in which figures are made in the look of hnav: `with styled(): ...`; nothing outside changes."""
     return rc_context(STYLE)
 
@@ -117,16 +120,10 @@ def draw_attitude(
     """
     angles = euler_deg(q_nb)
     as_euler = not np.nanmax(np.abs(angles[:, 1]), initial=0.0) > EULER_PITCH_LIMIT_DEG
-    if as_euler:
-        lines, names, colours = angles, ("roll", "pitch", "yaw"), AXIS_COLOURS
-        # A reference may be unwrapped into another turn: bring it to the filter's.
-        others = None if q_ref is None else near_turn(euler_deg(q_ref), angles)
-    else:
-        lines, names, colours = continuous_quaternion(q_nb), ("q0", "q1", "q2", "q3"), (PURPLE, *AXIS_COLOURS)
-        others = None
-        if q_ref is not None:
-            sign = np.where(np.einsum("ij,ij->i", np.nan_to_num(q_ref), np.nan_to_num(lines)) < 0, -1.0, 1.0)
-            others = q_ref * sign[:, None]
+    lines = angles if as_euler else continuous_quaternion(q_nb)
+    names = ("roll", "pitch", "yaw") if as_euler else ("q0", "q1", "q2", "q3")
+    colours = AXIS_COLOURS if as_euler else (PURPLE, *AXIS_COLOURS)
+    others = None if q_ref is None else _beside(lines, q_ref, as_euler)
     for column, (name, colour) in enumerate(zip(names, colours)):
         axes.plot(t_s, lines[:, column], color=colour, label=name, lw=1.6)
         if others is not None:
@@ -145,9 +142,18 @@ def draw_attitude(
     return "roll, pitch, yaw" if as_euler else "quaternion"
 
 
+def _beside(lines: np.ndarray, q_ref: np.ndarray, as_euler: bool) -> np.ndarray:
+    """The reference as the lines are: angles in the same turn, or quaternions on the same half of the sphere."""
+    if as_euler:
+        return near_turn(euler_deg(q_ref), lines)
+    sign = np.where(np.einsum("ij,ij->i", np.nan_to_num(q_ref), np.nan_to_num(lines)) < 0, -1.0, 1.0)
+    return q_ref * sign[:, None]
+
+
 def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
     """angles_deg moved by whole turns to within half a turn of near_deg, element by element."""
-    return angles_deg + 360.0 * np.round((near_deg - angles_deg) / 360.0)
+    moved: np.ndarray = angles_deg + 360.0 * np.round((near_deg - angles_deg) / 360.0)
+    return moved
 
 
 def draw_error_band(
@@ -210,7 +216,7 @@ def draw_nis(axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension:
     (two-sided chi-square, Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2); the dashed line is their mean,
     `dimension`.
     """
-    low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], dimension)
+    low, high = chi_square_interval(dimension, probability)
     axes.axhspan(low, high, color="#DDDDDD", alpha=0.55, lw=0, label=f"{probability:.0%} of χ²({dimension})")
     axes.axhline(dimension, color=INK, lw=0.9, ls="--", label=f"expected mean {dimension}")
     window_s = max(1.0, (t_s[-1] - t_s[0]) / NIS_WINDOWS)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hnav.filters.rotations import quaternion_product
-from hnav.fmi.engines import Result
+from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, a device has its past.

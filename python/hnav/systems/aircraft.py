@@ -41,15 +41,16 @@ def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], 
     u, factor = aircraft.inputs(steps), aircraft.noise_factors(steps)
     diagonal = np.count_nonzero(m.Qw - np.diag(np.diag(m.Qw))) == 0
     w_factor = np.diag(np.sqrt(np.diag(m.Qw))) if diagonal else np.linalg.cholesky(m.Qw)
-    U_sigma, v_sigma = (np.sqrt(np.diag(Q)) for Q in (m.QU, m.Qv))
+    U_sigma, v_sigma = (np.sqrt(np.diag(m.matrix(name))) for name in ("QU", "Qv"))
+    B, An = m.matrix("B"), m.matrix("An")
     x, z = [], []
     for k in range(steps + 1):
         n_process, n_colour = draw("process", k), draw("colour", k)
         if k == 0:
             state, error = n_process * aircraft.start_sigma, n_colour * aircraft.ins_error_sigma
         else:
-            state = state @ m.A.T + m.B @ u[k] + n_process @ w_factor.T
-            error = error @ m.An.T + n_colour * U_sigma
+            state = state @ m.A.T + B @ u[k] + n_process @ w_factor.T
+            error = error @ An.T + n_colour * U_sigma
         x.append(state)
         z.append(state @ m.H.T + error + draw("measurement", k) * v_sigma * factor[k])
     return Flight(u, np.stack(x, axis=1), np.stack(z, axis=1), factor)

@@ -146,11 +146,15 @@ def _steps(
     return "", len(points)
 
 
+# References and values, as arrays of ctypes.
+Cross = Callable[[C.Array[C.c_uint32], C.Array[Any]], None]
+
+
 class _Block(NamedTuple):
     """Variables of one type that cross by one call: the call, references and values as the FMU takes them, NumPy's view of
     the same memory, and where the values stand in the vector of all."""
 
-    cross: Callable[[C.Array[C.c_uint32], C.Array[Any]], None]
+    cross: Cross
     references: C.Array[C.c_uint32]
     values: C.Array[Any]
     view: np.ndarray
@@ -162,12 +166,15 @@ class _Part:
 
     def __init__(self, component: Component, system: System, record: Sequence[str]):
         self.component, self.name, self.wall_s = component, component.name, 0.0
-        outputs = [v for v in component.variables.values() if v.causality == "output" and v.kind != "String"]
-        self.recorded = [v.name for v in outputs if _matches(f"{self.name}.{v.name}", record)]
-        self.counters = [v.name for v in outputs if LOST.fullmatch(v.name)]
-        wanted = {*self.recorded, *self.counters, *(c.start[1] for c in system.connections if c.start[0] == self.name)}
+        outputs = {v.name: v for v in component.variables.values() if v.causality == "output" and v.kind != "String"}
+        self.recorded = [name for name in outputs if _matches(f"{self.name}.{name}", record)]
+        self.counters = [name for name in outputs if LOST.fullmatch(name)]
+        passed_on = {c.start[1] for c in system.connections if c.start[0] == self.name}
         # By type, so that each type is one block of the vector of all values.
-        self._read = {kind: [v.name for v in outputs if v.name in wanted and _crosses_as(v.kind) == kind] for kind in CROSSING}
+        self._read: dict[str, list[str]] = {kind: [] for kind in CROSSING}
+        for name, variable in outputs.items():
+            if name in passed_on.union(self.recorded, self.counters):
+                self._read[_crosses_as(variable.kind)].append(name)
         self.read = [name for names in self._read.values() for name in names]
         self._fmu: Fmu | None = None
         self._sets: list[_Block] = []
@@ -189,10 +196,10 @@ class _Part:
         for kind, names in self._read.items():
             to = [name for name in fed if _crosses_as(self.component.variables[name].kind) == kind]
             if to:
-                self._sets.append(_block(fmu, "set", kind, to, np.array([fed[name] for name in to])))
+                self._sets.append(_block(fmu, kind, to, np.array([fed[name] for name in to]), into=True))
             if names:
                 first = place[self.name, names[0]]
-                self._gets.append(_block(fmu, "get", kind, names, slice(first, first + len(names))))
+                self._gets.append(_block(fmu, kind, names, slice(first, first + len(names)), into=False))
 
     def step(self, now: np.ndarray, then: np.ndarray, t_s: float, step_s: float) -> None:
         begin = time.perf_counter()
@@ -219,10 +226,17 @@ def _crosses_as(kind: str) -> str:
     return {"Real": "reals", "Boolean": "booleans"}.get(kind, "integers")
 
 
-def _block(fmu: Fmu, verb: str, kind: str, names: list[str], place: slice | np.ndarray) -> _Block:
-    element = {"reals": C.c_double, "integers": C.c_int32, "booleans": fmu.boolean_type}[kind]
+def _block(fmu: Fmu, kind: str, names: list[str], place: slice | np.ndarray, into: bool) -> _Block:
+    """into: the FMU; else out of it."""
+    crossings: dict[str, tuple[Cross, Cross, Any]] = {
+        "reals": (fmu.set_reals, fmu.get_reals, C.c_double),
+        "integers": (fmu.set_integers, fmu.get_integers, C.c_int32),
+        "booleans": (fmu.set_booleans, fmu.get_booleans, fmu.boolean_type),
+    }
+    set_values, get_values, element = crossings[kind]
     values = (element * len(names))()
-    return _Block(getattr(fmu, f"{verb}_{kind}"), fmu.references(names), values, np.ctypeslib.as_array(values), place)
+    view = np.ctypeslib.as_array(values)
+    return _Block(set_values if into else get_values, fmu.references(names), values, view, place)
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:

@@ -1,8 +1,8 @@
 """Many simulations of a system with one seed each, on this machine or a Dask cluster, and what their spread tells.
 
 Run i of every scenario has the seed first_seed + i, so scenarios meet the same draws and any number of workers gives
-the same numbers. A run that fails is a row with its reason. Intervals of means are Student's t over the runs, which are
-independent; the ratio of two filters over the same runs is bootstrapped over the runs, pair by pair.
+the same numbers. A run that fails is a row with its reason. hnav.systems.statistics tells
+what their spread means.
 """
 
 from __future__ import annotations
@@ -12,27 +12,22 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from hnav.errors import HnavError
-from hnav.systems.run_views import Estimate, estimates, finite_mean
+from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import Run, simulate
+from hnav.systems.statistics import finite_mean
 from hnav.systems.structure import refuse
 
-if TYPE_CHECKING:
-    from distributed import Client
-
-CONFIDENCE = 0.95
 # What the figures need of a run, and no more: the files of 200 runs stay in memory.
 RECORDED = (
     "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
 )  # fmt: skip
 NEES_AT_S = (10.0, 30.0, 60.0)
-BOOTSTRAP_DRAWS, BOOTSTRAP_SEED = 2000, 1
 
 
 @dataclass(frozen=True)
@@ -139,7 +134,7 @@ def _results(work: Sequence[Job], workers: int, scheduler: str | None) -> Iterat
 
 
 @contextmanager
-def _client(workers: int, scheduler: str | None) -> Iterator[Client]:
+def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     """Dask's client of a cluster of this machine or of the one at the address. Raises HnavError."""
     try:
         from distributed import Client, LocalCluster
@@ -158,42 +153,6 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Client]:
         except (OSError, TimeoutError, ValueError) as error:
             refuse(f"scheduler {scheduler or 'of this machine'}: {error}")
         yield client
-
-
-# --------------------------------------------------------------------------------------------- what the runs tell
-
-
-def mean_interval(values: np.ndarray, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
-    """Mean and its two-sided Student interval over the finite values; NaN ends for fewer than two."""
-    known = np.asarray(values, float)
-    known = known[np.isfinite(known)]
-    if len(known) < 2:
-        return (float(known.mean()) if len(known) else np.nan), np.nan, np.nan
-    half = stats.t.ppf((1 + confidence) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
-    return float(known.mean()), float(known.mean() - half), float(known.mean() + half)
-
-
-def ratio_interval(numerator: np.ndarray, denominator: np.ndarray, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
-    """Ratio of two means over the same runs and its percentile bootstrap interval (Efron and Tibshirani 1993, ch. 13).
-
-    Runs are drawn as pairs, for both filters have seen the same noise; the draws are seeded.
-    """
-    pairs = np.column_stack([numerator, denominator]).astype(float)
-    pairs = pairs[np.isfinite(pairs).all(axis=1)]
-    if len(pairs) < 2:
-        return np.nan, np.nan, np.nan
-    drawn = np.random.default_rng(BOOTSTRAP_SEED).integers(0, len(pairs), (BOOTSTRAP_DRAWS, len(pairs)))
-    means = pairs[drawn].mean(axis=1)
-    low, high = np.quantile(means[:, 0] / means[:, 1], [(1 - confidence) / 2, (1 + confidence) / 2])
-    return float(pairs[:, 0].mean() / pairs[:, 1].mean()), float(low), float(high)
-
-
-def nees_bounds(runs: int, probability: float = 0.999, dimension: int = 3) -> tuple[float, float]:
-    """Two-sided bounds of the mean NEES of a consistent filter over independent runs: chi-square(runs dimension) / runs
-    (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2).
-    """
-    low, high = stats.chi2.ppf([(1 - probability) / 2, (1 + probability) / 2], runs * dimension) / runs
-    return float(low), float(high)
 
 
 def write_table(table: pd.DataFrame, file: Path) -> None:

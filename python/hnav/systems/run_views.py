@@ -12,6 +12,7 @@ import numpy as np
 
 from hnav.filters.rotations import rotation_error_rad
 from hnav.systems.simulation import Run
+from hnav.systems.statistics import finite_mean
 
 TRUTH_ATTITUDE, TRUTH_FIELD = "truth.q", "truth.field"
 SENSORS = {"accel": "force", "mag": "field"}
@@ -47,6 +48,12 @@ class Estimate:
         """Rotation vector from estimate to truth (n x 3); None in a run without truth."""
         truth = truth_q_nb(self.run)
         return None if truth is None else rotation_error_rad(self.q_nb, truth)
+
+    @property
+    def error_deg(self) -> np.ndarray:
+        """As error_rad, in deg; NaN in a run without truth."""
+        error: np.ndarray = np.full((len(self.run.t_s), 3), np.nan) if self.error_rad is None else np.degrees(self.error_rad)
+        return error
 
     @cached_property
     def nees(self) -> np.ndarray | None:
@@ -102,6 +109,7 @@ def magnetometer(run: Run) -> str | None:
 def measured_field(run: Run) -> np.ndarray:
     """Samples of the magnetometer (k x 3, T, sensor axes), held values counted once."""
     component = magnetometer(run)
+    assert component is not None, "ask magnetometer(run) first"
     field = run.vector(component, "mag.field", 3)
     counter = f"{component}.mag.sample"
     return field[np.diff(run[counter], prepend=0.0) != 0] if counter in run.columns else field
@@ -121,9 +129,7 @@ class Figures:
 
 
 def figures(estimate: Estimate) -> Figures:
-    error = estimate.error_rad
-    total = np.full(1, np.nan) if error is None else np.degrees(np.linalg.norm(error, axis=1))
-    heading = np.full(1, np.nan) if error is None else np.degrees(error[:, 2])
+    total, heading = np.linalg.norm(estimate.error_deg, axis=1), estimate.error_deg[:, 2]
     nis = {}
     for sensor, meaning in SENSORS.items():
         rows = estimate.sampled(sensor)
@@ -133,9 +139,3 @@ def figures(estimate: Estimate) -> Figures:
         nees=np.nan if estimate.nees is None else finite_mean(estimate.nees), nis=nis,
         tilt_ready_s=estimate.ready_s("align.tilt_ready"), heading_ready_s=estimate.ready_s("align.heading_ready"),
     )  # fmt: skip
-
-
-def finite_mean(values: np.ndarray) -> float:
-    """Of the finite ones; NaN without any."""
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan

@@ -105,8 +105,8 @@ def _read_folder(folder: Path, shown: Path) -> System:
         refuse(f"{shown}/{STRUCTURE}: there is no ssd:System")
     _refuse_what_is_not_done(element, shown)
     units = _units(root.findall(f"{SSD}Units/{SSC}Unit"))
-    experiment = root.find(f"{SSD}DefaultExperiment")
-    experiment = {} if experiment is None else experiment.attrib
+    declared = root.find(f"{SSD}DefaultExperiment")
+    experiment = {} if declared is None else declared.attrib
     master = element.find(f"{SSD}SimulationInformation/{SSD}FixedStepMaster")
     components = {e.get("name", ""): _read_component(e, folder, shown) for e in element.iterfind(f"{SSD}Elements/{SSD}Component")}
     if not components:

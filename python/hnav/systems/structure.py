@@ -7,7 +7,7 @@ makes a System of the files of SSP 1.0.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn, Self
@@ -19,10 +19,10 @@ from hnav.renamed import new_name, now_called
 
 # Far more than anyone counts runs, and a system of many plants stays within 32 bits.
 SEED_STRIDE = 1_000_000
-TYPE_OF_KIND = {"Real": float, "Integer": int, "String": str}
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 # What a parameter of a component may be set to; the text of an enumeration is the name of its item.
 Value = float | int | bool | str
+TYPE_OF_KIND: dict[str, Callable[[str], Value]] = {"Real": float, "Integer": int, "String": str}
 
 
 def refuse(text: str, argument: str | None = None) -> NoReturn:

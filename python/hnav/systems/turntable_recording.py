@@ -51,7 +51,8 @@ class Turntable:
         """Triangle averaged over a window of rounding_s."""
         window = np.linspace(-0.5, 0.5, 41) * self.rounding_s
         turn = 2 * np.pi * (t_s[:, None] + window) / self.period_s
-        return np.radians(self.amplitude_deg) * (2 / np.pi * np.arcsin(np.sin(turn))).mean(axis=1)
+        yaw: np.ndarray = np.radians(self.amplitude_deg) * (2 / np.pi * np.arcsin(np.sin(turn))).mean(axis=1)
+        return yaw
 
     def run(self, duration_s: float, seed: int) -> Experiment:
         """Samples every 10 ms from 0 to duration_s."""

@@ -8,6 +8,7 @@ initial alignment" (Tabriz Journal of Electrical Engineering 54(4), 2024).
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from hnav.systems.sensors import DEG, G_M_S2, read_grade
 from hnav.systems.structure import Value
@@ -86,7 +87,7 @@ def filters(
 ) -> Values:  # fmt: skip
     """HEKF and HREKF: standard deviations of a sample at 100 Hz in units of gravity and field; Q by densities; the start."""
     root = math.sqrt(0.01)
-    both = {
+    both: Values = {
         "preset": "paper",
         "gamma_relative_rate_1_s": rate_of(rho),
         "accel_noise_per_sqrt_hz": accel * root,
@@ -106,12 +107,14 @@ def filters(
         "adaptation_gain": 0.5,
         "solver": solver,
     }
-    modes = {"hekf": "off", "hrekf": gamma_mode}
-    return {f"{name}.{key}": value for name, mode in modes.items() for key, value in ({"gamma_mode": mode} | both).items()}
+    modes: dict[str, Values] = {"hekf": {"gamma_mode": "off"}, "hrekf": {"gamma_mode": gamma_mode}}
+    return {f"{name}.{key}": value for name, mode in modes.items() for key, value in (mode | both).items()}
 
 
 # P0 = 1e-6 I and R = 1e-2 I: found so that the ratios of the paper's Table 1 come back.
-FITTED = dict(accel=0.1, mag=0.1, tilt_rad=2e-3, heading_rad=2e-3, bias_rad_s=1e-3, solver="euler", adaptation="paper")
+fitted = partial(
+    filters, accel=0.1, mag=0.1, tilt_rad=2e-3, heading_rad=2e-3, bias_rad_s=1e-3, solver="euler", adaptation="paper"
+)
 MATCHED_GYRO_DEG_S, MATCHED_WALK_RAD_S, MATCHED_YAW_DEG, MATCHED_TILT_DEG, MATCHED_BIAS_DEG_S = 0.1, 1e-4, 8.0, 3.0, 0.5
 UNIFORM = 1 / math.sqrt(3)  # standard deviation of a uniform distribution by its half width
 
@@ -137,9 +140,9 @@ SCENARIOS: dict[str, tuple[str, Values]] = {
     ),
     "fitted": (
         "The paper's Table 1: P0 = 1e-6 I and rho = 0.015 are fitted to it, Robbins-Monro as printed, Euler",
-        table(40, 4.5) | sensor() | faults() | filters(**FITTED),
+        table(40, 4.5) | sensor() | faults() | fitted(),
     ),
-    "fitted_rho_half": ("fitted, with rho = 0.5", table(40, 4.5) | sensor() | faults() | filters(**FITTED, rho=0.5)),
+    "fitted_rho_half": ("fitted, with rho = 0.5", table(40, 4.5) | sensor() | faults() | fitted(rho=0.5)),
     "fitted_honest": (
         "fitted, with an honest P0 and no adaptation",
         table(40, 4.5) | sensor() | faults() | filters(accel=0.1, mag=0.1, solver="euler"),
@@ -150,7 +153,8 @@ SCENARIOS: dict[str, tuple[str, Values]] = {
 def grade_values(name: str) -> Values:
     """A grade over the nominal scenario: its sensor, and filters told of its noise. What it does not name is without error."""
     grade = read_grade(name)
-    values = dict.fromkeys(sensor(), 0.0) | {f"sensor.{key}": value for key, value in grade.parameters().items()}
+    values: Values = dict.fromkeys(sensor(), 0.0)
+    values |= {f"sensor.{key}": value for key, value in grade.parameters().items()}
     noise = grade.filter_parameters(STRENGTH_TESLA)
     bias_sigma = math.hypot(grade.values["gyro.bias_sigma_rad_s"], grade.values["gyro.bias_instability_rad_s"])
     told = noise | {"quaternion_noise_per_sqrt_s": 0.0, "start_sigma_bias_rad_s": bias_sigma}

@@ -17,13 +17,13 @@ from fmpy.model_description import ScalarVariable
 from hnav.fmi.fmus import fmu_path
 from hnav.systems.parameter_sets import BASE_UNITS, parameter_element, parameter_set, unit_elements
 from hnav.systems.sensors import GRADES
-from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SAMPLES, SCENARIOS, TRUTH, grade_values
+from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SAMPLES, SCENARIOS, TRUTH, Values, grade_values
 
 DESCRIPTIONS = {
     "turntable": "truth", "sensor": "samples with counters and time stamps", "hekf": "gamma off: the hybrid extended Kalman filter",
     "hrekf": "the hybrid robust extended Kalman filter", "ahrs": "the filter for real sensors",
 }  # fmt: skip
-BOUND_ALWAYS = {"sampling_mode": "counter"}  # of each filter
+BOUND_ALWAYS: Values = {"sampling_mode": "counter"}  # of each filter
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription version="1.0" name="turntable"
     description="A turntable, its sensors, and three filters side by side"

@@ -80,22 +80,21 @@ def _ignored(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
 def _vqf(s: Samples) -> np.ndarray:
     from vqf import VQF
 
-    return VQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field))[
-        "quat9D"
-    ]
+    force, field = _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field)
+    return np.asarray(VQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"])
 
 
 def _basicvqf(s: Samples) -> np.ndarray:
     from vqf import BasicVQF
 
     force, field = _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field)
-    return BasicVQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"]
+    return np.asarray(BasicVQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"])
 
 
 def _offlinevqf(s: Samples) -> np.ndarray:
     from vqf import offlineVQF
 
-    return offlineVQF(s.rate_rad_s, s.force_m_s2, s.field_ut, 1 / s.rate_hz)["quat9D"]
+    return np.asarray(offlineVQF(s.rate_rad_s, s.force_m_s2, s.field_ut, 1 / s.rate_hz)["quat9D"])
 
 
 # --------------------------------------------------------------------------------------------- imufusion
@@ -132,7 +131,8 @@ def _ahrs_mahony(s: Samples) -> np.ndarray:
     from ahrs.filters import Mahony
 
     # Its reference field is (0, horizontal, vertical): y north, z up.
-    return Mahony(gyr=s.rate_rad_s, acc=s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, q0=s.first_attitude()).Q
+    found = Mahony(gyr=s.rate_rad_s, acc=s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, q0=s.first_attitude())
+    return np.asarray(found.Q)
 
 
 def _ahrs_ekf(s: Samples) -> np.ndarray:
@@ -142,9 +142,10 @@ def _ahrs_ekf(s: Samples) -> np.ndarray:
     q0 = s.first_attitude()
     east, north, up = Rotation.from_quat(q0[[1, 2, 3, 0]]).apply(s.field_ut[0])
     dip_deg = np.degrees(np.arctan2(-up, np.hypot(east, north)))
-    return EKF(
+    found = EKF(
         gyr=s.rate_rad_s, acc=-s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, frame="ENU", magnetic_ref=dip_deg, q0=q0
-    ).Q
+    )
+    return np.asarray(found.Q)
 
 
 PEERS = {

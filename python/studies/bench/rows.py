@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -89,14 +90,15 @@ def run_trial(set_name: str, recording: Recording, rate_hz: float, entered: Sequ
 
 
 def _scored(set_name: str, name: str, recording: Recording, estimate: Estimate, us_per_sample: float) -> Row:
-    result = score(estimate.q_nb, recording.reference_q_nb, recording.movement)
-    scored = recording.movement & np.isfinite(recording.reference_q_nb).all(axis=1)
+    truth, movement = recording.needed("reference_q_nb"), recording.needed("movement")
+    result = score(estimate.q_nb, truth, movement)
+    scored = movement & np.isfinite(truth).all(axis=1)
     missing = int(np.sum(scored & ~np.isfinite(estimate.q_nb).all(axis=1)))
     if missing == scored.sum():
         return _failed(set_name, name, recording, "no estimate in the scored phase")
     stated = math.nan
     if estimate.sigma_rad is not None:
-        stated = nees(estimate.q_nb, estimate.sigma_rad, recording.reference_q_nb, recording.movement).nees_per_axis
+        stated = nees(estimate.q_nb, estimate.sigma_rad, truth, movement).nees_per_axis
     return Row(set_name, name, recording.name, is_disturbed(recording.name), *result, stated, us_per_sample, missing, "")
 
 
@@ -121,7 +123,7 @@ def summary(rows: Iterable[Row]) -> list[Line]:
 def _line(set_name: str, name: str, rows: list[Row]) -> Line:
     good = [row for row in rows if not row.failure]
 
-    def mean(column: str, keep: Callable[[Row], bool] = lambda row: True, middle=np.mean) -> float:
+    def mean(column: str, keep: Callable[[Row], bool] = lambda row: True, middle: Callable[..., Any] = np.mean) -> float:
         values = [value for row in good if keep(row) and not math.isnan(value := getattr(row, column))]
         return float(middle(values)) if values else math.nan
 
@@ -141,7 +143,7 @@ def write_csv(path: Path, rows: Iterable[Row]) -> None:
             writer.writerow(_cell(value) for value in vars(row).values())
 
 
-def _cell(value) -> str:
+def _cell(value: object) -> str:
     if isinstance(value, bool):
         return str(int(value))
     if isinstance(value, float):

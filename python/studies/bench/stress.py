@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -59,18 +59,18 @@ def draw_distortion(rng: np.random.Generator) -> Distortion:
 
 def from_motion(recording: Recording) -> Recording:
     """The recording from the first scored row on."""
-    return _rows(recording, slice(int(np.argmax(recording.movement)), None))
+    return _rows(recording, slice(int(np.argmax(recording.needed("movement"))), None))
 
 
 def distorted(recording: Recording, distortion: Distortion, settling_s: float | None = None) -> Recording:
     """The field of the first rows false; settling_s: score only what is later than this after the field's return."""
     n = min(int(distortion.duration_s * nominal_rate_hz(recording)), len(recording.t_s))
     # Where the optics lost the body, its last known attitude places the distortion.
-    attitude = Rotation.from_quat(_held(recording.reference_q_nb)[:n][:, [1, 2, 3, 0]])
-    earth = distortion.scale * distortion.rotation.apply(attitude.apply(recording.field_b_tesla[:n]))
-    field = recording.field_b_tesla.copy()
+    attitude = Rotation.from_quat(_held(recording.needed("reference_q_nb"))[:n][:, [1, 2, 3, 0]])
+    field = recording.needed("field_b_tesla").copy()
+    earth = distortion.scale * distortion.rotation.apply(attitude.apply(field[:n]))
     field[:n] = attitude.apply(earth, inverse=True)
-    movement = recording.movement.copy()
+    movement = recording.needed("movement").copy()
     if settling_s is not None:
         movement[: n + int(settling_s * nominal_rate_hz(recording))] = False
     return replace(recording, field_b_tesla=field, movement=movement)
@@ -102,7 +102,7 @@ def late_field(recording: Recording, delay_s: float = FIELD_DELAY_S) -> Recordin
     # rounding from costing a row.
     newest = np.searchsorted(recording.t_s, recording.t_s - delay_s + 1e-9, side="right") - 1
     fresh = (newest >= 0) & (np.diff(newest, prepend=-1) > 0)
-    field = np.where(fresh[:, None], recording.field_b_tesla[newest], np.nan)
+    field = np.where(fresh[:, None], recording.needed("field_b_tesla")[newest], np.nan)
     return replace(recording, field_b_tesla=field, field_t_s=np.where(fresh, recording.t_s[newest], np.nan))
 
 
@@ -170,7 +170,7 @@ def variants(set_name: str, recordings: Sequence[Recording], seed: int = 5) -> I
         for name in ("field_b_tesla", "reference_q_nb", "movement"):
             if getattr(recording, name) is None:
                 raise RecordingError(f"{recording.name}: no {name}; stress needs field, reference attitude and scored phase")
-        if not recording.movement.any():
+        if not recording.needed("movement").any():
             raise RecordingError(f"{recording.name}: no row is scored")
     yield from SETS[set_name](recordings, seed)
 
@@ -185,8 +185,9 @@ def nominal_rate_hz(recording: Recording) -> float:
     return float(1 / np.median(np.diff(recording.t_s)))
 
 
-def _rows(recording: Recording, keep) -> Recording:
-    return replace(recording, **{k: v[keep] for k, v in vars(recording).items() if isinstance(v, np.ndarray)})
+def _rows(recording: Recording, keep: slice | np.ndarray) -> Recording:
+    arrays: dict[str, Any] = {k: v[keep] for k, v in vars(recording).items() if isinstance(v, np.ndarray)}
+    return replace(recording, **arrays)
 
 
 def _held(q: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ class Flow:
         nx = target.library.ffi.new("int32_t *")
         target.call("nx", nx)
         self.nx, self.x = nx[0], np.zeros(nx[0])
-        self._stage, self._out, self._seed, self._time = (np.zeros(self.nx) for _ in range(4))
+        self._stage, self._out, self._seed = (np.zeros(self.nx) for _ in range(3))
         self._time_pointer = target.library.ffi.new("double *")
 
     def read(self, call: str) -> np.ndarray:

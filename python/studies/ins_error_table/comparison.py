@@ -47,11 +47,13 @@ class Result:
 
     def rmse(self, window: slice) -> np.ndarray:
         """runs x n"""
-        return np.sqrt(np.mean(self.error[:, window] ** 2, axis=1))
+        rms: np.ndarray = np.sqrt(np.mean(self.error[:, window] ** 2, axis=1))
+        return rms
 
 
 def nees_of(error: np.ndarray, P: np.ndarray) -> np.ndarray:
-    return np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
+    nees: np.ndarray = np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
+    return nees
 
 
 def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
@@ -67,7 +69,7 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
         run = f.run(flight.u, z)
         x, P, steps = run.x, run.covariance, slice(0, None)
         if to_now:
-            x, P, steps = x[1:] @ m.A.T + flight.u[1:] @ m.B.T, m.A @ P[1:] @ m.A.T + m.Qw, slice(1, None)
+            x, P, steps = x[1:] @ m.A.T + flight.u[1:] @ m.matrix("B").T, m.A @ P[1:] @ m.A.T + m.Qw, slice(1, None)
         elif late:
             x, P, steps = x[1:], P[1:], slice(0, -1)
         error[i, steps] = x - flight.x[i, steps]
@@ -80,14 +82,15 @@ def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
     """The augmented Kalman filter that is told the noise of every step: the best any adaptation could do. Its gains do
     not depend on the data, so all runs go at once."""
     m = aircraft.model().discrete()
-    n = m.nx
-    F, Q, H = block_diag(m.A, m.An), block_diag(m.G @ m.Qw @ m.G.T, m.Bn @ m.QU @ m.Bn.T), np.hstack([m.H, np.eye(m.nz)])
-    X, P = np.zeros((len(flight.z), n + m.nz)), block_diag(m.P0, m.Lambda0)
+    n, B, G, Bn = m.nx, m.matrix("B"), m.matrix("G"), m.matrix("Bn")
+    F = block_diag(m.A, m.matrix("An"))
+    Q, H = block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T), np.hstack([m.H, np.eye(m.nz)])
+    X, P = np.zeros((len(flight.z), n + m.nz)), block_diag(m.P0, m.matrix("Lambda0"))
     error, nees = np.empty(flight.x.shape), np.empty(flight.x.shape[:2])
     for k in range(flight.z.shape[1]):
         if k > 0:
             X = X @ F.T
-            X[:, :n] += m.B @ flight.u[k]
+            X[:, :n] += B @ flight.u[k]
             P = F @ P @ F.T + Q
         R = m.Qv * flight.noise_factor[k][:, None] * flight.noise_factor[k]
         K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
@@ -109,7 +112,8 @@ def compare(
 
 
 def in_display_units(aircraft: Aircraft, values: np.ndarray) -> np.ndarray:
-    return values * np.array([c.display_factor for c in aircraft.channels])
+    shown: np.ndarray = values * np.array([c.display_factor for c in aircraft.channels])
+    return shown
 
 
 @dataclass

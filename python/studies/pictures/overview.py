@@ -14,7 +14,8 @@ import numpy as np
 
 from hnav.filters.attitude import Filter, Options
 from hnav.filters.rotations import rotation_error_rad
-from hnav.fmi.engines import Result, run_recording
+from hnav.fmi.engines import run_recording
+from hnav.fmi.results import Result
 from hnav.io.recordings import Recording, find_trial, read_recording
 from hnav.reports import plots
 
@@ -42,11 +43,13 @@ def look_between(recording: Recording, begin_s: float, length_s: float, settings
     A look changes nothing: the same samples give the same estimates, looked at or not.
     """
     tracker = Filter(Options("hrekf", **settings))
-    looks, after_jump, sample_t_s = [], [], []
+    looks: list[list[float]] = []
+    after_jump, sample_t_s = [], []
+    field = recording.needed("field_b_tesla")
     t_s = recording.t_s
     for k in range(np.searchsorted(t_s, begin_s + length_s)):
         tracker.push_imu(t_s[k], recording.rate_b_rad_s[k], recording.force_b_m_s2[k])
-        tracker.push_mag(t_s[k], recording.field_b_tesla[k])
+        tracker.push_mag(t_s[k], field[k])
         tracker.advance(t_s[k])
         if t_s[k] < begin_s:
             continue
@@ -57,8 +60,8 @@ def look_between(recording: Recording, begin_s: float, length_s: float, settings
             tracker.advance(look_t_s)
             attitude = tracker.attitude()
             looks.append([look_t_s, *attitude.q_nb, *attitude.sigma_rad])
-    looks = np.array(looks)
-    return Zoom(looks[:, 0], looks[:, 1:5], looks[:, 5:8], np.array(sample_t_s), np.array(after_jump))
+    table = np.array(looks)
+    return Zoom(table[:, 0], table[:, 1:5], table[:, 5:8], np.array(sample_t_s), np.array(after_jump))
 
 
 def corrections_deg(zoom: Zoom) -> np.ndarray:
@@ -127,7 +130,7 @@ def draw_overview(broad: Path) -> plots.Figure:
 def draw_against_truth(axes: list[plots.Axes], recording: Recording, result: Result) -> None:
     """Attitude, heading error and tilt error over the time shown."""
     shown = slice(*np.searchsorted(recording.t_s, SHOWN_S))
-    t_s, q_nb, truth = recording.t_s[shown], result.q_nb[shown], recording.reference_q_nb[shown]
+    t_s, q_nb, truth = recording.t_s[shown], result.q_nb[shown], recording.needed("reference_q_nb")[shown]
     error_deg = np.degrees(rotation_error_rad(q_nb, truth))
     sigma_deg = np.degrees(result.sigma_rad[shown])
     plots.draw_attitude(axes[0], t_s, q_nb, truth, "optical truth")

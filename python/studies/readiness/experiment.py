@@ -55,7 +55,9 @@ def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1) -> S
     if not heading_ready.any():
         return Start(index, motion, disturbance, field_true_s, np.nan, np.nan, np.nan, np.nan)
     i = int(np.argmax(heading_ready))
-    total, heading, _ = (np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], recording.reference_q_nb[i : i + 1]))
+    total, heading, _ = (
+        np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], recording.needed("reference_q_nb")[i : i + 1])
+    )
     sigma = np.degrees(np.linalg.norm(result.sigma_rad[i]))
     ready_s = float(result.t_s[i] - result.t_s[0])
     return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma))

@@ -31,7 +31,8 @@ class Wave(NamedTuple):
     phase_rad: np.ndarray
 
     def __call__(self, t_s: np.ndarray) -> np.ndarray:
-        return np.sin(np.multiply.outer(t_s, self.pulsation_rad_s) + self.phase_rad) @ self.amplitude
+        value: np.ndarray = np.sin(np.multiply.outer(t_s, self.pulsation_rad_s) + self.phase_rad) @ self.amplitude
+        return value
 
 
 def draw_wave(rng: np.random.Generator, amplitude: Range, frequency_hz: Range, terms: int = 3) -> Wave:
@@ -72,7 +73,8 @@ class Motion:
 
     def size(self, t_s: np.ndarray) -> np.ndarray:
         x = np.clip(t_s - self.begin_s, 0, 1)
-        return x * x * (3 - 2 * x)
+        size: np.ndarray = x * x * (3 - 2 * x)
+        return size
 
     def attitude(self, t_s: np.ndarray) -> Rotation:
         """Body to east-north-up."""
@@ -81,17 +83,23 @@ class Motion:
 
     def acceleration(self, t_s: np.ndarray) -> np.ndarray:
         """n x 3, in east-north-up."""
-        return np.stack([wave(t_s) for wave in self.acceleration_m_s2], axis=1) * self.size(t_s)[:, None]
+        acceleration: np.ndarray = np.stack([wave(t_s) for wave in self.acceleration_m_s2], axis=1) * self.size(t_s)[:, None]
+        return acceleration
 
 
 def draw_motion(rng: np.random.Generator, kind: Kind) -> Motion:
     """Half of the starts move from the first sample on, the others rest for up to 5 s."""
-    tilt = [draw_wave(rng, tuple(np.radians(kind.tilt_deg)), kind.tilt_hz) for _ in range(2)]
-    yaw = draw_wave(rng, tuple(np.radians(kind.yaw_deg)), kind.yaw_hz)
-    level = [draw_wave(rng, kind.level_m_s2, kind.shake_hz) for _ in range(2)]
-    vertical = draw_wave(rng, kind.vertical_m_s2, kind.shake_hz)
+
+    def angle(size_deg: Range, frequency_hz: Range) -> Wave:
+        return draw_wave(rng, (np.radians(size_deg[0]), np.radians(size_deg[1])), frequency_hz)
+
+    # The order of the draws is part of what a seed means.
+    pitch, roll = angle(kind.tilt_deg, kind.tilt_hz), angle(kind.tilt_deg, kind.tilt_hz)
+    yaw = angle(kind.yaw_deg, kind.yaw_hz)
+    east, north = draw_wave(rng, kind.level_m_s2, kind.shake_hz), draw_wave(rng, kind.level_m_s2, kind.shake_hz)
+    up = draw_wave(rng, kind.vertical_m_s2, kind.shake_hz)
     begin_s = -1.0 if rng.random() < 0.5 else rng.uniform(0, 5)
-    return Motion(begin_s, Rotation.random(rng=rng), rng.uniform(-np.pi, np.pi), (yaw, *tilt), (*level, vertical))
+    return Motion(begin_s, Rotation.random(rng=rng), rng.uniform(-np.pi, np.pi), (yaw, pitch, roll), (east, north, up))
 
 
 # --------------------------------------------------------------------------------------------- the field
