@@ -196,3 +196,48 @@ def test_what_cannot_smooth_says_so(motion):
     assert error.value.status == "unsupported"
     with pytest.raises(HnavError, match="nothing to smooth"):
         Filter(Options("ahrs")).smooth(m.t_s, m.rate_b_rad_s)
+
+
+def test_realigning_forgets_the_attitude_and_keeps_bias_and_counters(motion):
+    m = motion.recording
+    f = Filter(Options("hrekf"))
+    f.run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    bias, used = f.gyro_bias()[0], f.diagnostics().used
+    f.realign()
+    assert not f.diagnostics().started and f.diagnostics().used == used
+    assert (f.gyro_bias()[0] == bias).all() and (f.rate() == m.rate_b_rad_s[-1] - bias).all()
+    with pytest.raises(HnavError, match="no attitude"):
+        f.covariance()
+
+
+def test_the_gyroscope_calibration_is_a_matrix_with_its_sigmas(motion):
+    m = motion.recording
+    f = Filter(Options("ahrs"))
+    matrix, sigma = f.gyro_calibration()
+    assert (matrix == 0).all() and (np.diag(sigma) > 0).all()
+    f.run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    learnt, after = f.gyro_calibration()
+    assert learnt.shape == (3, 3) and (np.diag(after) < np.diag(sigma)).all()
+    assert (Filter(Options("hrekf")).gyro_calibration()[1] == 0).all()
+
+
+def test_a_heading_by_another_source_turns_the_estimate(motion):
+    m = motion.recording.cropped(1)
+    f = Filter(Options("hrekf"))
+    f.run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    heading = f.attitude().heading_rad
+    f.push_heading(1.0, heading + 0.01, 1e-4)
+    f.advance(1.0)
+    assert f.attitude().heading_rad == pytest.approx(heading + 0.01, abs=2e-3)
+    assert f.diagnostics().used["heading"] == 1 and f.innovation("heading").dimension == 1
+
+
+def test_the_hybrid_view_shows_a_state_of_the_caller(motion):
+    m = motion.recording.cropped(1)
+    f = Filter(Options("hrekf"))
+    f.run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    x = f.get_x()
+    x[4:7] = [0.01, 0.02, 0.03]
+    f.show(1.5, x)
+    np.testing.assert_allclose(f.gyro_bias()[0], [0.01, 0.02, 0.03], atol=1e-15)
+    assert f.attitude().t_s == 1.5

@@ -7,13 +7,25 @@ import numpy as np
 import pytest
 
 import hnav
-from hnav import Filter, HnavError, HnavRuntimeError, HnavValueError, InsErrorFilter, InsErrorOptions, LinearModel, Options
+from hnav import (
+    Filter,
+    HnavError,
+    HnavRuntimeError,
+    HnavValueError,
+    InsErrorFilter,
+    InsErrorOptions,
+    LinearModel,
+    Options,
+)  # fmt: skip
+from hnav.filters import attitude, calibration, ins_error
 from hnav.filters.attitude import FILTERS, option_table, parse_setting
+from hnav.native.library import ffi
 from hnav.native.options import OptionInfo, OptionSet
+from hnav.simulation import imu_mag_sensor, turntable
 
 EYE = np.eye(2)
 MODEL = LinearModel(A=0.5 * EYE, H=EYE, Qw=EYE, Qv=EYE, P0=EYE, An=0.9 * EYE, QU=EYE)
-CHANGED = [
+CHANGED: list[OptionSet] = [
     Options("ahrs", navigation_frame="enu", q_body_sensor=[0.5, 0.5, -0.5, 0.5]),
     Options("hrekf", "paper", gamma_mode="kl", queue_capacity=100),
     InsErrorOptions(form="amdkf", window=7),
@@ -139,7 +151,7 @@ def test_a_filter_is_made_by_name_or_by_options():
     assert Filter("ahrs", navigation_frame="enu", preset="default").options == Options("ahrs", navigation_frame="enu")
     with pytest.raises(HnavValueError, match="Options are complete"):
         Filter(Options("ahrs"), navigation_frame="enu")
-    with pytest.raises(HnavValueError, match="Options are complete"):
+    with pytest.raises(HnavValueError, match="InsErrorOptions are complete"):
         InsErrorFilter(MODEL, InsErrorOptions(), lag=1)
     assert InsErrorFilter(MODEL, form="plain").options == InsErrorOptions(form="plain")
 
@@ -207,13 +219,11 @@ def test_results_are_equal_when_their_numbers_are(started):
 
 
 def test_the_results_have_the_fields_of_the_structs():
-    from hnav.filters import attitude, calibration, ins_error
-    from hnav.native.library import ffi
-
     told = {
         attitude.Attitude: "hnav_attitude", attitude.Posterior: "hnav_posterior", attitude.Innovation: "hnav_innovation",
         attitude.Field: "hnav_field", attitude.Diagnostics: "hnav_diagnostics", ins_error.InsErrorInfo: "hnav_ins_error_info",
-        calibration.MagnetometerCalibration: "hnav_magnetometer_calibration",
+        calibration.MagnetometerCalibration: "hnav_magnetometer_calibration", turntable.Truth: "hnav_truth",
+        imu_mag_sensor.Reading: "hnav_reading",
     }  # fmt: skip
     for record, struct in told.items():
         ffi.sizeof(struct)
@@ -263,14 +273,3 @@ def test_only_the_arrays_that_are_asked_for_are_filled(motion):
     m = motion.recording.cropped(1)
     run = Filter("ahrs").run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla, only=("q_nb", "ready"))
     assert np.isfinite(run.q_nb[-1]).all() and np.isnan(run.sigma_rad).all()
-
-
-# --------------------------------------------------------------------------------------------- documentation
-
-
-@pytest.mark.parametrize("public", [Options, Filter, InsErrorOptions, InsErrorFilter, LinearModel], ids=lambda c: c.__name__)
-def test_everything_public_is_documented(public):
-    assert public.__doc__
-    for name in dir(public):
-        if not name.startswith("_") and not isinstance(getattr(public, name), str | float | type(None)):
-            assert getattr(public, name).__doc__, f"{public.__name__}.{name}"

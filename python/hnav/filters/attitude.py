@@ -20,6 +20,7 @@ run in parallel; one filter serves one thread at a time.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,8 +29,8 @@ import numpy.typing as npt
 
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.native.arrays import Array, BoolArray, Counted, Named, Record, Shaped, address, doubles, times
-from hnav.native.library import PRESETS, SENSORS, LibraryObject, enumerators, ffi, new
-from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.native.library import PRESETS, SENSORS, StatefulObject, enumerators, ffi, new
+from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.renamed import now_called
 
 if TYPE_CHECKING:
@@ -105,6 +106,7 @@ class Attitude(Record):
     """The estimate at the time of the last advance."""
 
     t_s: float
+    """The time of the last advance."""
     q_nb: Array
     """4: unit quaternion, scalar first, body to navigation."""
     euler_rad: Array
@@ -126,6 +128,7 @@ class Posterior(Record):
     """The estimate just after the newest sample that is not in the future of the last advance."""
 
     t_s: float
+    """The time of that sample."""
     q_nb: Array
     """4: unit quaternion, scalar first, body to navigation."""
     gyro_bias_rad_s: Array
@@ -145,6 +148,7 @@ class Innovation(Record):
     """What the last used sample of a sensor said."""
 
     t_s: float
+    """The time of that sample."""
     value: Array
     """3, of which the first `dimension` count: measured minus expected. Force and field are in units of gravity and of the
     reference strength, heading in rad; of the AHRS, force: minus the velocity in m/s, north and east, and the field is in
@@ -208,12 +212,15 @@ class Diagnostics(Record):
     zero: int
     """Samples refused: zero vectors."""
     corrections: int
+    """Jumps of the estimate; samples of one instant are corrected together."""
     gamma_raised: int
     """Corrections whose gamma was infeasible and had to be raised."""
     covariance_repaired: int
+    """Covariances that the integrator had spoilt and that were mended."""
     solver_rhs_evals: int
     """Evaluations of the differential equation by the solver."""
     solver_steps: int
+    """Steps of the solver."""
     started: bool
     """There is an attitude."""
     waiting: int
@@ -284,7 +291,7 @@ def empty_run(t_s: Array) -> Run:
 # --------------------------------------------------------------------------------------------- the filter
 
 
-class Filter(LibraryObject):
+class Filter(StatefulObject):
     """An attitude filter: a hybrid system whose estimate flows between samples and jumps at each of them.
 
         Filter("ahrs", navigation_frame="enu", preset="default")
@@ -302,16 +309,17 @@ class Filter(LibraryObject):
 
     def __init__(self, options: Options | str, preset: str | None = None, **values: object):
         if isinstance(options, str):
-            options = Options(options, preset or "default", **values)
-        elif preset is not None or values:
-            raise HnavValueError("option", "Options are complete: preset and values belong to Options(...)")
-        self._options = Options(options.filter, options.preset, **options.changed())
-        super().__init__(f"hnav_{options.filter}_create", options.struct)
+            self._options = Options(options, preset or "default", **values)
+        elif preset is None:
+            self._options = complete(Options, options, values)
+        else:
+            raise HnavValueError("option", "Options are complete: a preset belongs to Options(...)", "preset")
+        super().__init__(f"hnav_{self._options.filter}_create", self._options.struct)
 
     @property
     def options(self) -> Options:
         """A copy of the options that the filter was made with."""
-        return Options(self._options.filter, self._options.preset, **self._options.changed())
+        return copy(self._options)
 
     def __repr__(self) -> str:
         return f"Filter({self._options!r})"

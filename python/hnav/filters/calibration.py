@@ -51,7 +51,9 @@ class Magnetic(Protocol):
     """A recording: a dataclass with a name and a field."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """What messages call it."""
+
     @property
     def field_b_tesla(self) -> Array | None:
         """n x 3, tesla; None without a magnetometer."""

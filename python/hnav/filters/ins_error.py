@@ -15,6 +15,7 @@ printed forms: Hajiyev and Hacizade, WSEAS Trans. Systems and Control 18, 2023, 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -24,8 +25,8 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array, Record, address, doubles
-from hnav.native.library import LibraryObject, enumerators, ffi, library, new, text
-from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
+from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 
 FORMS = enumerators("hnav_ins_error_form", "HNAV_INS_ERROR_")
 """How the filter treats the correlation: the printed mdkf and amdkf, differenced, augmented (optimal), plain (ignores it)."""
@@ -95,8 +96,11 @@ class InsErrorInfo(Record):
     shown_step: int
     """The step, counted from 0, that the outputs are about."""
     nx: int
+    """States."""
     nu: int
+    """Inputs."""
     nz: int
+    """Measurements."""
     estimates_lambda: bool
     """lambda is a state."""
 
@@ -104,7 +108,7 @@ class InsErrorInfo(Record):
 # --------------------------------------------------------------------------------------------- the filter
 
 
-class InsErrorFilter(LibraryObject):
+class InsErrorFilter(StatefulObject):
     """A Kalman filter for measurements with time-correlated errors.
 
         InsErrorFilter(model, form="amdkf", window=20)
@@ -118,16 +122,14 @@ class InsErrorFilter(LibraryObject):
     KIND = "ins_error_filter"
 
     def __init__(self, model: LinearModel, options: InsErrorOptions | None = None, **values: object):
-        if options is not None and values:
-            raise HnavValueError("option", "Options are complete: values belong to InsErrorOptions(...)")
-        chosen = InsErrorOptions(**(values if options is None else options.changed()))
-        self._first_model, self.model, self._options = model, model, chosen
-        super().__init__("hnav_ins_error_filter_create", chosen.struct, model.struct())
+        self._options = complete(InsErrorOptions, options, values)
+        self._first_model, self.model = model, model
+        super().__init__("hnav_ins_error_filter_create", self._options.struct, model.struct())
 
     @property
     def options(self) -> InsErrorOptions:
         """A copy of the options that the filter was made with."""
-        return InsErrorOptions(**self._options.changed())
+        return copy(self._options)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _continued, (self._first_model, self._options, self.model, self.save())

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a (x) b, row by row: n x 4 each, or one of them 4."""
     w, x, y, z = np.atleast_2d(a).T
     p, q, r, s = np.atleast_2d(b).T
     return np.stack([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r,

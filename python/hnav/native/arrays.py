@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.native.library import ffi
+from hnav.native.library import ffi, new
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -95,6 +95,12 @@ class Record:
         """From a C struct that has these fields, but for those that are given besides."""
         told = {name: reader(getattr(struct, name)) for name, reader in _readers(cls).items() if name not in more}
         return cls(**told, **more)
+
+    def struct(self, kind: str) -> Any:
+        """The C struct with these fields."""
+        return new(
+            kind, **{name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
+        )
 
     def __eq__(self, other: object) -> bool:
         """Equal numbers in every field; NaN is equal to NaN."""

@@ -45,6 +45,7 @@ def write_binding(include: Path, output: Path, compiler: str, *more: str) -> Non
 
 
 def main() -> None:
+    """The command line above."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--compiler", default="cc")
     parser.add_argument("--include", type=Path, required=True)

@@ -142,6 +142,10 @@ class LibraryObject:
         if status:
             raise failure(status, getattr(lib, f"hnav_{self.KIND}_message")(self._handle))
 
+
+class StatefulObject(LibraryObject):
+    """One that goes through samples: it is reset, saved and loaded."""
+
     def reset(self) -> None:
         """Back to the moment after creation: no samples, no estimate, counters zero."""
         self._call("reset")

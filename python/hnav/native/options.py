@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar
@@ -46,46 +47,51 @@ class OptionInfo:
     advanced: bool
     """False for the dozen that one meets first."""
 
+    @property
+    def attribute(self) -> str:
+        """The name as Python writes it."""
+        return self.name.replace(".", "_")
+
     def parse(self, text: str) -> float | int | list[float]:
         """A value from text: the number of a choice, numbers separated by commas for several. Raises HnavValueError."""
         if self.choices:
             if text not in self.choices:
-                raise self._refused(f"{self.name} = {text}: choose one of {', '.join(self.choices)}")
+                raise self._refused(f"{self.attribute} = {text}: choose one of {', '.join(self.choices)}")
             return self.choices.index(text)
         parts = text.split(",")
         if len(parts) != self.count:
-            raise self._refused(f"{self.name} takes {self.count} number{'s' * (self.count > 1)}, not {len(parts)}")
+            raise self._refused(f"{self.attribute} takes {self.count} number{'s' * (self.count > 1)}, not {len(parts)}")
         try:
             numbers = [float(p) for p in parts]
         except ValueError:
-            raise self._refused(f"{self.name} = {text}: not a number") from None
+            raise self._refused(f"{self.attribute} = {text}: not a number") from None
         if self.is_integer and numbers[0] != int(numbers[0]):
-            raise self._refused(f"{self.name} = {text}: not a whole number")
+            raise self._refused(f"{self.attribute} = {text}: not a whole number")
         return numbers if self.count > 1 else int(numbers[0]) if self.is_integer else numbers[0]
 
     def numbers(self, value: object) -> list[float | int]:
         """What goes into the C struct for a value by Python: a choice by its name, numbers, or text. Raises HnavValueError."""
         if self.choices and not isinstance(value, str):
-            raise self._refused(f"{self.name} = {value}: choose one of {', '.join(self.choices)}")
+            raise self._refused(f"{self.attribute} = {value}: choose one of {', '.join(self.choices)}")
         if isinstance(value, str):
             value = self.parse(value)
         numbers = list(_flat(value))
         if len(numbers) != self.count:
-            raise self._refused(f"{self.name} takes {self.count} number{'s' * (self.count > 1)}, not {len(numbers)}")
+            raise self._refused(f"{self.attribute} takes {self.count} number{'s' * (self.count > 1)}, not {len(numbers)}")
         try:
             floats = [float(n) for n in numbers]
         except (TypeError, ValueError):
-            raise self._refused(f"{self.name} = {value}: not a number") from None
+            raise self._refused(f"{self.attribute} = {value}: not a number") from None
         if not self.is_integer:
             return floats
         if any(not f.is_integer() for f in floats):
-            raise self._refused(f"{self.name} = {value}: not a whole number")
+            raise self._refused(f"{self.attribute} = {value}: not a whole number")
         if any(abs(f) >= 2**31 for f in floats):
-            raise self._refused(f"{self.name} = {value}: it lies between {self.min:g} and {self.max:g}")
+            raise self._refused(f"{self.attribute} = {value}: it lies between {self.min:g} and {self.max:g}")
         return [int(f) for f in floats]
 
     def _refused(self, text: str) -> HnavValueError:
-        return HnavValueError("option", text, self.name)
+        return HnavValueError("option", text, self.attribute)
 
 
 def _flat(value: Any) -> Iterator[Any]:
@@ -209,6 +215,15 @@ class OptionSet:
 
 def _made_again(kind: Callable[..., Made], arguments: tuple[str, ...], values: dict[str, Any]) -> Made:
     return kind(*arguments, **values)
+
+
+def complete(kind: Callable[..., Made], options: Made | None, values: Mapping[str, object]) -> Made:
+    """A copy of the options, or, without them, those of a kind with these values. Raises HnavValueError for both at once."""
+    if options is None:
+        return kind(**values)
+    if values:
+        raise HnavValueError("option", f"{kind.__name__} are complete: values belong to {kind.__name__}(...)")
+    return copy(options)
 
 
 def _proposal(name: str, rows: Mapping[str, Any]) -> str:

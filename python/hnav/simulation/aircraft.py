@@ -22,16 +22,22 @@ from scipy.linalg import expm
 
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array, address, doubles
-from hnav.native.library import LibraryObject, ffi, new
+from hnav.native.library import StatefulObject, ffi, new
 from hnav.native.options import OptionSet
 
 
 @dataclass(frozen=True)
 class Channel:
+    """A state, as the INS measures it."""
+
     name: str
-    unit: str  # of the file's numbers
+    """Of the state."""
+    unit: str
+    """Of the numbers of the model."""
     display_unit: str
+    """Of pictures and tables."""
     display_factor: float
+    """Display unit for each unit."""
 
 
 @dataclass(frozen=True)
@@ -39,37 +45,62 @@ class Control:
     """Square wave: amplitude times the sign of sin(2 pi t / period_s + phase_rad)."""
 
     name: str
+    """Of the control."""
     amplitude: float
+    """In the unit of the control."""
     period_s: float
+    """Of the sine whose sign it has."""
     phase_rad: float
+    """Of that sine."""
 
     def at(self, t_s: Array) -> Array:
+        """Its values at these times, of the same shape."""
         # Rounding must not decide the sign where the sine is zero.
         return self.amplitude * np.sign(np.round(np.sin(2 * np.pi * t_s / self.period_s + self.phase_rad), 9))
 
 
 @dataclass(frozen=True)
 class Fault:
+    """White noise of a channel that is too large for a while."""
+
     channel: int
-    noise_factor: float  # on the standard deviation
+    """Its index."""
+    noise_factor: float
+    """On the standard deviation."""
     first_step: int
-    last_step: int  # included
+    """Of the samples at fault."""
+    last_step: int
+    """Included."""
 
 
 @dataclass(frozen=True)
 class Aircraft:
+    """A linear aircraft of n channels and m controls, its INS and its faults, in units of its own."""
+
     name: str
+    """Of the aircraft and its axis."""
     channels: tuple[Channel, ...]
+    """n."""
     controls: tuple[Control, ...]
-    A_1_s: Array  # n x n
-    B_1_s: Array  # n x m
-    process_noise: Array  # n, per sqrt(s)
-    measurement_sigma: Array  # n
-    ins_error_sigma: Array  # n, stationary
-    ins_error_time_constant_s: Array  # n
-    start_sigma: Array  # n
+    """m."""
+    A_1_s: Array
+    """n x n, in 1/s times the units of the channels."""
+    B_1_s: Array
+    """n x m."""
+    process_noise: Array
+    """n: standard deviations for the root of a second."""
+    measurement_sigma: Array
+    """n: of the white noise of a sample."""
+    ins_error_sigma: Array
+    """n: of the coloured error, stationary."""
+    ins_error_time_constant_s: Array
+    """n."""
+    start_sigma: Array
+    """n: of the state at the first sample."""
     interval_s: float
+    """Between samples."""
     faults: tuple[Fault, ...]
+    """Of the sensors."""
 
     def model(self, euler_colour: bool = False, sampled_noise: bool = True) -> LinearModel:
         """Discrete model. Zero-order hold for A and B; An = exp(-dt/tau), or the paper's Euler 1 - dt/tau.
@@ -125,7 +156,7 @@ class PlantFlight:
     """n x nx: on the standard deviation of the white noise; 1 without fault."""
 
 
-class AircraftPlant(LibraryObject):
+class AircraftPlant(StatefulObject):
     """An aircraft that flies: truth and measurements, sample after sample.
 
     aircraft: what flies. seed: of all noise. euler_colour: lambda by 1 - dt/tau, as the paper prints, instead of exactly.
