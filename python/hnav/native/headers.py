@@ -16,23 +16,13 @@ SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi knows their types
 
 
 def declarations(include: Path, compiler: str = "cc", *more: str) -> str:
-    """What hnav/hnav.h declares, without comments, macros and what the system's headers declare; more: for the compiler."""
+    """What the headers in include/hnav declare, without comments, macros and the system's headers; more: for the compiler."""
+    source = "\n".join(f"#include <hnav/{header.name}>" for header in sorted((include / "hnav").glob("*.h")))
     with tempfile.TemporaryDirectory() as empty:
         for name in SYSTEM_HEADERS:
             Path(empty, name).touch()
-        command = [
-            compiler,
-            "-E",
-            "-P",
-            "-nostdinc",
-            "-isystem",
-            empty,
-            *more,
-            "-I",
-            str(include),
-            str(include / "hnav" / "hnav.h"),
-        ]
-        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+        command = [compiler, "-E", "-P", "-nostdinc", "-isystem", empty, *more, "-I", str(include), "-"]
+        return subprocess.run(command, input=source, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
 def write_binding(include: Path, output: Path, compiler: str, *more: str) -> None:
