@@ -1,6 +1,6 @@
 """Names of version 0.1 that have changed, so that a message about an unknown name can give the new one.
 
-renamed.csv has a row for each: kind (option, filter, fmu, variable, component, call, type, ...), old name, new name.
+renamed.csv has a row for each: kind (option, filter, fmu, variable, component, call, type, python, ...), old name, new name.
 """
 
 from __future__ import annotations

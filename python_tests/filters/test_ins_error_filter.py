@@ -1,94 +1,16 @@
-"""The filter for coloured INS errors: the C library against the NumPy reference, and what a caller meets in Python."""
+"""The filter for coloured INS errors from Python: laws, exact covariances, what a caller meets."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions, option_table
+from hnav.filters.ins_error import FORMS, OUTPUTS, InsErrorFilter, InsErrorOptions, option_table
 from hnav.filters.linear_model import LinearModel
-from hnav.reference.ins_error import run_reference
 from hnav.systems.aircraft import simulate
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-
-AXES = ("f4c_longitudinal", "f4c_lateral")
-SETTINGS = [
-    dict(form=form, noise_scaling=scaling, lag=lag)
-    for form, scaling, lag in itertools.product(FORMS, NOISE_SCALINGS, (0, 1))
-    if form not in ("mdkf", "amdkf") or (scaling, lag) == ("none", 0)
-]
-
-
-def flight_of(axis: str, steps: int = 200):
-    aircraft = read_aircraft(models_folder() / f"{axis}.json")
-    flight = simulate(aircraft, runs=1, steps=steps, seed=3)
-    return aircraft.model(), flight.u, flight.z[0]
-
-
-def worst(run, reference) -> dict[str, float]:
-    """Largest difference of each output, in units of its own size."""
-    out = {}
-    for name in OUTPUTS:
-        a, b = getattr(run, name), getattr(reference, name)
-        assert np.array_equal(np.isnan(a), np.isnan(b)), name
-        if np.isfinite(b).any():
-            out[name] = np.nanmax(np.abs(a - b)) / max(1.0, np.nanmax(np.abs(b)))
-    return out
-
-
-@pytest.mark.parametrize("axis", AXES)
-@pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
-def test_the_library_is_the_numpy_reference(axis, setting):
-    model, u, z = flight_of(axis)
-    options = InsErrorOptions(**setting)
-    difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
-    assert max(difference.values()) < 1e-10, difference
-
-
-@pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
-def test_the_library_is_the_numpy_reference_with_missing_channels(setting):
-    model, u, z = flight_of("f4c_longitudinal", 80)
-    z = np.where(np.random.default_rng(1).random(z.shape) < 0.3, np.nan, z)
-    z[20:24] = np.nan
-    options = InsErrorOptions(**setting, window=5)
-    difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
-    assert max(difference.values()) < 1e-10, difference
-
-
-def odd_model(rng, interval_s=0.0) -> LinearModel:
-    """Nothing square, nothing diagonal."""
-    nx, nu, nz, nw, nl = 5, 2, 3, 4, 2
-
-    def covariance(n):
-        M = rng.normal(size=(n, n))
-        return M @ M.T + 0.1 * np.eye(n)
-
-    A = rng.normal(size=(nx, nx))
-    An = np.array([[0.9, 0.05, 0], [0, 0.8, 0], [0.1, 0, 0.95]])
-    if interval_s:
-        A, An = A - 3 * np.eye(nx), An - 1.5 * np.eye(nz)
-    else:
-        A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
-    return LinearModel(
-        A=A, B=rng.normal(size=(nx, nu)), G=rng.normal(size=(nx, nw)), H=rng.normal(size=(nz, nx)), An=An,
-        Bn=rng.normal(size=(nz, nl)), Qw=covariance(nw), Qv=covariance(nz), QU=covariance(nl), P0=covariance(nx),
-        x0=rng.normal(size=nx), interval_s=interval_s,
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("interval_s", [0, 0.05])
-@pytest.mark.parametrize("form", FORMS)
-def test_the_library_is_the_numpy_reference_on_full_matrices(form, interval_s):
-    rng = np.random.default_rng(4)
-    model = odd_model(rng, interval_s)
-    u, z = rng.normal(size=(60, 2)), rng.normal(size=(60, 3))
-    z[10, 1] = z[30] = np.nan
-    for lag in (0, 1):
-        options = InsErrorOptions(form=form, noise_scaling="none", window=8, lag=lag)
-        difference = worst(InsErrorFilter(model, options).run(u, z), run_reference(model, options, u, z))
-        assert max(difference.values()) < 1e-10, difference
+from linear_models import AXES, flight_of, odd_model
 
 
 @pytest.mark.parametrize("form", FORMS)
