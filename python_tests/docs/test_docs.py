@@ -1,6 +1,7 @@
 """The documentation: its links lead somewhere, its snippets run, its command lines exist."""
 
 import ast
+import csv
 import importlib.util
 import os
 import re
@@ -67,6 +68,13 @@ def test_the_site_builds_without_a_warning(tmp_path):
     build.build(config)  # strict: a warning ends it
     written = (tmp_path / "site" / "navigation.html").read_text()
     assert "fonts.googleapis" not in written and 'href="readme.html' in written
+
+
+def test_the_page_of_old_names_lists_every_renaming():
+    page = (TOP / "docs" / "from_0.1_to_0.2.md").read_text()
+    with (TOP / "python" / "hnav" / "renamed.csv").open() as file:
+        missing = [row["old"] for row in csv.DictReader(file) if f"| `{row['old']}` | `{row['new']}` |" not in page]
+    assert missing == []
 
 
 # ------------------------------------------------------------------------------------------------ snippets
