@@ -11,11 +11,11 @@ using Vector10 = Eigen::Matrix<double, 10, 1>;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
 constexpr int passes = 30;
-constexpr double settled = 1e-12; // rad: a step below is rounding
+constexpr double converged = 1e-12; // rad: a step below is rounding
 
 Matrix3 nearest_rotation(const Matrix3& X) {
     const Eigen::JacobiSVD<Matrix3> svd(X, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Matrix3 U = svd.matrixU(), V = svd.matrixV();
+    const Matrix3 &U = svd.matrixU(), &V = svd.matrixV();
     return U * Vector3(1, 1, (U * V.transpose()).determinant() < 0 ? -1 : 1).asDiagonal() * V.transpose();
 }
 
@@ -51,7 +51,7 @@ double refine(const Columns& u, const Columns& a, const Values& use, double outl
         const Quaternion turn = rotation_quaternion(step.head<3>());
         at->R = rotation_matrix(turn.normalized()) * at->R;
         at->sin_dip += step[3];
-        if (step.norm() < settled) break;
+        if (step.norm() < converged) break;
     }
     residuals(u, a, *at, residual);
     return robust_sigma(residual, scratch, &use);

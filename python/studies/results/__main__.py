@@ -1,0 +1,84 @@
+"""The command: which measurements are made, and what is written of them."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hnav.cli.console import say, writing
+from hnav.cli.words import UsageError
+from hnav.places import CHECKOUT
+from studies.command import study
+from studies.results.page import Page, measured
+from studies.results.sections import SECTIONS, TRIALS, Section
+
+PAGE = CHECKOUT / "docs" / "results.md"
+
+
+def command(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help=", ".join(SECTIONS))] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Also what takes longer than two minutes")] = False,
+    page: Annotated[Path, typer.Option(metavar="FILE", help="The page to rewrite")] = PAGE,
+) -> None:
+    """Measures, and rewrites the sections of docs/results.md."""
+    for name in names or ():
+        if name not in SECTIONS:
+            raise UsageError(f"there is no measurement {name}: choose from {', '.join(SECTIONS)}")
+    chosen = names or [name for name, section in SECTIONS.items() if section.quick or everything]
+    for name in chosen:
+        section = SECTIONS[name]
+        if section.needs_trials and not os.environ.get("BROAD_DIR"):
+            say(f"{name} is left out: BROAD_DIR is not set")
+            continue
+        say(f"{name}: ./run {section.command}")
+        body = measured(section.says, section.command, circumstances(), answer_of(section))
+        # Read again for each: a measurement may take an hour.
+        with writing(page):
+            text = Page(page.read_text(encoding="utf-8"))
+            text.put(section.title, body)
+            page.write_text(text.text(), encoding="utf-8")
+
+
+def answer_of(section: Section) -> str:
+    """What the command prints. Raises UsageError when it fails."""
+    words = [os.environ["BROAD_DIR"] if word == TRIALS else word for word in shlex.split(section.command)]
+    # The build is that of ./run study, so the modules are called by themselves.
+    modules = {"study": ["-m", f"studies.{words[1]}", *words[2:]], "hnav": ["-m", "hnav", *words[1:]]}
+    done = subprocess.run([sys.executable, *modules[words[0]]], capture_output=True, text=True, cwd=CHECKOUT, check=False)
+    if done.returncode:
+        raise UsageError(f"./run {section.command}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
+    return re.sub(r"[ \t]+$", "", done.stdout, flags=re.MULTILINE)
+
+
+def circumstances() -> str:
+    """When, on what machine, of which revision."""
+    revision = git("rev-parse", "--short", "HEAD")
+    # The pages are what this writes.
+    changed = ", changed" if git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs") else ""
+    return f"{datetime.date.today()}, {os.cpu_count()} cores of {processor()}, revision {revision}{changed}"
+
+
+def git(*arguments: str) -> str:
+    return subprocess.run(["git", *arguments], capture_output=True, text=True, cwd=CHECKOUT, check=True).stdout.strip()
+
+
+def processor() -> str:
+    """Its name, as far as the system tells it."""
+    cpuinfo = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*: (.*)", cpuinfo.read_text()) if cpuinfo.is_file() else []
+    return names[0].strip() if names else platform.machine()
+
+
+main = study("results", command)
+
+if __name__ == "__main__":
+    main()

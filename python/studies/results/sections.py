@@ -1,0 +1,100 @@
+"""The measurements of docs/results.md: their commands, and what they say."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+# Stands for the folder of the BROAD trials, in BROAD_DIR.
+TRIALS = "DIR"
+
+
+class Section(NamedTuple):
+    """A measurement. command: as it is typed behind ./run; quick: within two minutes on two cores."""
+
+    title: str
+    says: str
+    command: str
+    quick: bool
+
+    @property
+    def needs_trials(self) -> bool:
+        return TRIALS in self.command.split()
+
+
+SECTIONS = {
+    "broad": Section(
+        "Recordings: all filters",
+        "Root mean square errors on the 14 BROAD trials that we have (Laidig et al., Data 6(7):72, 2021), every filter with its "
+        "defaults. In sample for ours: the default presets were found on these trials.",
+        f"study bench {TRIALS} --sets BROAD",
+        True,
+    ),
+    "stress": Section(
+        "Recordings made harder",
+        "The same trials begun in motion, with a field that is false at first, with samples lost, late and jittering; "
+        "`python -m pydoc studies.bench.stress` says what was done to them.",
+        f"study bench {TRIALS} --sets CROP,XREST,XMOT,DROP,JITTER,LATE,BURST",
+        False,
+    ),
+    "hrekf": Section(
+        "Recordings: the HREKF with rates held backward",
+        "Integrating gyroscopes give the mean rate of the interval before a sample.",
+        f"hnav score {TRIALS} --filter hrekf --set gyro_hold=backward",
+        True,
+    ),
+    "sensitivity": Section(
+        "Recordings: how much hangs on a parameter",
+        "Each parameter of the AHRS times and divided by 1.3, one at a time.",
+        f"study sensitivity {TRIALS}",
+        True,
+    ),
+    "readiness": Section(
+        "Heading ready, and wrong",
+        "Simulated starts with exact truth: how often the first heading_ready comes with an error beyond 3 sigma and 5 deg.",
+        "study readiness --starts 1200",
+        False,
+    ),
+    "table1": Section(
+        "The paper's Table 1",
+        "Closed co-simulation, 200 seeds. P0 and rho of the fitted regime were searched for until the paper's ratios came back.",
+        "study table1 --runs 200",
+        False,
+    ),
+    "scenarios": Section(
+        "Scenarios of the turntable",
+        "Closed co-simulation, 200 seeds each; what the scenarios are stands in models/systems/turntable.",
+        "hnav montecarlo turntable --runs 200 --workers 2 --out build/runs.parquet "
+        "--scenarios nominal,gyro_drift,outliers,magnetic_disturbance,iron_residual,matched",
+        False,
+    ),
+    "coloured": Section(
+        "Coloured INS errors",
+        "1000 flights of the F-4C; the oracle is told the noise of every step.",
+        "study ins_error_table --runs 1000",
+        False,
+    ),
+    "coloured_settings": Section(
+        "Coloured INS errors, random settings",
+        "100 random settings of noise, interval and time constant, 60 flights each.",
+        "study ins_error_table --runs 60 --settings 100",
+        False,
+    ),
+    "coloured_time": Section(
+        "Coloured INS errors: time of a step",
+        "The augmented filter beside filterpy on the same model and samples; filterpy adapts nothing.",
+        "study ins_error_peer",
+        True,
+    ),
+    "certificate": Section(
+        "Certificate of the paper's experiment",
+        "R = 1e-2, Q = 1e-6, the corrections after 15 s.",
+        "hnav certify --experiment turntable --preset paper --set gamma_mode=off",
+        True,
+    ),
+    "certificate_rho": Section(
+        "Certificate with rho = 0.1",
+        "Noise may leave the region, so it is not certified.",
+        "hnav certify --experiment turntable --preset paper --set gamma_mode=relative --set gamma_relative_rate_1_s=10.536 --duration 25",
+        True,
+    ),
+}
