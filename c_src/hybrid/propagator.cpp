@@ -132,7 +132,8 @@ struct Vector {
     }
     // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum. A length that is known only at run time goes
     // in pieces, so that no length needs memory of its own.
-    static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) { // NOLINT(readability-non-const-parameter): its type is given
+    // NOLINTNEXTLINE(readability-non-const-parameter): its type is given
+    static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
         constexpr int piece = N ? N : 64;
         double sum[piece];
         for (int begin = 0; begin < size(z); begin += piece) {
