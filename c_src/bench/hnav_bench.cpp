@@ -98,7 +98,7 @@ void run(Case& c, const std::vector<Samples>& samples) {
     const double us = (seconds() - begin) / events * 1e6;
     c.heap_growth += mallinfo2().uordblks - heap;
     c.us.push_back(us);
-    hnav_diagnostics diagnostics;
+    auto diagnostics = hnav_sized<hnav_diagnostics>();
     hnav_filter_diagnostics(filter, &diagnostics);
     c.rhs_evals = double(diagnostics.solver_rhs_evals) / events;
     hnav_filter_destroy(filter);

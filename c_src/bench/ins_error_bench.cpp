@@ -46,7 +46,7 @@ struct Model {
     }
 
     hnav_ins_error_model view() const {
-        hnav_ins_error_model m{};
+        auto m = hnav_sized<hnav_ins_error_model>();
         m.nx = m.nz = n;
         m.nu = 2;
         m.A = A;

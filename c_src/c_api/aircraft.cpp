@@ -2,7 +2,7 @@
 #include "hnav/simulation.h"
 
 #include "base/memory.hpp"
-#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "options/lists.hpp"
 #include "simulation/aircraft.hpp"
 
@@ -95,15 +95,17 @@ void check(const hnav_aircraft_options& o, const hnav_aircraft_model& m, Check& 
             is.fail(HNAV_ERROR_OPTION, "A_1_s is unstable: it has the eigenvalue %.4g%+.3gi 1/s", growth.real(), growth.imag());
 }
 
-void write(const AircraftFlight& f, const hnav_aircraft_sample& out, std::size_t row) {
+void write(const AircraftFlight& f, std::size_t row, hnav_aircraft_sample* out) {
+    out->k = static_cast<std::uint64_t>(f.state.k);
+    out->t_s = f.time_s();
     const auto put = [row](double* to, int count, auto&& value) {
         for (int i = 0; to && i < count; ++i) to[row * count + i] = value(i);
     };
-    put(out.x, f.nx, [&](int i) { return f.state.x[i]; });
-    put(out.lambda, f.nx, [&](int i) { return f.lambda(i); });
-    put(out.z, f.nx, [&](int i) { return f.state.z[i]; });
-    put(out.u, f.nu, [&](int j) { return f.state.u[j]; });
-    put(out.noise_factor, f.nx, [&](int i) { return f.noise_factor(i); });
+    put(out->x, f.nx, [&](int i) { return f.state.x[i]; });
+    put(out->lambda, f.nx, [&](int i) { return f.lambda(i); });
+    put(out->z, f.nx, [&](int i) { return f.state.z[i]; });
+    put(out->u, f.nu, [&](int j) { return f.state.u[j]; });
+    put(out->noise_factor, f.nx, [&](int i) { return f.noise_factor(i); });
 }
 
 hnav_status step(hnav_aircraft* a, const double* command) {
@@ -127,19 +129,22 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
                                  char* message, size_t message_size) {
     Check is{{message, message_size}};
     is.clear();
-    if (aircraft) *aircraft = nullptr;
-    if (!aircraft) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
-    else if (!options) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    else if (!model) is.status = is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
-    else is.status = is.check_options(options, hnav::aircraft_options);
-    if (is.status == HNAV_OK) check(*options, *model, is);
+    if (!aircraft) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
+    *aircraft = nullptr;
+    if (!options) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (!model) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    is.status = hnav::check_size(is, *model, "model", "hnav_aircraft_model");
+    if (is.status == HNAV_OK) is.status = is.check_options(options, hnav::aircraft_options);
+    if (is.status != HNAV_OK) return is.status;
+    const hnav_aircraft_model given = hnav::take_in(*model);
+    check(*options, given, is);
     if (is.status != HNAV_OK) return is.status;
 
-    auto* self = hnav::make_object<hnav_aircraft>(*options, *model);
-    if (!self) return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", model->nx);
+    auto* self = hnav::make_object<hnav_aircraft>(*options, given);
+    if (!self) return is.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an aircraft with nx = %d", given.nx);
     if (!self->is_finite()) {
         hnav_aircraft_destroy(self);
-        return is.fail(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", model->interval_s);
+        return is.fail(HNAV_ERROR_OPTION, "A_1_s over interval_s = %g s is beyond what numbers hold", given.interval_s);
     }
     *aircraft = self;
     return HNAV_OK;
@@ -161,29 +166,29 @@ hnav_status hnav_aircraft_step(hnav_aircraft* aircraft, const double* command) {
 }
 
 hnav_status hnav_aircraft_get_sample(const hnav_aircraft* aircraft, hnav_aircraft_sample* sample) {
-    REQUIRE(aircraft, sample);
-    sample->k = static_cast<std::uint64_t>(aircraft->flight.state.k);
-    sample->t_s = aircraft->flight.time_s();
-    write(aircraft->flight, *sample, 0);
+    REQUIRE_STRUCT(aircraft, sample, hnav_aircraft_sample);
+    hnav_aircraft_sample out = hnav::take_in(*sample);
+    write(aircraft->flight, 0, &out);
+    hnav::hand_out(out, sample);
     return HNAV_OK;
 }
 
 hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* command, hnav_aircraft_sample* output) {
-    REQUIRE(aircraft, output);
+    REQUIRE_STRUCT(aircraft, output, hnav_aircraft_sample);
+    hnav_aircraft_sample out = hnav::take_in(*output);
     const int nu = aircraft->flight.nu;
-    for (size_t i = 0; i < n; ++i) {
-        output->k = static_cast<std::uint64_t>(aircraft->flight.state.k);
-        output->t_s = aircraft->flight.time_s();
-        write(aircraft->flight, *output, i);
-        const hnav_status status = step(aircraft, command && nu > 0 ? command + i * nu : nullptr);
-        if (status != HNAV_OK) return status;
+    hnav_status status = HNAV_OK;
+    for (size_t i = 0; i < n && status == HNAV_OK; ++i) {
+        write(aircraft->flight, i, &out);
+        status = step(aircraft, command && nu > 0 ? command + i * nu : nullptr);
     }
-    return HNAV_OK;
+    hnav::hand_out(out, output);
+    return status;
 }
 
 hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_error_model* model) {
-    REQUIRE(aircraft, model);
-    *model = aircraft->filter_model();
+    REQUIRE_STRUCT(aircraft, model, hnav_ins_error_model);
+    hnav::hand_out(aircraft->filter_model(), model);
     return HNAV_OK;
 }
 

@@ -2,6 +2,7 @@
 #include "attitude/common/smoother.hpp"
 #include "base/memory.hpp"
 #include "c_api/boundary.hpp"
+#include "c_api/sized.hpp"
 
 using namespace hnav;
 using namespace hnav::boundary;
@@ -120,14 +121,14 @@ private:
 
     hnav_filter* filter_;
     size_t n_;
-    const hnav_run_input& input_;
-    const hnav_run_output& output_;
+    const hnav_run_input input_;
+    const hnav_run_output output_;
     hnav_status status_ = HNAV_OK;
 };
 
 hnav_status check_arrays(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
-    REQUIRE(filter, input);
-    REQUIRE(filter, output);
+    REQUIRE_STRUCT(filter, input, hnav_run_input);
+    REQUIRE_STRUCT(filter, output, hnav_run_output);
     if (n > 0) REQUIRE(filter, input->t_s);
     return HNAV_OK;
 }
@@ -141,11 +142,13 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (rows_done) *rows_done = 0;
     hnav_status status = check_arrays(filter, n, input, output);
     if (status != HNAV_OK) return status;
+    const hnav_run_input in = take_in(*input);
+    const hnav_run_output out = take_in(*output);
     for (size_t i = 0; i < n; ++i) {
-        const double t_s = input->t_s[i];
-        status = take_row(filter, t_s, row(input->rate_b_rad_s, i), row(input->force_b_m_s2, i), row(input->field_b_tesla, i));
+        const double t_s = in.t_s[i];
+        status = take_row(filter, t_s, row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
         if (status != HNAV_OK) return in_row(filter, status, i);
-        write_row(filter, t_s, *output, i);
+        write_row(filter, t_s, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;
@@ -158,7 +161,7 @@ hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_inp
     auto* backward = static_cast<PassEstimate*>(take_block(n * sizeof(PassEstimate)));
     if (!backward) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     filter->reset();
-    Recording recording(filter, n, *input, *output);
+    Recording recording(filter, n, take_in(*input), take_in(*output));
     Smoother<Recording>(recording, backward).run();
     release_block(backward);
     filter->reset();

@@ -1,7 +1,7 @@
 // The C boundary of the calibration: checks samples and options, and puts every refusal into words.
 #include "calibration/magnetometer.hpp"
 
-#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "hnav/calibration.h"
 #include "options/lists.hpp"
 
@@ -91,7 +91,6 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
 }
 
 void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration* out) {
-    *out = hnav_magnetometer_calibration{};
     for (int i = 0; i < 3; ++i) {
         out->offset[i] = c.offset[i];
         for (int j = 0; j < 3; ++j) out->matrix[3 * i + j] = c.matrix(i, j);
@@ -126,8 +125,10 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     caller.clear();
     if (!field) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "field is null");
     if (!calibration) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "calibration is null");
+    hnav_status status = hnav::check_size(caller, *calibration, "calibration", "hnav_magnetometer_calibration");
+    if (status != HNAV_OK) return status;
     const hnav_magnetometer_options o = options ? *options : hnav_magnetometer_defaults();
-    hnav_status status = caller.check_options(&o, hnav::magnetometer_options);
+    status = caller.check_options(&o, hnav::magnetometer_options);
     if (status == HNAV_OK) status = check_rows(caller, "field", field, n);
     if (status == HNAV_OK && force_b_m_s2) status = check_rows(caller, "force_b_m_s2", force_b_m_s2, n);
     if (status != HNAV_OK) return status;
@@ -138,7 +139,9 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     char reason[320] = "";
     describe(refusal, c, o, reason, sizeof reason);
     if (answered) {
-        store(c, calibration);
+        hnav_magnetometer_calibration result{};
+        store(c, &result);
+        hnav::hand_out(result, calibration);
         return caller.fail(HNAV_OK, "%s", reason);
     }
     const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.min_samples;

@@ -2,8 +2,10 @@
 #include "hnav/hnav.h"
 
 #include "c_api/boundary.hpp"
+#include "c_api/sized.hpp"
 
 using hnav::AttitudeSample;
+using hnav::hand_out;
 using hnav::max_reading;
 using hnav::Outcome;
 using hnav::Vector3;
@@ -118,19 +120,21 @@ hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {
 // ------------------------------------------------------------------------------------------------ estimate
 
 hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attitude) {
-    REQUIRE(filter, attitude);
+    REQUIRE_STRUCT(filter, attitude, hnav_attitude);
     const hnav::Estimate e = filter->estimate(At::shown);
     if (!e.started) return not_started(filter);
     const hnav::Quaternion q = filter->frames.to_user(e.q_bn);
     const Vector3 euler = hnav::roll_pitch_yaw(q);
-    attitude->t_s = filter->now_s();
-    store(q, attitude->q_nb);
-    store(euler, attitude->euler_rad);
-    attitude->heading_rad = hnav::wrap_angle(hnav::roll_pitch_yaw(e.q_bn)[2] + filter->frames.declination_rad);
-    rotation_sigma(filter, At::shown, attitude->sigma_rad);
-    attitude->near_singular = near_singular(q);
-    attitude->tilt_ready = e.tilt_ready;
-    attitude->heading_ready = e.heading_ready;
+    hnav_attitude result{};
+    result.t_s = filter->now_s();
+    store(q, result.q_nb);
+    store(euler, result.euler_rad);
+    result.heading_rad = hnav::wrap_angle(hnav::roll_pitch_yaw(e.q_bn)[2] + filter->frames.declination_rad);
+    rotation_sigma(filter, At::shown, result.sigma_rad);
+    result.near_singular = near_singular(q);
+    result.tilt_ready = e.tilt_ready;
+    result.heading_ready = e.heading_ready;
+    hand_out(result, attitude);
     return HNAV_OK;
 }
 
@@ -162,51 +166,55 @@ hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[
 }
 
 hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* posterior) {
-    REQUIRE(filter, posterior);
+    REQUIRE_STRUCT(filter, posterior, hnav_posterior);
     const hnav::Estimate e = filter->estimate(At::newest);
     if (!e.started) return not_started(filter);
     const hnav::Quaternion q = filter->frames.to_user(e.q_bn);
-    posterior->t_s = filter->newest_s();
-    store(q, posterior->q_nb);
-    store(e.bias_b, posterior->gyro_bias_rad_s);
-    rotation_sigma(filter, At::newest, posterior->sigma);
-    bias_sigma(filter, At::newest, posterior->sigma + 3);
-    posterior->near_singular = near_singular(q);
-    posterior->tilt_ready = e.tilt_ready;
-    posterior->heading_ready = e.heading_ready;
-    posterior->reserved = 0;
+    hnav_posterior result{};
+    result.t_s = filter->newest_s();
+    store(q, result.q_nb);
+    store(e.bias_b, result.gyro_bias_rad_s);
+    rotation_sigma(filter, At::newest, result.sigma);
+    bias_sigma(filter, At::newest, result.sigma + 3);
+    result.near_singular = near_singular(q);
+    result.tilt_ready = e.tilt_ready;
+    result.heading_ready = e.heading_ready;
+    hand_out(result, posterior);
     return HNAV_OK;
 }
 
 hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation) {
-    REQUIRE(filter, innovation);
+    REQUIRE_STRUCT(filter, innovation, hnav_innovation);
     if (sensor != HNAV_SENSOR_ACCEL && sensor != HNAV_SENSOR_MAG && sensor != HNAV_SENSOR_HEADING)
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or heading", (int)sensor);
     const hnav::Innovation& i = filter->innovation(sensor);
     if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_names[sensor]);
-    innovation->t_s = i.t_s;
-    std::memcpy(innovation->value, i.value, sizeof i.value);
-    std::memcpy(innovation->S, i.S, sizeof i.S);
-    innovation->nis = i.nis;
-    innovation->noise_scale = i.noise_scale;
-    innovation->dimension = static_cast<int32_t>(i.dimension);
-    innovation->accepted = !(i.noise_scale > 1);
+    hnav_innovation result{};
+    result.t_s = i.t_s;
+    std::memcpy(result.value, i.value, sizeof i.value);
+    std::memcpy(result.S, i.S, sizeof i.S);
+    result.nis = i.nis;
+    result.noise_scale = i.noise_scale;
+    result.dimension = static_cast<int32_t>(i.dimension);
+    result.accepted = !(i.noise_scale > 1);
+    hand_out(result, innovation);
     return HNAV_OK;
 }
 
 hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
-    REQUIRE(filter, field);
+    REQUIRE_STRUCT(filter, field, hnav_field);
     const hnav::FieldEstimate f = filter->field_estimate();
-    field->strength_tesla = f.known ? f.strength_tesla : hnav::nan;
-    field->dip_rad = f.known ? f.dip_rad : hnav::nan;
-    field->latency_s = f.latency_s;
-    field->latency_sigma_s = f.latency_sigma_s;
-    field->evidence_s = f.evidence_s;
-    field->heading_trust_s = f.heading_trust_s;
-    field->reference_changes = f.reference_changes;
-    field->gate = static_cast<int32_t>(f.gate);
-    field->at_rest = f.at_rest;
-    field->reserved = 0;
+    hnav_field result{};
+    result.strength_tesla = f.known ? f.strength_tesla : hnav::nan;
+    result.dip_rad = f.known ? f.dip_rad : hnav::nan;
+    result.latency_s = f.latency_s;
+    result.latency_sigma_s = f.latency_sigma_s;
+    result.evidence_s = f.evidence_s;
+    result.heading_trust_s = f.heading_trust_s;
+    result.reference_changes = f.reference_changes;
+    result.gate = static_cast<int32_t>(f.gate);
+    result.at_rest = f.at_rest;
+    hand_out(result, field);
     return HNAV_OK;
 }
 
@@ -218,8 +226,10 @@ hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matri
 }
 
 hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics* diagnostics) {
-    REQUIRE(filter, diagnostics);
-    filter->diagnostics(diagnostics);
+    REQUIRE_STRUCT(filter, diagnostics, hnav_diagnostics);
+    hnav_diagnostics result{};
+    filter->diagnostics(&result);
+    hand_out(result, diagnostics);
     return HNAV_OK;
 }
 

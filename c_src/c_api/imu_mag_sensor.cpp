@@ -2,7 +2,7 @@
 #include "simulation/imu_mag_sensor.hpp"
 
 #include "base/memory.hpp"
-#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "options/lists.hpp"
 
 #include <cmath>
@@ -97,11 +97,12 @@ hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor* sensor) {
 }
 
 hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor* sensor, double t_s, const hnav_truth* truth) {
-    REQUIRE(sensor, truth);
+    REQUIRE_STRUCT(sensor, truth, hnav_truth);
     REQUIRE_FINITE(sensor, t_s);
-    if (const hnav_status status = check_truth(sensor, *truth)) return status;
-    sensor->device.sample(t_s, {Quaternion(truth->q_nb).normalized(), Vector3(truth->rate_b_rad_s), Vector3(truth->force_b_m_s2),
-                                Vector3(truth->field_b_tesla)});
+    const hnav_truth given = hnav::take_in(*truth);
+    if (const hnav_status status = check_truth(sensor, given)) return status;
+    sensor->device.sample(t_s, {Quaternion(given.q_nb).normalized(), Vector3(given.rate_b_rad_s), Vector3(given.force_b_m_s2),
+                                Vector3(given.field_b_tesla)});
     return HNAV_OK;
 }
 
@@ -119,14 +120,16 @@ hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor* sensor, 
 }
 
 hnav_status hnav_imu_mag_sensor_reading(const hnav_imu_mag_sensor* sensor, hnav_sensor sensor_kind, hnav_reading* reading) {
-    REQUIRE(sensor, reading);
+    REQUIRE_STRUCT(sensor, reading, hnav_reading);
     if (const hnav_status status = check_kind(sensor, sensor_kind)) return status;
     const SensorModel::State& state = sensor->device.state().of[sensor_kind];
-    for (int i = 0; i < 3; ++i) reading->value[i] = state.delivery.newest.value[i];
-    reading->t_meas_s = state.delivery.newest.t_meas_s;
-    reading->count = static_cast<std::uint64_t>(state.delivery.count);
-    reading->missed = static_cast<std::uint64_t>(state.missed);
-    reading->dropped = static_cast<std::uint64_t>(state.dropped);
+    hnav_reading result{};
+    for (int i = 0; i < 3; ++i) result.value[i] = state.delivery.newest.value[i];
+    result.t_meas_s = state.delivery.newest.t_meas_s;
+    result.count = static_cast<std::uint64_t>(state.delivery.count);
+    result.missed = static_cast<std::uint64_t>(state.missed);
+    result.dropped = static_cast<std::uint64_t>(state.dropped);
+    hnav::hand_out(result, reading);
     return HNAV_OK;
 }
 

@@ -2,7 +2,7 @@
 #include "hnav/hnav.h"
 
 #include "base/memory.hpp"
-#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "ins_error/ins_error_filter.hpp"
 #include "options/lists.hpp"
 
@@ -113,10 +113,11 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     *filter = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!model) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
-    const hnav_status status = caller.check_options(options, hnav::ins_error_options);
+    hnav_status status = hnav::check_size(caller, *model, "model", "hnav_ins_error_model");
+    if (status == HNAV_OK) status = caller.check_options(options, hnav::ins_error_options);
     if (status != HNAV_OK) return status;
 
-    const hnav::ModelData data = data_of(*model);
+    const hnav::ModelData data = data_of(hnav::take_in(*model));
     const hnav::InsErrorSettings settings = settings_of(*options);
     Refusal why;
     if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(settings, data, why))
@@ -126,11 +127,11 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     hnav::MatrixArena state_size, work_size;
     InsErrorFilter(state_size, work_size, nullptr, data, settings);
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;
-    const std::size_t state_bytes = state_size.used(), row_bytes = model->nz * sizeof(double);
+    const std::size_t state_bytes = state_size.used(), row_bytes = data.nz * sizeof(double);
     void* memory = hnav::take_block(head + 2 * state_bytes + row_bytes + work_size.used());
     if (!memory)
-        return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", model->nx,
-                           model->nz, options->window);
+        return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with nx = %d, nz = %d, window = %d", data.nx,
+                           data.nz, options->window);
     auto* self = new (memory) hnav_ins_error_filter;
     char* block = static_cast<char*>(memory) + head;
     hnav::MatrixArena state(block), work(block + 2 * state_bytes + row_bytes);
@@ -170,9 +171,9 @@ hnav_status hnav_ins_error_filter_separability(const hnav_ins_error_filter* filt
 }
 
 hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter* filter, const hnav_ins_error_model* model) {
-    REQUIRE(filter, model);
+    REQUIRE_STRUCT(filter, model, hnav_ins_error_model);
     Refusal why;
-    const hnav::ModelData data = data_of(*model);
+    const hnav::ModelData data = data_of(hnav::take_in(*model));
     if (!InsErrorFilter::scaling_has_meaning(filter->filter->settings(), data, why) || !filter->filter->model.assign(data, why))
         return filter->fail(status_of(why), "%s", why.text);
     filter->filter->prepare();
@@ -222,30 +223,34 @@ hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, dou
 }
 
 hnav_status hnav_ins_error_filter_info(const hnav_ins_error_filter* filter, hnav_ins_error_info* info) {
-    REQUIRE(filter, info);
+    REQUIRE_STRUCT(filter, info, hnav_ins_error_info);
     const InsErrorFilter& f = *filter->filter;
-    info->steps = static_cast<std::uint64_t>(f.steps());
-    info->shown_step = static_cast<std::uint64_t>(f.shown_step());
-    info->nx = f.model.nx;
-    info->nu = f.model.nu;
-    info->nz = f.model.nz;
-    info->estimates_lambda = f.estimates_lambda();
+    hnav_ins_error_info result{};
+    result.steps = static_cast<std::uint64_t>(f.steps());
+    result.shown_step = static_cast<std::uint64_t>(f.shown_step());
+    result.nx = f.model.nx;
+    result.nu = f.model.nu;
+    result.nz = f.model.nz;
+    result.estimates_lambda = f.estimates_lambda();
+    hnav::hand_out(result, info);
     return HNAV_OK;
 }
 
 hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, const hnav_ins_error_run_input* input,
                                       const hnav_ins_error_run_output* output, size_t* rows_done) {
     if (rows_done) *rows_done = 0;
-    REQUIRE(filter, input);
-    REQUIRE(filter, output);
+    REQUIRE_STRUCT(filter, input, hnav_ins_error_run_input);
+    REQUIRE_STRUCT(filter, output, hnav_ins_error_run_output);
     const int nu = filter->filter->model.nu, nz = filter->filter->model.nz;
     if (n > 0) REQUIRE(filter, input->z);
     if (n > 0 && nu > 0) REQUIRE(filter, input->u);
+    const hnav_ins_error_run_input in = hnav::take_in(*input);
+    const hnav_ins_error_run_output out = hnav::take_in(*output);
     for (size_t i = 0; i < n; ++i) {
-        const hnav_status status = step(filter, nu > 0 ? input->u + i * nu : nullptr, input->z + i * nz,
-                                        input->present ? input->present + i * nz : nullptr);
+        const hnav_status status =
+            step(filter, nu > 0 ? in.u + i * nu : nullptr, in.z + i * nz, in.present ? in.present + i * nz : nullptr);
         if (status != HNAV_OK) return status;
-        write_row(*filter->filter, *output, i);
+        write_row(*filter->filter, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

@@ -2,7 +2,7 @@
 #include "simulation/turntable.hpp"
 
 #include "base/memory.hpp"
-#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "options/lists.hpp"
 
 #include <cmath>
@@ -57,10 +57,12 @@ hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_trut
 }
 
 hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s, double t_s, hnav_truth* truth) {
-    REQUIRE(table, truth);
+    REQUIRE_STRUCT(table, truth, hnav_truth);
     REQUIRE_FINITE(table, t_s);
     REQUIRE_FINITE(table, piece_s);
-    store(table->motion.at(t_s, table->motion.pieces(piece_s)), t_s, truth);
+    hnav_truth result{};
+    store(table->motion.at(t_s, table->motion.pieces(piece_s)), t_s, &result);
+    hnav::hand_out(result, truth);
     return HNAV_OK;
 }
 

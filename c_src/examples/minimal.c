@@ -17,7 +17,7 @@ int main(void) {
         hnav_filter_push_mag(filter, t_s, field);
         if (hnav_filter_advance(filter, t_s) != HNAV_OK) fprintf(stderr, "%s\n", hnav_filter_message(filter));
     }
-    hnav_attitude a;
+    hnav_attitude a = {.size = sizeof a};
     if (hnav_filter_attitude(filter, &a) == HNAV_OK)
         printf("roll %.1f  pitch %.1f  yaw %.1f deg, sigma %.1f deg\n", a.euler_rad[0] * 57.29578, a.euler_rad[1] * 57.29578,
                a.euler_rad[2] * 57.29578, a.sigma_rad[2] * 57.29578);

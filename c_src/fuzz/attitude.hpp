@@ -67,7 +67,7 @@ inline hnav_filter* make(const Options& options) {
 
 // Every output: finite, or refused with a reason.
 inline void look(const hnav_filter* filter) {
-    hnav_attitude attitude;
+    auto attitude = hnav_sized<hnav_attitude>();
     hnav_status status = hnav_filter_attitude(filter, &attitude);
     HOLDS(status == HNAV_OK || status == HNAV_ERROR_NOT_STARTED);
     const bool started = status == HNAV_OK;
@@ -88,7 +88,7 @@ inline void look(const hnav_filter* filter) {
     HOLDS(status == (started ? HNAV_OK : HNAV_ERROR_NOT_STARTED));
     if (started) covariance(P, 6);
 
-    hnav_posterior posterior;
+    auto posterior = hnav_sized<hnav_posterior>();
     status = hnav_filter_posterior(filter, &posterior);
     HOLDS(status == HNAV_OK || status == HNAV_ERROR_NOT_STARTED);
     if (status == HNAV_OK) {
@@ -97,7 +97,7 @@ inline void look(const hnav_filter* filter) {
     }
 
     for (int sensor = HNAV_SENSOR_ACCEL; sensor <= HNAV_SENSOR_HEADING; ++sensor) {
-        hnav_innovation innovation;
+        auto innovation = hnav_sized<hnav_innovation>();
         status = hnav_filter_innovation(filter, static_cast<hnav_sensor>(sensor), &innovation);
         HOLDS(status == HNAV_OK || status == HNAV_ERROR_NO_DATA);
         if (status != HNAV_OK) continue;
@@ -106,7 +106,7 @@ inline void look(const hnav_filter* filter) {
         HOLDS(innovation.noise_scale >= 1);
     }
 
-    hnav_field field;
+    auto field = hnav_sized<hnav_field>();
     HOLDS(hnav_filter_field(filter, &field) == HNAV_OK);
     HOLDS(std::isnan(field.strength_tesla) || (field.strength_tesla > 0 && std::fabs(field.dip_rad) <= M_PI / 2));
     HOLDS(std::isfinite(field.latency_s) && std::isfinite(field.evidence_s) && std::isfinite(field.heading_trust_s));
@@ -114,7 +114,7 @@ inline void look(const hnav_filter* filter) {
     HOLDS(hnav_filter_gyro_calibration(filter, matrix, matrix_sigma) == HNAV_OK);
     HOLDS(finite(matrix, 9) && finite(matrix_sigma, 9) && not_negative(matrix_sigma, 9));
 
-    hnav_diagnostics s;
+    auto s = hnav_sized<hnav_diagnostics>();
     HOLDS(hnav_filter_diagnostics(filter, &s) == HNAV_OK);
     HOLDS(s.gamma_margin > 0 && s.gamma_used > 0 && s.waiting >= 0);
     HOLDS(std::isfinite(s.adapted_bias_walk_rad_s_per_sqrt_s) && s.adapted_bias_walk_rad_s_per_sqrt_s >= 0);

@@ -64,8 +64,8 @@ struct Sequence {
     struct Rows {
         std::vector<double> t_s, rate, force, field, q, euler, sigma, bias, bias_sigma, accel_nis, mag_nis;
         std::vector<std::uint8_t> ready;
-        hnav_run_input input{};
-        hnav_run_output output{};
+        hnav_run_input input = hnav_sized<hnav_run_input>();
+        hnav_run_output output = hnav_sized<hnav_run_output>();
         std::size_t n;
 
         Rows(Input& in, double* latest_s) : n(in.choice(12)) {
@@ -82,10 +82,10 @@ struct Sequence {
             accel_nis.resize(n);
             mag_nis.resize(n);
             ready.resize(2 * n);
-            input = {t_s.data(), present & 1 ? rate.data() : nullptr, present & 2 ? force.data() : nullptr,
+            input = {sizeof input, t_s.data(), present & 1 ? rate.data() : nullptr, present & 2 ? force.data() : nullptr,
                      present & 4 ? field.data() : nullptr};
-            output = {q.data(),         present & 8 ? euler.data() : nullptr,    sigma.data(), bias.data(), bias_sigma.data(),
-                      accel_nis.data(), present & 16 ? mag_nis.data() : nullptr, ready.data()};
+            output = {sizeof output,     q.data(),         present & 8 ? euler.data() : nullptr,    sigma.data(), bias.data(),
+                      bias_sigma.data(), accel_nis.data(), present & 16 ? mag_nis.data() : nullptr, ready.data()};
         }
 
         void check(std::size_t rows) const {
@@ -139,8 +139,8 @@ struct Sequence {
     }
 
     void null_arguments(Input& in) {
-        const hnav_run_input no_input{};
-        const hnav_run_output no_output{};
+        const auto no_input = hnav_sized<hnav_run_input>();
+        const auto no_output = hnav_sized<hnav_run_output>();
         const double zero[3] = {0, 0, 0};
         hnav_status status = HNAV_OK;
         switch (in.choice(8)) {

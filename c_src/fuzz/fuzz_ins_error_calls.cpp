@@ -97,11 +97,11 @@ void call(hnav_ins_error_filter* filter, bool printed, fuzz::InsErrorModel& mode
     default: {
         double rows_u[4] = {}, rows_z[8], x[8], nis[4];
         in.vector(rows_z, 8);
-        const hnav_ins_error_run_input input{rows_u, rows_z, nullptr};
-        hnav_ins_error_run_output output{};
+        const hnav_ins_error_run_input input{sizeof(hnav_ins_error_run_input), rows_u, rows_z, nullptr};
+        auto output = hnav_sized<hnav_ins_error_run_output>();
         output.x = x;
         output.nis = nis;
-        hnav_ins_error_info s;
+        auto s = hnav_sized<hnav_ins_error_info>();
         HOLDS(hnav_ins_error_filter_info(filter, &s) == HNAV_OK);
         std::size_t done = 99;
         status = in.flag() ? hnav_ins_error_filter_reset(filter) : hnav_ins_error_filter_run(filter, 4, &input, &output, &done);

@@ -9,9 +9,8 @@ namespace {
 using fuzz::Input;
 
 void change_options(Input& in, hnav_magnetometer_options& options) {
-    double* reals[] = {&options.outlier_sigma,  &options.max_condition,  &options.max_ambiguity,
-                       &options.min_coverage, &options.max_axis_ratio, &options.max_direction_sigma_rad,
-                       &options.force_tolerance};
+    double* reals[] = {&options.outlier_sigma,  &options.max_condition,           &options.max_ambiguity,  &options.min_coverage,
+                       &options.max_axis_ratio, &options.max_direction_sigma_rad, &options.force_tolerance};
     switch (in.choice(4)) {
     case 0: *reals[in.choice(7)] = in.number(); break;
     case 1: options.min_samples = 13 + in.choice(32); break;
@@ -56,7 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             break;
         }
     }
-    hnav_magnetometer_calibration c;
+    auto c = hnav_sized<hnav_magnetometer_calibration>();
     char message[256] = "";
     const hnav_status status =
         hnav_calibrate_magnetometer(n, field.data(), head & 8 ? nullptr : force.data(), &options, &c, message, sizeof message);

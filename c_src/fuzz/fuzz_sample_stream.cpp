@@ -51,7 +51,7 @@ void recovers(hnav_filter* filter, double latest_s) {
         hnav_filter_advance(filter, t_s);
         if (sent == 0) HOLDS(hnav_filter_advance(filter, t_s) == HNAV_OK); // what could not be used has been dropped
     }
-    hnav_attitude attitude;
+    auto attitude = hnav_sized<hnav_attitude>();
     HOLDS(hnav_filter_attitude(filter, &attitude) == HNAV_OK);
     fuzz::look(filter);
 }

@@ -13,7 +13,7 @@ struct InsErrorModel {
     double A[4] = {0.95, 0.1, -0.1, 0.95}, B[2] = {0.1, 0.02}, G[4] = {1, 0, 0, 1}, H[4] = {1, 0, 0, 1};
     double An[4] = {0.99, 0, 0, 0.7}, Bn[4] = {1, 0, 0, 1}, Qw[4] = {1e-4, 0, 0, 1e-4}, Qv[4] = {1e-2, 0, 0, 1e-2};
     double QU[4] = {1e-3, 0, 0, 1e-3}, Lambda0[4] = {0.05, 0, 0, 0.002}, x0[2] = {0, 0}, P0[4] = {1, 0, 0, 1};
-    hnav_ins_error_model view{2, 1, 2, 2, 2, 0, A, B, G, H, An, Bn, Qw, Qv, QU, Lambda0, x0, P0};
+    hnav_ins_error_model view{sizeof(hnav_ins_error_model), 2, 1, 2, 2, 2, 0, A, B, G, H, An, Bn, Qw, Qv, QU, Lambda0, x0, P0};
 
     InsErrorModel() = default;
     InsErrorModel(const InsErrorModel&) = delete;
@@ -29,7 +29,7 @@ inline std::vector<unsigned char> saved(const hnav_ins_error_filter* filter) {
 
 // printed: MDKF and AMDKF, whose innovation covariance need not be one.
 inline void look(const hnav_ins_error_filter* filter, bool printed = false) {
-    hnav_ins_error_info s;
+    auto s = hnav_sized<hnav_ins_error_info>();
     HOLDS(hnav_ins_error_filter_info(filter, &s) == HNAV_OK);
     HOLDS(s.nx >= 1 && s.nx <= 32 && s.nz >= 1 && s.nz <= 32 && s.shown_step <= s.steps);
     double x[32], sigma[32], P[32 * 32], scale[32], fault[32];

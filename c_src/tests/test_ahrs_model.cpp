@@ -374,7 +374,7 @@ TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     Turning motion; // about the vertical, where no horizon tells the bias
     motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.5);
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     double sigma_10 = 0;
     for (int k = 0; k <= 12000; ++k) {
         const double t_s = 0.005 * k;
@@ -418,11 +418,11 @@ TEST(AhrsApi, AMagnetometerThatComesLateTurnsTheHeading) {
         push(f.get(), motion, 0.005 * k, k > 1000);
         ASSERT_EQ(hnav_filter_advance(f.get(), 0.005 * k), HNAV_OK);
     }
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
     EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(20)), 1 * deg);
     EXPECT_TRUE(a.heading_ready);
-    hnav_field field;
+    auto field = hnav_sized<hnav_field>();
     ASSERT_EQ(hnav_filter_field(f.get(), &field), HNAV_OK);
     EXPECT_NEAR(field.strength_tesla, 5e-5, 1e-6);
     EXPECT_NEAR(field.dip_rad, 60 * deg, 1 * deg);
@@ -447,7 +447,7 @@ TEST(AhrsApi, EachSensorMayHaveItsOwnRateAndTimes) {
         }
     }
     ASSERT_EQ(hnav_filter_advance(f.get(), 30), HNAV_OK);
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
     EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30)), 0.3 * deg);
     EXPECT_TRUE(a.heading_ready);
@@ -481,7 +481,7 @@ TEST(AhrsApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
     }
     ASSERT_EQ(hnav_filter_push_mag(other.get(), 6.0, motion.field_b(6.0).data()), HNAV_OK);
     for (hnav_filter* f : {one.get(), other.get()}) ASSERT_EQ(hnav_filter_advance(f, 6.005), HNAV_OK);
-    hnav_attitude a, b;
+    auto a = hnav_sized<hnav_attitude>(), b = a;
     ASSERT_EQ(hnav_filter_attitude(one.get(), &a), HNAV_OK);
     ASSERT_EQ(hnav_filter_attitude(other.get(), &b), HNAV_OK);
     EXPECT_EQ(std::memcmp(a.q_nb, b.q_nb, sizeof a.q_nb), 0);
@@ -499,7 +499,7 @@ TEST(AhrsApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
     double bias[3], sigma[3], kept[3], kept_sigma[3];
     ASSERT_EQ(hnav_filter_gyro_bias(f.get(), bias, sigma), HNAV_OK);
     ASSERT_EQ(hnav_filter_realign(f.get()), HNAV_OK);
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     EXPECT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_ERROR_NOT_STARTED);
     ASSERT_EQ(hnav_filter_gyro_bias(f.get(), kept, kept_sigma), HNAV_OK);
     for (int i = 0; i < 3; ++i) {

@@ -28,7 +28,7 @@ struct Model {
     double interval_s = 0.1;
 
     hnav_aircraft_model view() const {
-        hnav_aircraft_model m{};
+        auto m = hnav_sized<hnav_aircraft_model>();
         m.nx = 3;
         m.nu = 1;
         m.interval_s = interval_s;
@@ -71,7 +71,8 @@ public:
         Flight f;
         for (std::vector<double>* rows : {&f.x, &f.lambda, &f.z, &f.factor}) rows->resize(3 * n);
         f.u.resize(n);
-        hnav_aircraft_sample out{0, 0, f.x.data(), f.lambda.data(), f.z.data(), f.u.data(), f.factor.data()};
+        hnav_aircraft_sample out{
+            sizeof(hnav_aircraft_sample), 0, 0, f.x.data(), f.lambda.data(), f.z.data(), f.u.data(), f.factor.data()};
         EXPECT_EQ(hnav_aircraft_run(handle, n, command, &out), HNAV_OK) << hnav_aircraft_message(handle);
         return f;
     }
@@ -127,7 +128,7 @@ TEST(Aircraft, WithoutNoiseItIsTheLinearSystemOfItsFilterModel) {
     std::vector<double> command(100);
     for (int k = 0; k < 100; ++k) command[k] = 0.01 * k;
     const auto flight = plant.run(100, command.data());
-    hnav_ins_error_model m{};
+    auto m = hnav_sized<hnav_ins_error_model>();
     ASSERT_EQ(hnav_aircraft_filter_model(plant.handle, &m), HNAV_OK);
     for (int k = 1; k < 100; ++k) {
         const double wave = std::sin(2 * M_PI * 0.1 * (k - 1) / 4);
@@ -178,7 +179,7 @@ TEST(Aircraft, ProcessNoiseHasTheCovarianceOfTheFilterModelInBothForms) {
         hnav_aircraft_options options = seeded(5);
         options.exact_process_noise = exact;
         Plant plant(Model(), options);
-        hnav_ins_error_model m{};
+        auto m = hnav_sized<hnav_ins_error_model>();
         ASSERT_EQ(hnav_aircraft_filter_model(plant.handle, &m), HNAV_OK);
         EXPECT_EQ(m.Qw[1] != 0, exact == 1); // the exact integral correlates the states
         const int n = 200000;
@@ -226,7 +227,7 @@ TEST(Aircraft, ItsFilterIsConsistent) {
     Model model;
     model.faults[1].factor = 1;
     Plant plant(model, seeded(6));
-    hnav_ins_error_model m{};
+    auto m = hnav_sized<hnav_ins_error_model>();
     ASSERT_EQ(hnav_aircraft_filter_model(plant.handle, &m), HNAV_OK);
     hnav_ins_error_options options = hnav_ins_error_defaults();
     options.noise_scaling = HNAV_NOISE_SCALING_NONE;
@@ -283,7 +284,7 @@ TEST(Aircraft, ACommandThatIsNoNumberIsRefusedAndNothingMoves) {
     Plant plant;
     EXPECT_EQ(hnav_aircraft_step(plant.handle, &not_a_number), HNAV_ERROR_NON_FINITE);
     EXPECT_NE(std::string(hnav_aircraft_message(plant.handle)).find("command[0]"), std::string::npos);
-    hnav_aircraft_sample sample{};
+    auto sample = hnav_sized<hnav_aircraft_sample>();
     hnav_aircraft_get_sample(plant.handle, &sample);
     EXPECT_EQ(sample.k, 0u);
 }
@@ -378,7 +379,7 @@ TEST(Aircraft, NothingIsAllocatedAfterCreate) {
     options.exact_process_noise = 1;
     Plant plant(Model(), options);
     std::vector<double> z(3);
-    hnav_aircraft_sample sample{};
+    auto sample = hnav_sized<hnav_aircraft_sample>();
     sample.z = z.data();
     heap::allocations = 0;
     heap::counting = true;

@@ -49,11 +49,12 @@ public:
     hnav_posterior posterior() const {
         hnav_posterior p;
         std::memset(&p, 0, sizeof p);
+        p.size = sizeof p;
         EXPECT_EQ(hnav_filter_posterior(filter_, &p), HNAV_OK);
         return p;
     }
     hnav_diagnostics diagnostics() const {
-        hnav_diagnostics s;
+        auto s = hnav_sized<hnav_diagnostics>();
         EXPECT_EQ(hnav_filter_diagnostics(filter_, &s), HNAV_OK);
         return s;
     }
@@ -219,7 +220,7 @@ TEST(Hrekf, AHeadingAidReplacesTheMagnetometer) {
         }
         f.advance(rows[k].t_s);
     }
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     ASSERT_EQ(hnav_filter_attitude(f, &a), HNAV_OK);
     EXPECT_LT(total_error(a.q_nb, truth.back()), 2 * deg);
     EXPECT_TRUE(a.heading_ready);
@@ -239,7 +240,7 @@ TEST(Hrekf, WithoutAMagnetometerTheHeadingSigmaGrows) {
         if (row.t_s == 1.0) early = f.posterior().sigma[2];
     }
     EXPECT_GT(f.posterior().sigma[2], early);
-    hnav_attitude a;
+    auto a = hnav_sized<hnav_attitude>();
     ASSERT_EQ(hnav_filter_attitude(f, &a), HNAV_OK);
     EXPECT_TRUE(a.tilt_ready);
     EXPECT_FALSE(a.heading_ready);
@@ -254,7 +255,7 @@ TEST(Frames, ALevelBodyAtRestHasNoRollPitchAndTheHeadingOfItsField) {
         const Row row{0, {{0, 0, 0}}, {{0, 0, -9.81}}, {{2e-5 * c, -2e-5 * s, 4.5e-5}}};
         f.push(row);
         f.advance(0);
-        hnav_attitude a;
+        auto a = hnav_sized<hnav_attitude>();
         ASSERT_EQ(hnav_filter_attitude(f, &a), HNAV_OK);
         EXPECT_NEAR(a.euler_rad[0], 0, 1e-12);
         EXPECT_NEAR(a.euler_rad[1], 0, 1e-12);
@@ -275,7 +276,7 @@ TEST(Frames, EastNorthUpAndDeclinationTurnTheOutputsOnly) {
             f->push(row);
             f->advance(row.t_s);
         }
-    hnav_attitude a, b;
+    auto a = hnav_sized<hnav_attitude>(), b = a;
     ASSERT_EQ(hnav_filter_attitude(ned, &a), HNAV_OK);
     ASSERT_EQ(hnav_filter_attitude(enu, &b), HNAV_OK);
     EXPECT_NEAR(std::remainder(b.heading_rad - a.heading_rad - 0.1, 2 * M_PI), 0, 1e-12);
@@ -380,8 +381,8 @@ TEST(Law, ABatchRunIsPushAndAdvanceRowByRow) {
         }
     }
     Handle batch(precise()), single(precise());
-    const hnav_run_input input{t.data(), rate.data(), force.data(), field.data()};
-    hnav_run_output output{};
+    const hnav_run_input input{sizeof(hnav_run_input), t.data(), rate.data(), force.data(), field.data()};
+    auto output = hnav_sized<hnav_run_output>();
     output.q_nb = q.data();
     output.mag_nis = nis.data();
     size_t done;
@@ -393,7 +394,7 @@ TEST(Law, ABatchRunIsPushAndAdvanceRowByRow) {
             ASSERT_EQ(hnav_filter_push_mag(single, rows[k].t_s, rows[k].field.v), HNAV_OK);
         }
         single.advance(rows[k].t_s);
-        hnav_attitude a;
+        auto a = hnav_sized<hnav_attitude>();
         ASSERT_EQ(hnav_filter_attitude(single, &a), HNAV_OK);
         EXPECT_EQ(std::memcmp(a.q_nb, &q[4 * k], sizeof a.q_nb), 0) << "row " << k;
         EXPECT_EQ(std::isnan(nis[k]), k % 3 != 0 || k == 0);
@@ -415,7 +416,7 @@ TEST(Law, ResetGivesBackTheMomentAfterCreate) {
         ASSERT_EQ(hnav_filter_reset(f), HNAV_OK);
         EXPECT_EQ(f.diagnostics().corrections, 0u);
         EXPECT_EQ(f.diagnostics().solver_rhs_evals, 0u);
-        hnav_posterior none;
+        auto none = hnav_sized<hnav_posterior>();
         EXPECT_EQ(hnav_filter_posterior(f, &none), HNAV_ERROR_NOT_STARTED);
     }
     EXPECT_TRUE(same_bits(runs[0], runs[1]));
@@ -430,7 +431,7 @@ TEST(Law, RealignForgetsTheAttitudeAndKeepsTheBias) {
         f.advance(rows[k].t_s);
         if (k == 1500) {
             ASSERT_EQ(hnav_filter_realign(f), HNAV_OK);
-            hnav_attitude a;
+            auto a = hnav_sized<hnav_attitude>();
             EXPECT_EQ(hnav_filter_attitude(f, &a), HNAV_ERROR_NOT_STARTED);
         }
         if (k == 1502) {
@@ -588,7 +589,7 @@ TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     refused(hnav_filter_push_gyro(f, t, nullptr), HNAV_ERROR_NULL_ARGUMENT, "rate_b_rad_s");
     refused(hnav_filter_advance(f, t - 0.1), HNAV_ERROR_TIME_BACKWARDS, "before");
     refused(hnav_filter_advance(f, infinity), HNAV_ERROR_NON_FINITE, "t_s");
-    hnav_innovation innovation;
+    auto innovation = hnav_sized<hnav_innovation>();
     refused(hnav_filter_innovation(f, HNAV_SENSOR_GYRO, &innovation), HNAV_ERROR_OUT_OF_RANGE, "sensor");
     refused(hnav_filter_innovation(f, HNAV_SENSOR_HEADING, &innovation), HNAV_ERROR_NO_DATA, "heading");
     f.advance(t);
@@ -739,8 +740,8 @@ TEST(BadInput, CreateRefusesWhatNoDefaultsCallHasStamped) {
 TEST(BadInput, ARunStopsAtTheRowThatIsWrongAndNamesIt) {
     Handle f(defaults());
     const double t[3] = {0, 1, 0.5}, force[9] = {0, 0, -9.81, 0, 0, -9.81, 0, 0, -9.81};
-    const hnav_run_input input{t, nullptr, force, nullptr};
-    const hnav_run_output output{};
+    const hnav_run_input input{sizeof(hnav_run_input), t, nullptr, force, nullptr};
+    const auto output = hnav_sized<hnav_run_output>();
     size_t done;
     EXPECT_EQ(hnav_filter_run(f, 3, &input, &output, &done), HNAV_ERROR_LATE_SAMPLE);
     EXPECT_EQ(done, 2u);
@@ -808,7 +809,7 @@ TEST(Heap, NothingIsAllocatedAfterCreate) {
             size_t bytes;
             ASSERT_EQ(hnav_filter_state_size(f, &bytes), HNAV_OK);
             std::vector<unsigned char> saved(bytes);
-            hnav_attitude attitude;
+            auto attitude = hnav_sized<hnav_attitude>();
             hnav_status worst = HNAV_OK;
             const auto check = [&worst](hnav_status status) { worst = worst == HNAV_OK ? status : worst; };
             heap::allocations = 0;

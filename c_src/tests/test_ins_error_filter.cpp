@@ -39,7 +39,7 @@ struct Model {
     }
 
     hnav_ins_error_model view() const {
-        hnav_ins_error_model m{};
+        auto m = hnav_sized<hnav_ins_error_model>();
         m.nx = m.nz = 3;
         m.nu = 1;
         m.A = A.data();
@@ -247,7 +247,7 @@ TEST(InsErrorFilter, LookingBackOneStepIsSurer) {
             EXPECT_GE(gained, -1e-12) << "form " << form;
             now.step(d, k);
             P = now.P();
-            hnav_ins_error_info info;
+            auto info = hnav_sized<hnav_ins_error_info>();
             ASSERT_EQ(hnav_ins_error_filter_info(before, &info), HNAV_OK);
             EXPECT_EQ(info.shown_step, std::uint64_t(k > 0 ? k - 1 : 0));
         }
@@ -521,9 +521,9 @@ TEST(InsErrorFilter, NullIsAnswered) {
     Handle f(m, hnav_ins_error_defaults());
     double number[9];
     size_t bytes;
-    hnav_ins_error_info info;
-    const hnav_ins_error_run_input input{};
-    const hnav_ins_error_run_output output{};
+    auto info = hnav_sized<hnav_ins_error_info>();
+    const auto input = hnav_sized<hnav_ins_error_run_input>();
+    const auto output = hnav_sized<hnav_ins_error_run_output>();
     hnav_ins_error_filter_destroy(nullptr);
     EXPECT_STREQ(hnav_ins_error_filter_message(nullptr), "filter is null");
     EXPECT_STREQ(hnav_ins_error_filter_warning(nullptr), "filter is null");
@@ -559,9 +559,9 @@ TEST(InsErrorFilter, ARunStopsAtTheFirstWrongRowAndTellsHowFarItCame) {
     Data d = samples(m, 20, 15);
     d.z[3 * 12 + 1] = infinity;
     Handle f(m, hnav_ins_error_defaults());
-    const hnav_ins_error_run_input input = {d.u.data(), d.z.data(), nullptr};
+    const hnav_ins_error_run_input input = {sizeof(hnav_ins_error_run_input), d.u.data(), d.z.data(), nullptr};
     std::vector<double> x(60, not_a_number);
-    hnav_ins_error_run_output output{};
+    auto output = hnav_sized<hnav_ins_error_run_output>();
     output.x = x.data();
     size_t done;
     EXPECT_EQ(hnav_ins_error_filter_run(f, 20, &input, &output, &done), HNAV_ERROR_NON_FINITE);
@@ -581,7 +581,7 @@ long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scalin
            Anc = -0.1 * I;
     A(0, n - 1) = 0.1;
     if (full) Qv(0, n - 1) = Qv(n - 1, 0) = 0.1;
-    hnav_ins_error_model m{};
+    auto m = hnav_sized<hnav_ins_error_model>();
     m.nx = m.nz = n;
     m.A = A.data();
     m.H = m.P0 = m.Qw = I.data();

@@ -73,7 +73,7 @@ Recording record(const Scenario& scenario, unsigned seed) {
 
 struct Answer {
     hnav_status status;
-    hnav_magnetometer_calibration c;
+    hnav_magnetometer_calibration c = hnav_sized<hnav_magnetometer_calibration>();
     std::string message;
 
     Vector3 offset() const { return Vector3(c.offset); }
@@ -356,7 +356,7 @@ TEST(MagnetometerCalibrationRefuses, WhenThereIsNoMemory) {
 
 TEST(MagnetometerCalibrationRefuses, NullPointers) {
     const Recording r = record({}, 1);
-    hnav_magnetometer_calibration c;
+    auto c = hnav_sized<hnav_magnetometer_calibration>();
     char message[80];
     EXPECT_EQ(hnav_calibrate_magnetometer(3, nullptr, nullptr, nullptr, &c, message, sizeof message), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_STREQ(message, "field is null");

@@ -54,7 +54,7 @@ const Kind<hnav_hrekf_options> hrekf = {[] { return hnav_hrekf_defaults(HNAV_PRE
 const Kind<hnav_ins_error_options> ins_error = {[] { return hnav_ins_error_defaults(); },
                                                 [](const hnav_ins_error_options* o, char* message) {
                                                     const double one = 1;
-                                                    hnav_ins_error_model model{};
+                                                    auto model = hnav_sized<hnav_ins_error_model>();
                                                     model.nx = model.nz = model.nw = 1;
                                                     model.A = model.H = model.Qw = model.Qv = model.P0 = &one;
                                                     hnav_ins_error_filter* filter;
@@ -74,7 +74,7 @@ const Kind<hnav_magnetometer_options> magnetometer = {[] { return hnav_magnetome
                                                               field[3 * i + 1] = std::sqrt(1 - height * height) * std::sin(turn);
                                                               field[3 * i + 2] = height;
                                                           }
-                                                          hnav_magnetometer_calibration calibration;
+                                                          auto calibration = hnav_sized<hnav_magnetometer_calibration>();
                                                           return hnav_calibrate_magnetometer(100, field, nullptr, o, &calibration,
                                                                                              message, bytes);
                                                       },
@@ -103,7 +103,7 @@ const Kind<hnav_aircraft_options> aircraft = {
     [] { return hnav_aircraft_defaults(); },
     [](const hnav_aircraft_options* o, char* message) {
         const double A = -1, one = 1;
-        hnav_aircraft_model model{};
+        auto model = hnav_sized<hnav_aircraft_model>();
         model.nx = 1;
         model.interval_s = 0.1;
         model.A_1_s = &A;

@@ -74,7 +74,7 @@ Object ahrs(double trust_s = 60) {
 
 Object ins_error_filter(double A = 0.5) {
     static const double one = 1, half = 0.5;
-    hnav_ins_error_model model{};
+    auto model = hnav_sized<hnav_ins_error_model>();
     model.nx = model.nz = 1;
     model.A = &A;
     model.H = model.Qw = model.Qv = model.QU = model.P0 = &one;
@@ -98,7 +98,7 @@ Object ins_error_filter(double A = 0.5) {
 
 Object aircraft(uint64_t seed = 1) {
     static const double decay = -1, one = 1;
-    hnav_aircraft_model model{};
+    auto model = hnav_sized<hnav_aircraft_model>();
     model.nx = 1;
     model.interval_s = 0.1;
     model.A_1_s = &decay;
@@ -129,7 +129,7 @@ Object imu_mag_sensor(int seed = 1) {
     o.name = "imu_mag_sensor";
     o.life.reset(sensor, hnav_imu_mag_sensor_destroy);
     o.step = [sensor, k = 0]() mutable {
-        hnav_truth truth{};
+        auto truth = hnav_sized<hnav_truth>();
         truth.q_nb[0] = 1;
         truth.field_b_tesla[0] = 2e-5;
         EXPECT_EQ(hnav_imu_mag_sensor_sample(sensor, 0.01 * k, &truth), HNAV_OK);

@@ -25,7 +25,7 @@ struct Table {
     }
     ~Table() { hnav_turntable_destroy(table); }
     hnav_truth at(double t) const {
-        hnav_truth truth{};
+        auto truth = hnav_sized<hnav_truth>();
         EXPECT_EQ(hnav_turntable_at(table, t, &truth), HNAV_OK);
         return truth;
     }
@@ -50,7 +50,7 @@ hnav_turntable_options tumbling() {
 
 // A level body at rest, the least that a sensor can see.
 hnav_truth rest() {
-    hnav_truth truth{};
+    auto truth = hnav_sized<hnav_truth>();
     truth.q_nb[0] = 1;
     truth.force_b_m_s2[2] = -9.80665;
     truth.field_b_tesla[0] = 2e-5;
@@ -67,7 +67,7 @@ struct Sensor {
     ~Sensor() { hnav_imu_mag_sensor_destroy(sensor); }
 
     hnav_reading read(hnav_sensor kind) const {
-        hnav_reading reading{};
+        auto reading = hnav_sized<hnav_reading>();
         EXPECT_EQ(hnav_imu_mag_sensor_reading(sensor, kind, &reading), HNAV_OK);
         return reading;
     }
@@ -117,7 +117,7 @@ TEST(Turntable, IntegratingTheRateGivesTheAttitudeAcrossCorners) {
         ASSERT_EQ(hnav_turntable_next_corner_s(table.table, t, &corner), HNAV_OK);
         const double end = std::fmin(std::fmin(t + h, corner), 8.0);
         const auto rate = [&](double at) {
-            hnav_truth truth;
+            auto truth = hnav_sized<hnav_truth>();
             EXPECT_EQ(hnav_turntable_in_piece(table.table, t, at, &truth), HNAV_OK);
             return Vector3(truth.rate_b_rad_s);
         };
@@ -203,7 +203,7 @@ TEST(Turntable, ACornerThatRoundingMissesBelongsToTheNextPiece) {
 
 TEST(Turntable, APieceGoesOnSmoothlyBeyondItsCorner) {
     const Table table(hnav_turntable_defaults());
-    hnav_truth truth;
+    auto truth = hnav_sized<hnav_truth>();
     ASSERT_EQ(hnav_turntable_in_piece(table.table, 5, 7, &truth), HNAV_OK);
     EXPECT_NEAR(truth.euler_rad[2] / deg, 70, 1e-12);
     EXPECT_NEAR(truth.rate_b_rad_s[2] / deg, 10, 1e-12);
@@ -238,7 +238,7 @@ TEST(Turntable, ImpossibleOptionsAreNamed) {
     EXPECT_EQ(hnav_turntable_create(nullptr, &o, message, sizeof message), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_turntable_create(&table, nullptr, message, sizeof message), HNAV_ERROR_NULL_ARGUMENT);
     const Table good(hnav_turntable_defaults());
-    hnav_truth truth;
+    auto truth = hnav_sized<hnav_truth>();
     EXPECT_EQ(hnav_turntable_at(good.table, NAN, &truth), HNAV_ERROR_NON_FINITE);
     EXPECT_EQ(hnav_turntable_at(good.table, 0, nullptr), HNAV_ERROR_NULL_ARGUMENT);
     const double none[4] = {};
@@ -255,7 +255,7 @@ TEST(Turntable, AMessageNamesWhatWasWrong) {
     };
     EXPECT_STREQ(hnav_turntable_message(table), "");
     EXPECT_STREQ(hnav_turntable_message(nullptr), "table is null");
-    hnav_truth truth;
+    auto truth = hnav_sized<hnav_truth>();
     double corner, force[3], field[3];
     const double none[4] = {}, infinite[4] = {INFINITY, 0, 0, 0};
     hnav_turntable_at(table, 0, nullptr);
@@ -677,7 +677,7 @@ TEST(ImuMagSensor, ImpossibleOptionsAndArgumentsAreNamed) {
               std::string::npos);
     refusal({}, HNAV_ERROR_OPTIONS_STAMP);
     Sensor sensor(hnav_imu_mag_sensor_defaults());
-    hnav_reading reading;
+    auto reading = hnav_sized<hnav_reading>();
     EXPECT_EQ(hnav_imu_mag_sensor_reading(sensor.sensor, HNAV_SENSOR_HEADING, &reading), HNAV_ERROR_OUT_OF_RANGE);
     EXPECT_EQ(hnav_imu_mag_sensor_reading(sensor.sensor, HNAV_SENSOR_GYRO, nullptr), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_imu_mag_sensor_advance(sensor.sensor, NAN), HNAV_ERROR_NON_FINITE);
@@ -709,7 +709,7 @@ TEST(ImuMagSensor, AMessageNamesWhatWasWrong) {
     EXPECT_EQ(said("t_s = nan is not finite"), "");
     hnav_imu_mag_sensor_next_event_s(sensor, nullptr);
     EXPECT_EQ(said("next_s is null"), "");
-    hnav_reading reading;
+    auto reading = hnav_sized<hnav_reading>();
     hnav_imu_mag_sensor_reading(sensor, HNAV_SENSOR_HEADING, &reading);
     EXPECT_EQ(said("sensor_kind = 3"), "");
     double psd;

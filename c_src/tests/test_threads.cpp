@@ -39,7 +39,7 @@ std::vector<unsigned char> life_of_a_filter(hnav_status (*create)(hnav_filter**,
 
 std::vector<unsigned char> life_of_an_ins_error_filter(int thread) {
     const double one = 1, A = 0.9 + 0.01 * thread, An = 0.8, Q = 0.01;
-    hnav_ins_error_model model{};
+    auto model = hnav_sized<hnav_ins_error_model>();
     model.nx = model.nz = model.nw = model.nl = 1;
     model.A = &A;
     model.H = model.P0 = &one;

@@ -43,7 +43,7 @@ struct Parameters {
 
     // values: those of all rows, which outlive the model that is answered.
     hnav_aircraft_model model(const double* values) const {
-        hnav_aircraft_model m{};
+        auto m = hnav_sized<hnav_aircraft_model>();
         m.nx = nx;
         m.nu = nu;
         m.interval_s = values[interval];

@@ -67,7 +67,7 @@ public:
 
     void refresh(double* values, unsigned groups) override {
         at_.sample.refresh(groups, values, [this](Sample* sample) {
-            hnav_aircraft_sample s{};
+            auto s = hnav_sized<hnav_aircraft_sample>();
             s.x = sample->x;
             s.lambda = sample->lambda;
             s.z = sample->z;

@@ -29,7 +29,7 @@ public:
     // missed: samples that the clocks of the FMU lost.
     void refresh(const hnav_filter* filter, unsigned groups, double start_s, double missed, double* values) const {
         attitude_.refresh(groups, values, [&](hnav_attitude* a) {
-            *a = {0, {1, 0, 0, 0}, {0, 0, 0}, 0, {M_PI, M_PI, M_PI}, 0, 0, 0};
+            *a = {sizeof(hnav_attitude), 0, {1, 0, 0, 0}, {0, 0, 0}, 0, {M_PI, M_PI, M_PI}, 0, 0, 0};
             hnav_filter_attitude(filter, a); // leaves these values before the start
         });
         bias_.refresh(groups, values, [&](Bias* b) {
@@ -37,22 +37,24 @@ public:
             hnav_filter_gyro_bias(filter, b->bias, b->sigma);
         });
         posterior_.refresh(groups, values, [&](hnav_posterior* p) {
-            *p = {start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
+            *p = {sizeof(hnav_posterior), start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
             if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
         });
         for (int s = HNAV_SENSOR_ACCEL; s < HNAV_SENSOR_COUNT; ++s)
             innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
-                *i = {};
+                *i = hnav_sized<hnav_innovation>();
                 i->accepted = 1;
                 hnav_filter_innovation(filter, static_cast<hnav_sensor>(s), i); // stays zero before the first
             });
         covariance_.refresh(groups, values, [&](Covariance* c) { read_covariance(filter, c->P); });
         diagnostics_.refresh(groups, values, [&](Diagnostics* s) {
+            s->size = sizeof(hnav_diagnostics);
             hnav_filter_diagnostics(filter, s);
             s->missed = missed;
         });
         field_.refresh(groups, values, [&](Field* f) {
             double sigma[9];
+            f->size = sizeof(hnav_field);
             hnav_filter_field(filter, f);
             hnav_filter_gyro_calibration(filter, f->gyro_calibration, sigma);
         });

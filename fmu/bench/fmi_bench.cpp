@@ -42,7 +42,7 @@ double c_api_us() {
     const hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
     hnav_filter* filter;
     if (hnav_hrekf_create(&filter, &options, nullptr, 0) != HNAV_OK) stop("create failed");
-    hnav_attitude attitude;
+    auto attitude = hnav_sized<hnav_attitude>();
     const double begin = seconds();
     for (int k = 0; k < steps; ++k) {
         const Samples s = sample(k);

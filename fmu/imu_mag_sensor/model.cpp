@@ -40,7 +40,7 @@ public:
 
     // A truth that is none stops nothing: the samples wait for one.
     bool take_samples(double* values, double t_s) override {
-        hnav_truth truth{};
+        auto truth = hnav_sized<hnav_truth>();
         std::memcpy(truth.q_nb, values + at_.q, sizeof truth.q_nb);
         std::memcpy(truth.rate_b_rad_s, values + at_.rate, sizeof truth.rate_b_rad_s);
         std::memcpy(truth.force_b_m_s2, values + at_.force, sizeof truth.force_b_m_s2);
@@ -60,7 +60,10 @@ public:
         for (int s = 0; s < sensors; ++s) {
             const auto kind = static_cast<hnav_sensor>(s);
             density_[s].refresh(groups, values, [&](Density* d) { hnav_imu_mag_sensor_noise_psd(object_, kind, &d->psd); });
-            reading_[s].refresh(groups, values, [&](hnav_reading* r) { hnav_imu_mag_sensor_reading(object_, kind, r); });
+            reading_[s].refresh(groups, values, [&](hnav_reading* r) {
+                r->size = sizeof *r;
+                hnav_imu_mag_sensor_reading(object_, kind, r);
+            });
         }
     }
 

@@ -13,7 +13,7 @@ void write_example_input(FILE* file) {
 
     hnav_aircraft_options options = hnav_aircraft_defaults();
     options.seed = 1;
-    hnav_aircraft_model model{};
+    auto model = hnav_sized<hnav_aircraft_model>();
     model.nx = nx;
     model.nu = nu;
     model.interval_s = interval_s;
@@ -29,7 +29,7 @@ void write_example_input(FILE* file) {
     if (hnav_aircraft_create(&plant, &options, &model, nullptr, 0) != HNAV_OK) return;
     for (int k = 0; k <= 200; ++k) {
         double u[nu], z[nx];
-        hnav_aircraft_sample sample{};
+        auto sample = hnav_sized<hnav_aircraft_sample>();
         sample.u = u;
         sample.z = z;
         hnav_aircraft_get_sample(plant, &sample);

@@ -30,7 +30,7 @@ public:
         // The plant knows what its filter has to assume.
         hnav_aircraft* plant;
         if (hnav_aircraft_create(&plant, &plant_options, &model, why->text, sizeof why->text) != HNAV_OK) return false;
-        hnav_ins_error_model filter_model;
+        auto filter_model = hnav_sized<hnav_ins_error_model>();
         hnav_aircraft_filter_model(plant, &filter_model);
         const bool made = make(why, hnav_ins_error_filter_create, &options, &filter_model);
         hnav_aircraft_destroy(plant);
@@ -92,7 +92,7 @@ public:
 
 private:
     hnav_ins_error_info info() const {
-        hnav_ins_error_info s;
+        auto s = hnav_sized<hnav_ins_error_info>();
         hnav_ins_error_filter_info(object_, &s);
         return s;
     }

@@ -70,7 +70,7 @@ public:
     bool derivatives(double t_s, const double* x, double* dx) const override { return derivatives_along(t_s, x, x, dx); }
     // The flow is linear in the attitude.
     bool derivatives_along(double t_s, const double*, const double* seed, double* out) const override {
-        hnav_truth truth;
+        auto truth = hnav_sized<hnav_truth>();
         if (hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth) != HNAV_OK) return false;
         return hnav_quaternion_derivative(seed, truth.rate_b_rad_s, out) == HNAV_OK;
     }
@@ -88,7 +88,7 @@ private:
 
     // Truth at t_s, in the attitude x where one is given.
     bool see(double t_s, const double* x, Message* why) {
-        hnav_truth truth;
+        auto truth = hnav_sized<hnav_truth>();
         if (!done(hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth), why)) return false;
         if (x) {
             if (!done(hnav_turntable_seen_from(object_, x, truth.force_b_m_s2, truth.field_b_tesla), why)) return false;

@@ -58,7 +58,8 @@ HNAV_API hnav_status hnav_filter_push_accel(hnav_filter* filter, double t_s, con
 HNAV_API hnav_status hnav_filter_push_mag(hnav_filter* filter, double t_s, const double field_b_tesla[3]);
 HNAV_API hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const double rate_b_rad_s[3],
                                           const double force_b_m_s2[3]); /* both or neither */
-/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, > 0, at least 1e-9 of it is used. */
+/* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, above 0, of which at least
+ * 1e-9 is used. */
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double heading_rad, double sigma_rad);
 
 /* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
@@ -68,21 +69,23 @@ HNAV_API hnav_status hnav_filter_advance(hnav_filter* filter, double t_s);
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
  * null pointer; a null output is not written. Equal, bit for bit, to push and advance of row after row. */
 typedef struct hnav_run_input {
-    const double* t_s; /* n, not decreasing */
-    const double* rate_b_rad_s; /* n x 3, may be null */
-    const double* force_b_m_s2; /* n x 3, may be null */
+    size_t size;                 /* of this struct; set by the caller */
+    const double* t_s;           /* n, not decreasing */
+    const double* rate_b_rad_s;  /* n x 3, may be null */
+    const double* force_b_m_s2;  /* n x 3, may be null */
     const double* field_b_tesla; /* n x 3, may be null */
 } hnav_run_input;
 
 typedef struct hnav_run_output {
-    double* q_nb; /* n x 4; NaN before the start */
-    double* euler_rad; /* n x 3: roll, pitch, yaw */
-    double* sigma_rad; /* n x 3: rotation error about the navigation axes */
-    double* gyro_bias_rad_s; /* n x 3 */
+    size_t size;                   /* of this struct; set by the caller */
+    double* q_nb;                  /* n x 4; NaN before the start */
+    double* euler_rad;             /* n x 3: roll, pitch, yaw */
+    double* sigma_rad;             /* n x 3: rotation error about the navigation axes */
+    double* gyro_bias_rad_s;       /* n x 3 */
     double* gyro_bias_sigma_rad_s; /* n x 3 */
-    double* accel_nis; /* n; NaN where no sample was used */
-    double* mag_nis; /* n */
-    uint8_t* ready; /* n x 2: tilt, heading */
+    double* accel_nis;             /* n; NaN where no sample was used */
+    double* mag_nis;               /* n */
+    uint8_t* ready;                /* n x 2: tilt, heading */
 } hnav_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */
@@ -100,11 +103,12 @@ HNAV_API hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hna
 
 /* Everything below is at the time of the last advance unless it says otherwise. */
 typedef struct hnav_attitude {
+    size_t size;           /* of this struct; set by the caller */
     double t_s;
     double q_nb[4];
-    double euler_rad[3]; /* roll, pitch, yaw of body in navigation axes, rotation order z y x */
-    double heading_rad; /* true heading of body x, clockwise from north, (-pi, pi], whatever the frame */
-    double sigma_rad[3]; /* standard deviation of the rotation error about the navigation axes; the third is heading */
+    double euler_rad[3];   /* roll, pitch, yaw of body in navigation axes, rotation order z y x */
+    double heading_rad;    /* true heading of body x, clockwise from north, (-pi, pi], whatever the frame */
+    double sigma_rad[3];   /* standard deviation of the rotation error about the navigation axes; the third is heading */
     int32_t near_singular; /* pitch beyond 85 deg: roll and yaw are ill defined */
     int32_t tilt_ready;
     int32_t heading_ready;
@@ -122,26 +126,28 @@ HNAV_API hnav_status hnav_filter_covariance(const hnav_filter* filter, double co
 
 /* The estimate just after the newest sample that is not in the future of the last advance. NOT_STARTED. */
 typedef struct hnav_posterior {
+    size_t size;           /* of this struct; set by the caller */
     double t_s;
     double q_nb[4];
     double gyro_bias_rad_s[3];
-    double sigma[6]; /* three rotations about the navigation axes in rad, three biases in rad/s */
+    double sigma[6];       /* three rotations about the navigation axes in rad, three biases in rad/s */
     int32_t near_singular; /* as in hnav_attitude */
     int32_t tilt_ready;
     int32_t heading_ready;
-    int32_t reserved; /* 0 */
+    int32_t reserved;      /* 0 */
 } hnav_posterior;
 HNAV_API hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* posterior);
 
 /* What the last used sample of a sensor said. Direction and field are dimensionless, heading is in rad. */
 typedef struct hnav_innovation {
+    size_t size;        /* of this struct; set by the caller */
     double t_s;
-    double value[3]; /* ahrs, force: minus the velocity in m/s, north and east; field: in navigation axes */
-    double S[9]; /* its covariance, with the noise that was parametrised (not inflated) */
-    double nis; /* value' S^-1 value */
+    double value[3];    /* ahrs, force: minus the velocity in m/s, north and east; field: in navigation axes */
+    double S[9];        /* its covariance, with the noise that was parametrised (not inflated) */
+    double nis;         /* value' S^-1 value */
     double noise_scale; /* trace of the noise used over that parametrised; 1 unless the gate inflated it */
-    int32_t dimension; /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
-    int32_t accepted; /* 0 when the gate inflated the noise or rejected the sample (noise_scale infinite) */
+    int32_t dimension;  /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
+    int32_t accepted;   /* 0 when the gate inflated the noise or rejected the sample (noise_scale infinite) */
 } hnav_innovation;
 /* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has no innovation). */
 HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation);
@@ -150,20 +156,21 @@ HNAV_API hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sens
 typedef enum hnav_field_gate {
     HNAV_FIELD_ACCEPTED = 0,
     HNAV_FIELD_REJECTED = 1, /* not used: it lies away from the reference */
-    HNAV_FIELD_INFLATED = 2 /* used with inflated noise although it lies away */
+    HNAV_FIELD_INFLATED = 2  /* used with inflated noise although it lies away */
 } hnav_field_gate;
 
 typedef struct hnav_field {
-    double strength_tesla; /* of the reference; NaN while there is none */
+    size_t size;               /* of this struct; set by the caller */
+    double strength_tesla;     /* of the reference; NaN while there is none */
     double dip_rad;
-    double latency_s; /* estimated delay of the magnetometer behind its time stamps (ahrs) */
+    double latency_s;          /* estimated delay of the magnetometer behind its time stamps (ahrs) */
     double latency_sigma_s;
-    double evidence_s; /* time for which the reference was seen, counted less at rest (ahrs) */
-    double heading_trust_s; /* the same for the heading, through changes of reference (ahrs) */
+    double evidence_s;         /* time for which the reference was seen, counted less at rest (ahrs) */
+    double heading_trust_s;    /* the same for the heading, through changes of reference (ahrs) */
     int32_t reference_changes; /* references taken after the first (ahrs) */
-    int32_t gate; /* hnav_field_gate of the last field */
-    int32_t at_rest; /* the body lies still (ahrs) */
-    int32_t reserved; /* 0 */
+    int32_t gate;              /* hnav_field_gate of the last field */
+    int32_t at_rest;           /* the body lies still (ahrs) */
+    int32_t reserved;          /* 0 */
 } hnav_field;
 HNAV_API hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field);
 
@@ -172,22 +179,23 @@ HNAV_API hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* fi
 HNAV_API hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]);
 
 typedef struct hnav_diagnostics {
-    double gamma_used; /* of the last correction; infinity when off */
-    double gamma_margin; /* 1 - lmax(L P L') / gamma^2: 1 when off, above 0 always */
+    size_t size;                               /* of this struct; set by the caller */
+    double gamma_used;                         /* of the last correction; infinity when off */
+    double gamma_margin;                       /* 1 - lmax(L P L') / gamma^2: 1 when off, above 0 always */
     double adapted_bias_walk_rad_s_per_sqrt_s; /* root of the mean of the diagonal of Q on the bias, times one second */
-    double newest_sample_s; /* time of the newest used sample; NaN if there was none */
-    uint64_t used[HNAV_SENSOR_COUNT]; /* samples used, by sensor */
-    uint64_t gated[HNAV_SENSOR_COUNT]; /* of those, with inflated noise */
-    uint64_t late; /* refused: older than the committed estimate */
-    uint64_t non_finite; /* refused: NaN, infinity, beyond 1e6 in any unit or 1e12 s */
-    uint64_t zero; /* refused: zero vector */
+    double newest_sample_s;                    /* time of the newest used sample; NaN if there was none */
+    uint64_t used[HNAV_SENSOR_COUNT];          /* samples used, by sensor */
+    uint64_t gated[HNAV_SENSOR_COUNT];         /* of those, with inflated noise */
+    uint64_t late;                             /* refused: older than the committed estimate */
+    uint64_t non_finite;                       /* refused: NaN, infinity, beyond 1e6 in any unit or 1e12 s */
+    uint64_t zero;                             /* refused: zero vector */
     uint64_t corrections;
-    uint64_t gamma_raised; /* corrections whose gamma was infeasible and had to be raised */
+    uint64_t gamma_raised;                     /* corrections whose gamma was infeasible and had to be raised */
     uint64_t covariance_repaired;
     uint64_t solver_rhs_evals;
     uint64_t solver_steps;
-    int32_t started; /* there is an attitude */
-    int32_t waiting; /* instants in the queue that are still in the future of the last advance */
+    int32_t started;                           /* there is an attitude */
+    int32_t waiting;                           /* instants in the queue that are still in the future of the last advance */
     /* Rate at which the last correction and the flow before it make the filter forget: for two estimates with its gains
      * that differ by e, sqrt(e' P^-1 e) falls at least by exp(-rate T), P the covariance after each correction.
      * -ln |L_k^-1 M_k L_k-1| / T_k with P_k = L_k L_k' and M_k = J (I - K_k H_k) Phi_k, the sampled-data form of the

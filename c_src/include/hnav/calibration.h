@@ -26,6 +26,7 @@ typedef enum hnav_magnetometer_fit {
 } hnav_magnetometer_fit;
 
 typedef struct hnav_magnetometer_calibration {
+    size_t size;                  /* of this struct; set by the caller */
     double offset[3];             /* hard iron, in the unit and axes of the field */
     double matrix[9];             /* row-major, determinant 1: the strength is kept on the mean over all directions */
     double strength;              /* of the corrected field, in its unit */

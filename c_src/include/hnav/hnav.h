@@ -7,7 +7,7 @@
  *
  *     hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
  *     hnav_filter* filter;
- *     hnav_attitude attitude;
+ *     hnav_attitude attitude = {.size = sizeof attitude};
  *     hnav_ahrs_create(&filter, &options, NULL, 0);
  *     while (...) {
  *         hnav_filter_push_imu(filter, t_s, rate_b_rad_s, force_b_m_s2);

@@ -34,22 +34,23 @@ HNAV_API const hnav_option_info* hnav_ins_error_option(int32_t index);
 
 /* Row-major matrices, owned by the caller, copied by create. Sizes 1 to 32; nu may be 0. */
 typedef struct hnav_ins_error_model {
+    size_t size;           /* of this struct; set by the caller */
     int32_t nx, nu, nz, nw, nl;
     /* 0: the matrices are those of one step. Above: A, B, G, Qw and An, Bn, QU belong to dx/dt = A x + B u + G w and
      * dlambda/dt = An lambda + Bn U with spectral densities Qw and QU; they are discretised exactly, u held. */
     double interval_s;
-    const double* A; /* nx x nx */
-    const double* B; /* nx x nu; not read when nu = 0 */
-    const double* G; /* nx x nw; null: the identity */
-    const double* H; /* nz x nx */
-    const double* An; /* nz x nz; null: no coloured errors; Bn, QU and Lambda0 are not read */
-    const double* Bn; /* nz x nl; null: the identity */
-    const double* Qw; /* nw x nw */
-    const double* Qv; /* nz x nz; diagonal unless noise_scaling is NONE */
-    const double* QU; /* nl x nl */
+    const double* A;       /* nx x nx */
+    const double* B;       /* nx x nu; not read when nu = 0 */
+    const double* G;       /* nx x nw; null: the identity */
+    const double* H;       /* nz x nx */
+    const double* An;      /* nz x nz; null: no coloured errors; Bn, QU and Lambda0 are not read */
+    const double* Bn;      /* nz x nl; null: the identity */
+    const double* Qw;      /* nw x nw */
+    const double* Qv;      /* nz x nz; diagonal unless noise_scaling is NONE */
+    const double* QU;      /* nl x nl */
     const double* Lambda0; /* nz x nz; null: the stationary covariance of lambda */
-    const double* x0; /* nx; null: zero */
-    const double* P0; /* nx x nx */
+    const double* x0;      /* nx; null: zero */
+    const double* P0;      /* nx x nx */
 } hnav_ins_error_model;
 
 /* Refused, with a message that names the matrix: sizes out of range (SIZE), null (NULL_ARGUMENT) or non-finite
@@ -95,8 +96,9 @@ HNAV_API hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filte
 HNAV_API hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, double* scale, double* fault_probability);
 
 typedef struct hnav_ins_error_info {
-    uint64_t steps; /* done since create or reset */
-    uint64_t shown_step; /* the step, counted from 0, that the outputs are about */
+    size_t size;              /* of this struct; set by the caller */
+    uint64_t steps;           /* done since create or reset */
+    uint64_t shown_step;      /* the step, counted from 0, that the outputs are about */
     int32_t nx, nu, nz;
     int32_t estimates_lambda; /* lambda is a state */
 } hnav_ins_error_info;
@@ -104,17 +106,19 @@ HNAV_API hnav_status hnav_ins_error_filter_info(const hnav_ins_error_filter* fil
 
 /* Arrays in, arrays out: n rows, each one step. Equal, bit for bit, to step after step. */
 typedef struct hnav_ins_error_run_input {
-    const double* u; /* n x nu: row k is the u of step k, held from step k - 1 on; may be null when nu = 0 */
-    const double* z; /* n x nz */
+    size_t size;            /* of this struct; set by the caller */
+    const double* u;        /* n x nu: row k is the u of step k, held from step k - 1 on; may be null when nu = 0 */
+    const double* z;        /* n x nz */
     const uint8_t* present; /* n x nz, may be null */
 } hnav_ins_error_run_input;
 
 typedef struct hnav_ins_error_run_output { /* null: not written; row k is what the outputs show after step k */
-    double *x, *sigma; /* n x nx */
-    double* covariance; /* n x nx x nx */
+    size_t size;                                              /* of this struct; set by the caller */
+    double *x, *sigma;                                        /* n x nx */
+    double* covariance;                                       /* n x nx x nx */
     double *lambda, *lambda_sigma, *compensated, *innovation; /* n x nz */
-    double* nis; /* n */
-    double *noise_scale, *fault_probability; /* n x nz */
+    double* nis;                                              /* n */
+    double *noise_scale, *fault_probability;                  /* n x nz */
 } hnav_ins_error_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */

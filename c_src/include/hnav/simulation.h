@@ -53,6 +53,7 @@ typedef struct hnav_noise_fault { /* samples from start_s to stop_s, both includ
 
 /* Row-major, owned by the caller, copied by create. */
 typedef struct hnav_aircraft_model {
+    size_t size;                            /* of this struct; set by the caller */
     int32_t nx, nu;                         /* 1 to 32, 0 to 32 */
     double interval_s;                      /* between samples, above 0 */
     const double* A_1_s;                    /* nx x nx; no eigenvalue with a real part above 1e-9 1/s */
@@ -86,6 +87,7 @@ HNAV_API hnav_status hnav_aircraft_step(hnav_aircraft* aircraft, const double* c
 
 /* Of the present sample; null pointers are not written. */
 typedef struct hnav_aircraft_sample {
+    size_t size;          /* of this struct; set by the caller */
     uint64_t k;           /* counted from 0 */
     double t_s;           /* k interval_s */
     double* x;            /* nx, truth */
@@ -114,19 +116,20 @@ HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buf
  *
  * What a body does and what error-free sensors at its centre would read. */
 typedef struct hnav_truth {
+    size_t size;            /* of this struct; set by the caller */
     double t_s;
-    double q_nb[4];            /* body to north-east-down of true north, scalar first */
-    double euler_rad[3];       /* roll, pitch, yaw (rotation order z y x) */
-    double rate_b_rad_s[3];    /* of the body against the navigation frame */
-    double force_b_m_s2[3];    /* specific force */
+    double q_nb[4];         /* body to north-east-down of true north, scalar first */
+    double euler_rad[3];    /* roll, pitch, yaw (rotation order z y x) */
+    double rate_b_rad_s[3]; /* of the body against the navigation frame */
+    double force_b_m_s2[3]; /* specific force */
     double field_b_tesla[3];
 } hnav_truth;
 
 /* For plants whose attitude an integrator outside holds. Errors: NULL_ARGUMENT. */
 /* Roll, pitch, yaw (rotation order z y x) in rad, 3, of the unit quaternion q_nb, 4. */
-HNAV_API hnav_status hnav_quaternion_to_euler(const double *q_nb, double *euler_rad);
+HNAV_API hnav_status hnav_quaternion_to_euler(const double* q_nb, double* euler_rad);
 /* q' = 1/2 q (x) (0, rate), 4, in 1/s: how q_nb, 4, of any length, flows at the body rate, 3. */
-HNAV_API hnav_status hnav_quaternion_derivative(const double *q_nb, const double *rate_b_rad_s, double *derivative_1_s);
+HNAV_API hnav_status hnav_quaternion_derivative(const double* q_nb, const double* rate_b_rad_s, double* derivative_1_s);
 
 /* ------------------------------------------------------------------------------------------------ turntable
  *
@@ -205,10 +208,11 @@ HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor* sensor, do
 HNAV_API hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor* sensor, double* next_s);
 
 typedef struct hnav_reading {
-    double value[3]; /* rad/s, m/s2 or T */
-    double t_meas_s; /* when it was sampled */
-    uint64_t count;  /* samples delivered so far; 0: none, the rest is zero */
-    uint64_t missed; /* samples that the distance of the communication points lost */
+    size_t size;      /* of this struct; set by the caller */
+    double value[3];  /* rad/s, m/s2 or T */
+    double t_meas_s;  /* when it was sampled */
+    uint64_t count;   /* samples delivered so far; 0: none, the rest is zero */
+    uint64_t missed;  /* samples that the distance of the communication points lost */
     uint64_t dropped; /* samples taken that are never delivered */
 } hnav_reading;
 /* sensor_kind: GYRO, ACCEL or MAG. */

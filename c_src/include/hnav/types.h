@@ -25,19 +25,19 @@ extern "C" {
 
 typedef enum hnav_status {
     HNAV_OK = 0,
-    HNAV_ERROR_NULL_ARGUMENT = 1,   /* a pointer that must not be null is */
-    HNAV_ERROR_OPTION = 2,          /* an option is impossible; the message names the field */
-    HNAV_ERROR_OPTIONS_STAMP = 3,   /* the options were not made by a *_defaults call of this version */
-    HNAV_ERROR_OUT_OF_MEMORY = 4,   /* create found no memory */
-    HNAV_ERROR_NON_FINITE = 5,      /* NaN or infinity in a sample or time; the sample is dropped and counted */
-    HNAV_ERROR_ZERO_VECTOR = 6,     /* a force or field of zero length has no direction; dropped and counted */
-    HNAV_ERROR_OUT_OF_RANGE = 7,    /* an argument outside its range (sigma not positive, unknown sensor, time beyond 1e12 s) */
-    HNAV_ERROR_LATE_SAMPLE = 8,     /* older than the committed estimate; dropped and counted */
-    HNAV_ERROR_QUEUE_FULL = 9,      /* more waiting samples than queue_capacity: advance first */
+    HNAV_ERROR_NULL_ARGUMENT = 1,    /* a pointer that must not be null is */
+    HNAV_ERROR_OPTION = 2,           /* an option is impossible; the message names the field */
+    HNAV_ERROR_OPTIONS_STAMP = 3,    /* the options were not made by a *_defaults call of this version */
+    HNAV_ERROR_OUT_OF_MEMORY = 4,    /* create found no memory */
+    HNAV_ERROR_NON_FINITE = 5,       /* NaN or infinity in a sample or time; the sample is dropped and counted */
+    HNAV_ERROR_ZERO_VECTOR = 6,      /* a force or field of zero length has no direction; dropped and counted */
+    HNAV_ERROR_OUT_OF_RANGE = 7, /* an argument outside its range (sigma not positive, unknown sensor, time beyond 1e12 s) */
+    HNAV_ERROR_LATE_SAMPLE = 8, /* older than the committed estimate; dropped and counted */
+    HNAV_ERROR_QUEUE_FULL = 9, /* more waiting samples than queue_capacity: advance first */
     HNAV_ERROR_TIME_BACKWARDS = 10, /* advance to a time before the last one */
-    HNAV_ERROR_NOT_STARTED = 11,    /* no attitude yet: the start waits for samples */
-    HNAV_ERROR_NO_DATA = 12,        /* no sample of this sensor has been used yet */
-    HNAV_ERROR_SIZE = 13,           /* a buffer is too small, or not of the size the object needs */
+    HNAV_ERROR_NOT_STARTED = 11, /* no attitude yet: the start waits for samples */
+    HNAV_ERROR_NO_DATA = 12, /* no sample of this sensor has been used yet */
+    HNAV_ERROR_SIZE = 13, /* a buffer or a struct of a size that the call does not know */
     HNAV_ERROR_STATE_CORRUPT = 14, /* saved state damaged, or of another object: its model or options differ; see the message */
     HNAV_ERROR_SOLVER = 15, /* there is no usable answer; the samples that led there were dropped */
     HNAV_ERROR_UNSUPPORTED = 16, /* this filter cannot do what was asked */
@@ -71,6 +71,27 @@ typedef enum hnav_sensor {
 } hnav_sensor;
 enum { HNAV_SENSOR_COUNT = 4 };
 
+/* ------------------------------------------------------------------------------------------------ structs that grow */
+
+/* A struct that a call reads or fills begins with its size, as the caller's compiler sees it:
+ *
+ *     hnav_attitude attitude = {.size = sizeof attitude};
+ *     hnav_filter_attitude(filter, &attitude);
+ *
+ * Later versions may add fields at its end. A call writes no more than the caller's size and takes the fields beyond it for
+ * zero, so that a program goes on working with a newer library; a size that no version had is answered by
+ * HNAV_ERROR_SIZE. In C++: auto attitude = hnav_sized<hnav_attitude>(); */
+#ifdef __cplusplus
+} // extern "C"
+template <class Struct>
+Struct hnav_sized() {
+    Struct made = Struct();
+    made.size = sizeof made;
+    return made;
+}
+extern "C" {
+#endif
+
 /* ------------------------------------------------------------------------------------------------ options */
 
 /* Whatever is made from options is made from a struct hnav_..._options of hnav/options. Its defaults call fills it, then the
@@ -85,28 +106,28 @@ typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, H
 
 /* One option: create checks by it, the FMU takes its parameter from it, Python its name. Rows belong to the library. */
 typedef struct hnav_option_info {
-    const char* name;                       /* the field of the options struct; "yaw.motion" for one of a struct inside */
-    const char* group;                      /* "noise", "start", ... */
-    const char* unit;                       /* "rad", "1/s", ...; "" when it has none */
-    const char* description;                /* one sentence */
-    const char* reason;                     /* why the default is what it is */
-    const char* const* choices;             /* CHOICE: names of 0, 1, ... in the order of the enum; null otherwise */
+    const char* name; /* the field of the options struct; "yaw.motion" for one of a struct inside */
+    const char* group; /* "noise", "start", ... */
+    const char* unit; /* "rad", "1/s", ...; "" when it has none */
+    const char* description; /* one sentence */
+    const char* reason; /* why the default is what it is */
+    const char* const* choices; /* CHOICE: names of 0, 1, ... in the order of the enum; null otherwise */
     const char* const* choice_descriptions; /* what each of them means */
-    const double* default_values;           /* count of them, of the first preset; of a choice its number */
-    size_t offset;                          /* of the field in the struct, bytes */
-    double min, max;                        /* for each component */
-    int32_t count;                          /* components: 1, or the length of an array */
+    const double* default_values; /* count of them, of the first preset; of a choice its number */
+    size_t offset; /* of the field in the struct, bytes */
+    double min, max; /* for each component */
+    int32_t count; /* components: 1, or the length of an array */
     int32_t choice_count;
-    hnav_option_kind kind;                  /* REAL fields are double, the others int32_t */
-    int32_t min_is_open, max_is_open;       /* 1 when min or max itself is excluded */
-    int32_t advanced;                       /* 0 for the dozen that one meets first */
+    hnav_option_kind kind; /* REAL fields are double, the others int32_t */
+    int32_t min_is_open, max_is_open; /* 1 when min or max itself is excluded */
+    int32_t advanced; /* 0 for the dozen that one meets first */
 } hnav_option_info;
 
 /* A set of values that a defaults call can fill in. */
 typedef struct hnav_preset_info {
-    const char* name;        /* "default", "paper" */
+    const char* name; /* "default", "paper" */
     const char* description; /* one sentence */
-    int32_t value;           /* of hnav_preset */
+    int32_t value; /* of hnav_preset */
 } hnav_preset_info;
 
 /* One component of an option as a number, whatever its kind; NaN when the row has no such component or a pointer is null.

@@ -1,0 +1,45 @@
+// Structs that begin with their size, as hnav/types.h promises: the caller may have been compiled when they had fewer fields.
+#pragma once
+
+#include "c_api/message.hpp"
+
+#include <cstring>
+
+// REQUIRE of a pointer to a struct of the given type, which must know its size.
+#define REQUIRE_STRUCT(object, pointer, type)                                                                                    \
+    do {                                                                                                                         \
+        REQUIRE(object, pointer);                                                                                                \
+        if (const hnav_status unknown = hnav::check_size(*(object), *(pointer), #pointer, #type)) return unknown;                \
+    } while (0)
+
+namespace hnav {
+
+// The size that a struct had when it was first published. One that has gained fields at its end since has that size stated
+// here.
+template <class Struct>
+inline constexpr std::size_t first_size = sizeof(Struct);
+
+// object: with a message. name: of the argument.
+template <class Object, class Struct>
+hnav_status check_size(const Object& object, const Struct& given, const char* name, const char* type) {
+    if (given.size >= first_size<Struct> && given.size <= sizeof(Struct)) return HNAV_OK;
+    return object.fail(HNAV_ERROR_SIZE, "%s.size = %zu is no size of %s: begin with %s %s = {.size = sizeof %s}", name,
+                       given.size, type, type, name, name);
+}
+
+// What the caller gives; fields that it does not know are zero.
+template <class Struct>
+Struct take_in(const Struct& given) {
+    Struct whole{};
+    std::memcpy(&whole, &given, given.size);
+    return whole;
+}
+
+// A result, as far as its caller knows the struct.
+template <class Struct>
+void hand_out(Struct result, Struct* to) {
+    result.size = to->size;
+    std::memcpy(to, &result, to->size);
+}
+
+} // namespace hnav
