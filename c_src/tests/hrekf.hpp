@@ -8,21 +8,22 @@
 
 namespace hnav::test {
 
-inline HrekfModel::Settings hrekf_settings() {
-    constexpr double deg = M_PI / 180;
-    HrekfModel::Settings s{};
-    s.gyro_psd = 1e-4;
-    s.bias_walk_psd = 1e-6;
-    s.accel_density2 = 1e-6;
-    s.mag_density2 = 4e-6;
+template <class R = double>
+HrekfSettings<R> hrekf_settings() {
+    constexpr R deg = R(M_PI / 180);
+    HrekfSettings<R> s{};
+    s.gyro_psd = R(1e-4);
+    s.bias_walk_psd = R(1e-6);
+    s.accel_density2 = R(1e-6);
+    s.mag_density2 = R(4e-6);
     s.max_interval_s = 0.1;
     s.start.mode = StartMode::attitude;
     s.start.samples = 1;
-    s.sigma_tilt = 0.1;
-    s.start.sigma_heading = 0.3;
-    s.sigma_bias = 0.05;
+    s.sigma_tilt = R(0.1);
+    s.start.sigma_heading = R(0.3);
+    s.sigma_bias = R(0.05);
     s.reference_given = true;
-    s.reference = {1, 1.0};
+    s.reference = {1, 1};
     s.ready_tilt_rad = 2 * deg;
     s.ready_heading_rad = 5 * deg;
     return s;

@@ -1,14 +1,12 @@
 // Laws of the AHRS: its flow, the transition that its covariance follows from, its gathered samples and corrections.
-#include "attitude/ahrs/model.hpp"
+#include "ahrs.hpp"
 #include "hnav/hnav.h"
-#include "laws.hpp"
-
-#include <gtest/gtest.h>
 
 #include <memory>
 #include <vector>
 
 using namespace hnav;
+using hnav::test::angle_between, hnav::test::follow, hnav::test::state_at_start, hnav::test::Turning;
 using Event = AttitudeEvent;
 using Sample = AttitudeSample;
 using State = AhrsModel::State;
@@ -18,77 +16,7 @@ namespace {
 
 constexpr double deg = M_PI / 180;
 
-AhrsModel::Settings settings() {
-    AhrsModel::Settings s{};
-    s.gyro_psd = 1e-8;
-    s.gyro_rate_psd = 6e-6;
-    s.bias_walk_psd = 2e-8;
-    s.reference_psd = 2e-5;
-    s.velocity_density2 = 0.3;
-    s.azimuth_density2 = 7e-4;
-    s.intensity_density2 = 3e-4;
-    s.rest_field_factor = 1.5;
-    s.rest_bias_density2 = 2e-9;
-    s.correction_interval_s = 0.035;
-    s.max_interval_s = 0.1;
-    s.gap_acceleration_m_s2 = 2;
-    s.gap_turn_factor = 1.5;
-    s.backward_hold = true;
-    s.rest = {2 * deg, 0.5, 2 * deg, 1.5, 0.5};
-    s.field = {0.035, 60, 3, 0.35, 0.35, 0.17, 5, 1.6, 0.4, 60, 0.13, 3.75, 0.12};
-    s.start.mode = StartMode::triad;
-    s.start.sigma_heading = 0.28;
-    s.start.field_wait_s = 1;
-    s.sigma = {0.08, 0.28, 0.008, 0.08, 0.11, 0.016, 1.6e-3, 8e-4};
-    s.ready_tilt_rad = 2 * deg;
-    s.ready_heading_rad = 5 * deg;
-    s.ready_evidence_s = 3;
-    s.ready_undisturbed_s = 8;
-    return s;
-}
-
-// A body that turns at a constant rate under gravity and a field dipping by 60 degrees, its sensors without error.
-struct Turning {
-    Vector3 rate_b{0.3, -0.5, 0.8};
-    Vector3 bias = Vector3::Zero();
-    Quaternion start_q = Quaternion(0.8, 0.2, -0.1, 0.5).normalized();
-    double latency_s = 0;
-
-    Quaternion q(double t_s) const { return multiply(start_q, HeldTurn(rate_b, t_s).q); }
-    Vector3 force_b(double t_s) const { return rotation_matrix(q(t_s)).transpose() * Vector3(0, 0, -AhrsModel::gravity_m_s2); }
-    Vector3 field_b(double t_s) const { return rotation_matrix(q(t_s - latency_s)).transpose() * Vector3(2.5e-5, 0, 4.33e-5); }
-
-    Event event(double t_s, bool with_mag = true) const {
-        Event e{};
-        e.t_s = t_s;
-        const auto add = [&](int channel, const Vector3& v) { e.add(Sample{t_s, channel, {v[0], v[1], v[2]}}); };
-        add(gyro, rate_b + bias);
-        add(accel, force_b(t_s));
-        if (with_mag) add(mag, field_b(t_s));
-        return e;
-    }
-};
-
-State state_at_start(const AhrsModel& model) {
-    State s{};
-    model.begin(s);
-    return s;
-}
-
-// Samples at 200 Hz for `duration_s`, by the closed form.
-void follow(const AhrsModel& model, State& s, const Turning& motion, double duration_s, double from_s = 0) {
-    const int n = static_cast<int>(std::lround(duration_s * 200));
-    for (int k = 0; k <= n; ++k) {
-        const Event e = motion.event(from_s + 0.005 * k);
-        model.before_flow(s, e);
-        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-        model.jump(s, e);
-    }
-}
-
-double angle_between(const Quaternion& a, const Quaternion& b) {
-    return 2 * std::acos(std::fmin(1.0, std::fabs(a.normalized().dot(b.normalized()))));
-}
+AhrsModel::Settings settings() { return test::ahrs_settings(); }
 
 } // namespace
 

@@ -2,6 +2,6 @@
 
 namespace hnav {
 
-template void AhrsModelOf<double>::correct_heading(State& s, Correction& c, const Event& event) const;
+template void AhrsModelOf<Scalar>::correct_heading(State& s, Correction& c, const Event& event) const;
 
 } // namespace hnav

@@ -6,6 +6,6 @@
 
 namespace hnav {
 
-template void AhrsModelOf<double>::correct(State& s, const Event& event) const;
+template void AhrsModelOf<Scalar>::correct(State& s, const Event& event) const;
 
 } // namespace hnav

@@ -3,10 +3,11 @@
 
 #include "attitude/ahrs/model.hpp"
 #include "maths/repair.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 
-extern template bool repair<20>(Square<20>& P); // repair.cpp
+extern template bool repair<20>(Square<20, Scalar>& P); // repair.cpp
 
 template <class R>
 void AhrsModelOf<R>::correct(State& s, const Event& event) const {

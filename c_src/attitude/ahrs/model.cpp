@@ -9,6 +9,6 @@
 
 namespace hnav {
 
-template class AhrsModelOf<double>; // the members that the files above define
+template class AhrsModelOf<Scalar>; // the members that the files above define
 
 } // namespace hnav

@@ -20,10 +20,11 @@
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
 // earth-frame error: Sola, arXiv 1711.02508, section 7.
 //
-// The members are defined in the files named beside them; the .cpp files beside them compile them for double.
+// The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
 #pragma once
 
 #include "attitude/ahrs/state.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 

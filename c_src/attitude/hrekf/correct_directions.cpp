@@ -2,6 +2,6 @@
 
 namespace hnav {
 
-template void HrekfModelOf<double>::correct_directions(State& s, const Event& event) const;
+template void HrekfModelOf<Scalar>::correct_directions(State& s, const Event& event) const;
 
 } // namespace hnav

@@ -2,6 +2,6 @@
 
 namespace hnav {
 
-template class HrekfCorrectionBase<double>;
+template class HrekfCorrectionBase<Scalar>;
 
 } // namespace hnav

@@ -4,12 +4,13 @@
 #include "attitude/common/robust_law.hpp"
 #include "attitude/hrekf/state.hpp"
 #include "maths/repair.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 
-extern template bool repair<7>(Square<7>& P); // this and the next in covariance.cpp
-extern template Square<7> inflate<7>(const Square<7>& P, const Eigen::Matrix<double, 7, 1>& L, double interval_s,
-                                     const RobustSettings<double>& settings, RobustReport<double>* report);
+extern template bool repair<7>(Square<7, Scalar>& P); // this and the next in covariance.cpp
+extern template Square<7, Scalar> inflate<7>(const Square<7, Scalar>& P, const Eigen::Matrix<Scalar, 7, 1>& L, Scalar interval_s,
+                                             const RobustSettings<Scalar>& settings, RobustReport<Scalar>* report);
 
 // What does not depend on the number of rows.
 template <class R>
@@ -37,7 +38,7 @@ private:
     R return_to_unit_sphere(Covariance& P);
 };
 
-extern template class HrekfCorrectionBase<double>; // correction.cpp
+extern template class HrekfCorrectionBase<Scalar>; // correction.cpp
 
 template <int m, class R>
 class HrekfCorrection : HrekfCorrectionBase<R> {

@@ -4,10 +4,11 @@
 
 namespace hnav {
 
-template bool repair<7>(Square<7>& P);
-template Square<7> inflate<7>(const Square<7>& P, const Eigen::Matrix<double, 7, 1>& L, double interval_s,
-                              const RobustSettings<double>& settings, RobustReport<double>* report);
-template Matrix3 adapt_corrected<double>(const Matrix3& Q, const AdaptationSettings<double>& settings, const Vector3& bias_step,
-                                         const Matrix3& posterior, const Matrix3& previous, double interval_s, double k);
+template bool repair<7>(Square<7, Scalar>& P);
+template Square<7, Scalar> inflate<7>(const Square<7, Scalar>& P, const Eigen::Matrix<Scalar, 7, 1>& L, Scalar interval_s,
+                                      const RobustSettings<Scalar>& settings, RobustReport<Scalar>* report);
+template Matrix3Of<Scalar> adapt_corrected<Scalar>(const Matrix3Of<Scalar>& Q, const AdaptationSettings<Scalar>& settings,
+                                                   const Vector3Of<Scalar>& bias_step, const Matrix3Of<Scalar>& posterior,
+                                                   const Matrix3Of<Scalar>& previous, Scalar interval_s, Scalar k);
 
 } // namespace hnav

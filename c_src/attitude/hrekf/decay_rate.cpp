@@ -2,7 +2,7 @@
 
 namespace hnav {
 
-template struct ErrorMap<double>;
-template double decay_rate<double>(const ErrorMap<double>& e);
+template struct ErrorMap<Scalar>;
+template double decay_rate<Scalar>(const ErrorMap<Scalar>& e);
 
 } // namespace hnav

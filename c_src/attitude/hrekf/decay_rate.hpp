@@ -26,6 +26,6 @@ double decay_rate(const ErrorMap<R>& e) {
     return largest > 0 && std::isfinite(largest) ? -0.5 * std::log(largest) / e.interval_s : 0;
 }
 
-extern template double decay_rate<double>(const ErrorMap<double>& e);
+extern template double decay_rate<Scalar>(const ErrorMap<Scalar>& e);
 
 } // namespace hnav

@@ -9,6 +9,7 @@
 
 #include "maths/blocks.hpp"
 #include "maths/rotation.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 
@@ -33,7 +34,7 @@ struct ErrorMap {
               R norm, const Square<7, R>& P);
 };
 
-extern template struct ErrorMap<double>; // decay_rate.cpp
+extern template struct ErrorMap<Scalar>; // decay_rate.cpp
 
 // Of (d, e_b), from that of (q, b).
 template <class R>

@@ -8,6 +8,6 @@
 
 namespace hnav {
 
-template class HrekfModelOf<double>; // the members that the files above define
+template class HrekfModelOf<Scalar>; // the members that the files above define
 
 } // namespace hnav

@@ -11,11 +11,12 @@
 // Equations: Hybrid Robust Extended Kalman Filter for SINS initial alignment, TJEE 54(4), 2024,
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 //
-// The members are defined in the files named beside them, and compiled for double in the files of the same names.
+// The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
 #pragma once
 
 #include "attitude/common/sampling.hpp"
 #include "attitude/hrekf/state.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "maths/rotation.hpp"
+#include "maths/scalar.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -42,8 +43,8 @@ Matrix3Of<R> adapt_corrected(const Matrix3Of<Exactly<R>>& Q, const AdaptationSet
     return adapted;
 }
 
-extern template Matrix3 adapt_corrected<double>(const Matrix3& Q, const AdaptationSettings<double>& settings,
-                                                const Vector3& bias_step, const Matrix3& posterior, const Matrix3& previous,
-                                                double interval_s, double k);
+extern template Matrix3Of<Scalar> adapt_corrected<Scalar>(const Matrix3Of<Scalar>& Q, const AdaptationSettings<Scalar>& settings,
+                                                          const Vector3Of<Scalar>& bias_step, const Matrix3Of<Scalar>& posterior,
+                                                          const Matrix3Of<Scalar>& previous, Scalar interval_s, Scalar k);
 
 } // namespace hnav

@@ -1,0 +1,13 @@
+// The scalar that the templates of attitude/ are compiled for, in the .cpp files beside them. A build for processors without
+// double precision sets HNAV_SCALAR to float; times stay double, and so does what a filter tells.
+#pragma once
+
+#ifndef HNAV_SCALAR
+#define HNAV_SCALAR double
+#endif
+
+namespace hnav {
+
+using Scalar = HNAV_SCALAR;
+
+} // namespace hnav
