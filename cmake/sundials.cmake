@@ -6,7 +6,9 @@
 #   FETCHCONTENT_SOURCE_DIR_SUNDIALS        the same, by the name that CMake users expect
 #   the source package of Debian or Ubuntu  by apt-get, with a list and a state folder of our own
 #   HNAV_SUNDIALS_URL                       the upstream release, by its hash
-# HNAV_SYSTEM_SUNDIALS=ON takes an installed one instead (find_package).
+# HNAV_SYSTEM_SUNDIALS=ON takes an installed one instead (find_package). It calls malloc itself, and not all of its own calls
+# look at the answer: out of memory, a create call with one of its solvers may crash. The SUNDIALS that is built here takes
+# its memory from hnav (c_src/hybrid/sundials_memory.hpp).
 
 option(HNAV_SYSTEM_SUNDIALS "Use an installed SUNDIALS instead of building one" OFF)
 set(HNAV_SUNDIALS_SOURCE "" CACHE PATH "Unpacked SUNDIALS release, 6.4 to 7.x; empty: fetch it")
@@ -91,8 +93,12 @@ endfunction()
 # What the finished build depends on; when it changes, SUNDIALS is built again.
 # Without contraction here too: on ARM it is the compiler's default, and the bits would differ from those of x86-64.
 set(hnav_sundials_flags "-fvisibility=hidden -ffunction-sections -fdata-sections -ffp-contract=off")
+set(hnav_sundials_memory "${PROJECT_SOURCE_DIR}/c_src/hybrid/sundials_memory.h")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${hnav_sundials_memory}")
+file(SHA256 "${hnav_sundials_memory}" hnav_sundials_memory_hash)
 set(hnav_sundials_stamp
     "${HNAV_SUNDIALS_SOURCE}${FETCHCONTENT_SOURCE_DIR_SUNDIALS}|${CMAKE_C_COMPILER}|${HNAV_SANITIZE}|${hnav_sundials_flags}")
+string(APPEND hnav_sundials_stamp "|${hnav_sundials_memory_hash}")
 set(hnav_sundials_stamp_file "${hnav_sundials_prefix}/stamp.txt")
 set(hnav_sundials_built "")
 if(EXISTS "${hnav_sundials_stamp_file}")
@@ -116,7 +122,7 @@ if(NOT hnav_sundials_built STREQUAL hnav_sundials_stamp)
                         "-DHNAV_SUNDIALS_SOURCE=..., or install one and give -DHNAV_SYSTEM_SUNDIALS=ON.")
   endif()
   message(STATUS "SUNDIALS: building ${hnav_sundials_source}")
-  set(flags "${hnav_sundials_flags} -ffile-prefix-map=${hnav_sundials_source}=sundials")
+  set(flags "${hnav_sundials_flags} -ffile-prefix-map=${hnav_sundials_source}=sundials -include \"${hnav_sundials_memory}\"")
   # For another machine than this one the toolchain names the compiler.
   set(compiler "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}")
   if(CMAKE_TOOLCHAIN_FILE)

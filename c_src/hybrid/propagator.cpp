@@ -1,6 +1,8 @@
 #include "hybrid/propagator.hpp"
 
 #include "base/memory.hpp"
+#include "hybrid/sundials_memory.h"
+#include "hybrid/sundials_memory.hpp"
 #include "hybrid/sundials_names.hpp"
 
 #include <algorithm>
@@ -10,7 +12,8 @@
 
 // ------------------------------------------------------------------------------------------------ vectors
 // SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
-// numbers that costs more than the arithmetic. Ours knows its length when compiled (0: only at run time).
+// numbers that costs more than the arithmetic. Ours knows its length when compiled (0: only at run time), and has its numbers
+// in the memory that was reserved for the solver.
 
 namespace hnav {
 namespace {
@@ -22,7 +25,6 @@ using sundials::real;
 struct VectorContent {
     double* data;
     int n;
-    bool owns_data;
 };
 
 // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing. Who calls
@@ -45,25 +47,15 @@ struct Vector {
     static N_Vector_ID id(N_Vector) { return SUNDIALS_NVEC_CUSTOM; }
 
     static N_Vector clone(N_Vector like) {
-        N_Vector v = N_VNewEmpty(like->sunctx);
+        N_Vector v = make(size(like), like->sunctx);
         if (!v) return nullptr;
-        auto* content = static_cast<VectorContent*>(std::malloc(sizeof(VectorContent)));
-        auto* values = static_cast<double*>(std::calloc(size(like), sizeof(double)));
-        if (!content || !values || N_VCopyOps(like, v) != 0) {
-            std::free(content);
-            std::free(values);
-            N_VFreeEmpty(v);
-            return nullptr;
-        }
-        *content = {values, size(like), true};
-        v->content = content;
-        return v;
+        if (N_VCopyOps(like, v) == 0) return v;
+        destroy(v);
+        return nullptr;
     }
     static void destroy(N_Vector v) {
         if (!v) return;
-        auto* content = static_cast<VectorContent*>(v->content);
-        if (content && content->owns_data) std::free(content->data);
-        std::free(content);
+        hnav_sundials_free(v->content);
         N_VFreeEmpty(v);
     }
 
@@ -150,16 +142,24 @@ struct Vector {
         return 0;
     }
 
-    static N_Vector create(int n, double* values, SUNContext context) {
+    // Zeros, behind the content in one piece.
+    static N_Vector make(int n, SUNContext context) {
         N_Vector v = N_VNewEmpty(context);
         if (!v) return nullptr;
-        auto* content = static_cast<VectorContent*>(std::malloc(sizeof(VectorContent)));
-        if (!content) {
+        void* piece = hnav_sundials_calloc(1, sizeof(VectorContent) + n * sizeof(double));
+        if (!piece) {
             N_VFreeEmpty(v);
             return nullptr;
         }
-        *content = {values, n, false};
+        auto* content = static_cast<VectorContent*>(piece);
+        *content = {reinterpret_cast<double*>(content + 1), n};
         v->content = content;
+        return v;
+    }
+
+    static N_Vector create(int n, SUNContext context) {
+        N_Vector v = make(n, context);
+        if (!v) return nullptr;
         N_Vector_Ops ops = v->ops;
         ops->nvgetvectorid = id;
         ops->nvclone = clone;
@@ -185,11 +185,11 @@ struct Vector {
 };
 
 // Lengths that most filters have, and any other.
-N_Vector create_vector(int n, double* values, SUNContext context) {
+N_Vector create_vector(int n, SUNContext context) {
     switch (n) {
-    case 14: return Vector<14>::create(n, values, context); // AHRS: q, the integral of its rotation matrix, a clock
-    case 35: return Vector<35>::create(n, values, context); // HREKF: q, b and a 7 x 7 covariance
-    default: return Vector<0>::create(n, values, context);
+    case 14: return Vector<14>::create(n, context); // AHRS: q, the integral of its rotation matrix, a clock
+    case 35: return Vector<35>::create(n, context); // HREKF: q, b and a 7 x 7 covariance
+    default: return Vector<0>::create(n, context);
     }
 }
 
@@ -200,7 +200,6 @@ N_Vector create_vector(int n, double* values, SUNContext context) {
 struct Propagator::Solver {
     SUNContext context = nullptr;
     N_Vector y = nullptr;
-    double* values = nullptr;
     void* erk = nullptr;
     void* cv = nullptr;
     SUNNonlinearSolver iteration = nullptr;
@@ -216,19 +215,12 @@ struct Propagator::Solver {
 
     bool create(const Settings& settings, int nx) {
         if (sundials::create_context(&context) != 0) return false;
-        values = static_cast<double*>(std::calloc(nx, sizeof(double)));
-        auto* tolerance = static_cast<double*>(std::malloc(nx * sizeof(double)));
-        if (!values || !tolerance) {
-            std::free(tolerance);
-            return false;
-        }
-        std::memcpy(tolerance, settings.atol, nx * sizeof(double));
-        y = create_vector(nx, values, context);
-        N_Vector atol = create_vector(nx, tolerance, context);
+        y = create_vector(nx, context);
+        N_Vector atol = create_vector(nx, context);
         bool ok = y && atol;
+        if (ok) std::memcpy(data(atol), settings.atol, nx * sizeof(double));
         ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
         if (atol) N_VDestroy(atol);
-        std::free(tolerance);
         return ok;
     }
 
@@ -287,13 +279,13 @@ struct Propagator::Solver {
         if (cv) CVodeFree(&cv);
         if (iteration) SUNNonlinSolFree(iteration);
         if (y) N_VDestroy(y);
-        std::free(values);
         if (context) SUNContext_Free(&context);
     }
 };
 
 Propagator::~Propagator() {
     destroy_object(solver_);
+    release_block(reserved_);
     std::free(slope_);
 }
 
@@ -305,9 +297,12 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     if (!slope_) return false;
     if (settings.integrator == Integrator::euler) return true;
 
-    solver_ = make_object<Solver>();
+    const std::size_t bytes = SundialsMemory::bytes(nx);
+    reserved_ = take_block(bytes);
+    solver_ = reserved_ ? make_object<Solver>() : nullptr;
     if (!solver_) return false;
     solver_->owner = this;
+    const SundialsMemory memory(reserved_, bytes);
     if (!solver_->create(settings, nx)) return false;
     double* scratch = slope_ + nx;
     std::memcpy(scratch, probe, nx * sizeof(double));
@@ -319,10 +314,10 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
 bool Propagator::integrate(const void* context, double interval_s, double* x) {
     if (!solver_) return integrate_euler(context, interval_s, x);
     solver_->flow_context = context;
-    std::memcpy(solver_->values, x, nx_ * sizeof(double));
+    std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
     if (solver_->evolve(interval_s) < 0) return false;
-    std::memcpy(x, solver_->values, nx_ * sizeof(double));
+    std::memcpy(x, data(solver_->y), nx_ * sizeof(double));
     return true;
 }
 

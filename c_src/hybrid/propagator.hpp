@@ -50,6 +50,7 @@ private:
     bool integrate_euler(const void* context, double interval_s, double* x);
 
     Solver* solver_ = nullptr;
+    void* reserved_ = nullptr; // what SUNDIALS made lies in it
     Flow flow_ = nullptr;
     int nx_ = 0;
     double euler_step_s_ = 0;

@@ -1,20 +1,44 @@
-// Counts what a test asks of the heap, by taking the place of malloc; included by one file of a program. Where that cannot
-// be (another C library, a sanitizer in the same place) HNAV_HEAP_IS_COUNTED is not defined.
+// Counts what a test asks of the heap and gives back, and refuses the nth request, by taking the place of malloc and its
+// company; included by one file of a program. Where that cannot be (another C library, a sanitizer in the same place)
+// HNAV_HEAP_IS_COUNTED is not defined.
 #pragma once
 
 #include <cstdlib>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define HNAV_HEAP_IS_COUNTED
 
 namespace heap {
 inline thread_local bool counting = false;
-inline thread_local long allocations = 0;
+inline thread_local long allocations = 0; // requests while counting
+inline thread_local long held = 0;        // of these, answered and not given back
+inline thread_local long refused = 0;     // which request has no answer, from 1; 0: every one has
+
+inline bool refuses() {
+    allocations += counting;
+    return counting && allocations == refused;
+}
+inline void* count_held(void* block) {
+    held += counting && block;
+    return block;
+}
 } // namespace heap
 
 extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(std::size_t size) {
-    heap::allocations += heap::counting;
-    return __libc_malloc(size);
+extern "C" void* __libc_calloc(std::size_t, std::size_t);
+extern "C" void* __libc_realloc(void*, std::size_t);
+extern "C" void __libc_free(void*);
+extern "C" void* malloc(std::size_t size) { return heap::refuses() ? nullptr : heap::count_held(__libc_malloc(size)); }
+extern "C" void* calloc(std::size_t count, std::size_t size) {
+    return heap::refuses() ? nullptr : heap::count_held(__libc_calloc(count, size));
+}
+extern "C" void* realloc(void* block, std::size_t size) {
+    if (heap::refuses()) return nullptr;
+    void* moved = __libc_realloc(block, size);
+    return block ? moved : heap::count_held(moved);
+}
+extern "C" void free(void* block) {
+    heap::held -= heap::counting && block;
+    __libc_free(block);
 }
 #endif
