@@ -401,6 +401,9 @@ def write_run(folder, parameters: dict) -> None:
 
 
 def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
+    with pytest.raises(RecordingError, match="run.json: file not found: the simulation is not whole"):
+        filter_of_run(tmp_path)
+    write_run(tmp_path, {"sensor.seed": 1})
     assert filter_of_run(tmp_path) == ("default", {})
     start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
     write_run(

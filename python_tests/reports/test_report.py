@@ -143,7 +143,7 @@ def test_pictures_are_written(run, tmp_path):
     assert [f.name for f in files] == ["attitude.png", "bias.png", "error.png"]
     assert all(f.read_bytes()[:4] == b"\x89PNG" for f in files)
     (tmp_path / "file").touch()
-    with pytest.raises(HnavError, match="cannot be written"):
+    with pytest.raises(HnavError, match="cannot write"):
         write_report(run, tmp_path / "file" / "report.html")
 
 

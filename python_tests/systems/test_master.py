@@ -13,6 +13,7 @@ from hnav.systems.master import communication_points, run_system
 from hnav.systems.simulation import read_run, simulate, write_run
 from hnav.systems.ssp_reader import read_system
 from made_systems import NOISE, SENSORS, make_system, make_turntable, parameter_set
+from small_files import no_longer_than
 
 STEP_S = 0.01
 
@@ -198,9 +199,29 @@ def test_files_that_are_missing_or_damaged_are_named(turntable, tmp_path):
     (tmp_path / "signals.h5").write_bytes(b"nothing")
     with pytest.raises(HnavError, match="signals.h5: cannot be read"):
         read_run(tmp_path)
+    (tmp_path / "run.json").unlink()
+    with pytest.raises(HnavError, match="run.json: file not found; hnav simulate writes it, and was not done here"):
+        read_run(tmp_path)
     (tmp_path / "file").touch()
-    with pytest.raises(HnavError, match="cannot be written"):
+    with pytest.raises(HnavError, match="cannot write"):
         write_run(simulate(turntable, stop_s=0.1), tmp_path / "file")
+
+
+def test_a_full_disk_leaves_the_run_that_was_there(turntable, tmp_path):
+    old, new = (simulate(turntable, stop_s=stop_s) for stop_s in (0.1, 0.2))
+    out = tmp_path / "out"
+    write_run(old, out)
+    with no_longer_than(10_000), pytest.raises(HnavError, match="cannot write .*/signals.h5: file too large"):
+        write_run(new, out)
+    assert read_run(out).about == old.about and sorted(p.name for p in out.iterdir()) == ["run.json", "signals.h5"]
+    np.testing.assert_array_equal(read_run(out).t_s, old.t_s)
+
+
+def test_numbers_that_are_not_finite_are_kept_as_text(turntable, tmp_path):
+    run = simulate(turntable, stop_s=0.1)
+    run.about["parameters"]["sensor.gyro.range_rad_s"] = float("inf")
+    write_run(run, tmp_path)
+    assert read_run(tmp_path).about["parameters"]["sensor.gyro.range_rad_s"] == "inf"
 
 
 def test_bad_input_ends_with_one_line_and_code_2(turntable, tmp_path):

@@ -68,7 +68,7 @@ def test_the_command_prints_the_table_and_writes_parquet(system, tmp_path):
     by_name = table.set_index(["filter", "seed"])["mse_deg2"]
     np.testing.assert_array_equal(by_name["hekf"], by_name["hrekf"])
     (tmp_path / "file").touch()
-    with pytest.raises(HnavError, match="cannot be written"):
+    with pytest.raises(HnavError, match="cannot write"):
         write_table(table, tmp_path / "file" / "runs.parquet")
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from hnav.errors import HnavError
 from hnav.filters.attitude import option_table
+from hnav.io.json_file import read_json
 from hnav.io.recordings import Recording, RecordingError
 from hnav.native.library import PRESETS
 from hnav.systems.simulation import ABOUT, SIGNALS
@@ -34,17 +35,23 @@ def read_results(folder: Path) -> Recording:
     try:
         with h5py.File(path) as file:
             file.visititems(take)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
+    except Exception as error:  # HDF5 raises whatever a damaged file makes it stumble over
+        raise RecordingError(f"{path}: cannot be read: {(str(error) or type(error).__name__).splitlines()[0]}") from None
     if "t_s" not in signals:
         raise RecordingError(f"{path}: the dataset t_s is missing")
+    for name, values in signals.items():
+        if values.dtype.kind not in "fiub" or values.ndim == 0 or len(values) != len(signals["t_s"]):
+            raise RecordingError(f"{path}: {name} does not hold a number for each of {len(signals['t_s'])} times")
+    t_s = signals["t_s"].astype(float)
+    if t_s.ndim != 1 or not len(t_s) or not np.isfinite(t_s).all() or (np.diff(t_s) <= 0).any():
+        raise RecordingError(f"{path}: the times in t_s do not increase")
     samples = []
     for end in ("gyro.rate", "accel.force", "mag.field"):
         found = _samples(signals, end)
         if found is None:
             raise RecordingError(f"{path}: no dataset ends in {end}, nor in {end}[1] to {end}[3]")
         samples.append(found.astype(float))
-    return Recording(folder.name, signals["t_s"], *samples)
+    return Recording(folder.name, t_s, *samples)
 
 
 def _samples(signals: Mapping[str, np.ndarray], end: str) -> np.ndarray | None:
@@ -61,16 +68,18 @@ def _samples(signals: Mapping[str, np.ndarray], end: str) -> np.ndarray | None:
 
 
 def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str, str]]:
-    """(preset, settings) that the component had in the simulation, from its run.json; ("default", {}) where it says nothing.
+    """(preset, settings) that the component had in the simulation, from its run.json; preset default where it names none.
 
-    Without its solver: the certificate's reference knows the closed form only. Raises RecordingError.
+    Without its solver: the certificate's reference knows the closed form only. Raises RecordingError, also for a folder
+    without run.json, which hnav simulate writes last.
     """
     path = folder / ABOUT
-    try:
-        said = json.loads(path.read_text())["parameters"] if path.is_file() else {}
-        values = {name[len(component) + 1 :]: value for name, value in said.items() if name.startswith(component + ".")}
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        raise RecordingError(f"{path}: no parameters of a simulation in it") from None
+    if not path.is_file():
+        raise RecordingError(
+            f"{path}: file not found: the simulation is not whole; simulate again, or name the filter by --preset"
+        )
+    said = _parameters(path)
+    values = {name[len(component) + 1 :]: value for name, value in said.items() if name.startswith(component + ".")}
     preset = values.pop("preset", PRESETS[0])
     if preset not in PRESETS:
         raise RecordingError(f"{path}: no parameters of a simulation in it: {component}.preset = {preset}")
@@ -78,11 +87,23 @@ def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str
     for name, option in option_table("hrekf").items():
         if name in values and name != "solver":
             settings[name] = _text(values[name])
-        elif f"{name}[1]" in values:
+        elif all(f"{name}[{i + 1}]" in values for i in range(option.count)):
             settings[name] = ",".join(_text(values[f"{name}[{i + 1}]"]) for i in range(option.count))
     return preset, settings
 
 
+def _parameters(path: Path) -> dict[str, str | float]:
+    """By component.parameter, as run.json has them. Raises RecordingError."""
+    try:
+        about = read_json(path)
+    except HnavError as error:
+        raise RecordingError(str(error)) from None
+    said = about.get("parameters") if isinstance(about, dict) else None
+    if not isinstance(said, dict) or not all(isinstance(value, (str, int, float)) for value in said.values()):
+        raise RecordingError(f"{path}: no parameters of a simulation in it")
+    return said
+
+
 def _text(value: str | float) -> str:
     """A choice as it is, a number with all its bits."""
-    return value if isinstance(value, str) else f"{value:.17g}"
+    return value if isinstance(value, str) else repr(value) if isinstance(value, int) else f"{value:.17g}"

@@ -14,6 +14,7 @@ from hnav.certify.gain_record import GainRecord, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.filters.attitude import Options
+from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording, read_recording
 from hnav.systems.turntable_recording import Experiment, Turntable
 
@@ -76,4 +77,5 @@ def attenuation_of(record: GainRecord, known: Experiment, options: Options) -> f
 
 
 def write_certificate(path: Path, found: Certificate) -> None:
-    path.write_text(json.dumps(found.figures(), indent=2, allow_nan=False) + "\n")
+    """The figures as JSON. Raises OutputError."""
+    write_files({path: json.dumps(found.figures(), indent=2, allow_nan=False) + "\n"})

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import say, show, writing
+from hnav.cli.console import say, show
 from hnav.cli.parameters import MagUnit
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
+from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.recordings import read_recording
 from hnav.units import TESLA_PER
 
@@ -31,6 +33,7 @@ def command(
     ] = False,
     mag_unit: MagUnit = "T",
 ) -> None:
+    refuse_overwriting([out, picture], [recording])
     data = read_recording(recording, mag_unit)
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
@@ -44,14 +47,17 @@ def command(
         hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
-        write_calibration(out, found)
+        # The filters write to a path of their own and know no other way.
+        with TemporaryDirectory() as scratch:
+            made = Path(scratch) / out.name
+            write_calibration(made, found)
+            write_files({out: made.read_bytes()})
     if picture is not None:
         # Matplotlib takes longer to load than everything else here.
         from hnav.reports.calibration_picture import draw_calibration
         from hnav.reports.plots import save
 
-        with writing(picture):
-            save(draw_calibration(field, found, data.name), picture)
+        save(draw_calibration(field, found, data.name), picture)
     show(calibration_table(found, data.name))
     if found.note:
         axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"

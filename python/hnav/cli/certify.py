@@ -10,9 +10,11 @@ from rich.table import Table
 
 from hnav.certify.run import certify_run, write_certificate
 from hnav.certify.summary import certificate_rows
-from hnav.cli.console import bar, say, show, writing
+from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, MagUnit, Settings, parse_settings
 from hnav.cli.words import UsageError
+from hnav.io.outputs import refuse_overwriting
+from hnav.systems.simulation import ABOUT, SIGNALS
 
 
 def command(
@@ -46,6 +48,8 @@ def command(
         raise UsageError("name a recording or --experiment turntable, one of them")
     if filter != "hrekf":
         raise UsageError(f"--filter {filter}: the certificate is of hrekf, whose gains the theorem is about")
+    if recording is not None:
+        refuse_overwriting([out, picture], [recording, recording / SIGNALS, recording / ABOUT])
     with bar() as progress:
         tasks: dict[str, int] = {}
 
@@ -60,15 +64,13 @@ def command(
             seed=seed, gain_factor=gain_factor, mag_unit=mag_unit, progress=note,
         )  # fmt: skip
     if out is not None:
-        with writing(out):
-            write_certificate(out, found)
+        write_certificate(out, found)
     if picture is not None:
         # Matplotlib takes a while to load.
         from hnav.reports.certificate_picture import draw_certificate
         from hnav.reports.plots import save
 
-        with writing(picture):
-            save(draw_certificate(found), picture)
+        save(draw_certificate(found), picture)
     table = Table("", "value", "meaning", title=found.name, show_header=False)
     for row in certificate_rows(found):
         table.add_row(*row)

@@ -1,16 +1,10 @@
-"""What all commands share when they talk to the user: lines, tables, the progress bar, files that cannot be written."""
+"""What all commands share when they talk to the user: lines, tables, the progress bar."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
-
-from hnav.cli.words import UsageError
 
 console = Console()
 # A pipe has no width of its own: a table is as wide as its columns want, up to this.
@@ -32,12 +26,3 @@ def bar() -> Progress:
     errors = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     return Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal)
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Whoever writes the file inside gets a UsageError with its name when that fails."""
-    try:
-        yield
-    except (OSError, ValueError) as error:  # ValueError: an ending that is no picture format
-        raise UsageError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None

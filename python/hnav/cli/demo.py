@@ -15,11 +15,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hnav.cli.console import console, say, writing
+from hnav.cli.console import console, say
 from hnav.cli.parameters import Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.io.device_recordings import PACKAGE, VERSION, find_wheel, read_x_imu, read_xsens
+from hnav.io.outputs import refuse_overwriting
 from hnav.io.recordings import Recording, RecordingError, read_recording
 from hnav.reports import plots
 from hnav.reports.page import write_report
@@ -51,14 +52,14 @@ def command(
         show_experiment(out)
     if recording is None and part == "experiment":
         return
+    file = out / "demo.png"
+    refuse_overwriting([file], [recording])
     runs = [own_run(recording, mag_unit, filter, engine, chosen)] if recording else device_runs(filter, engine, chosen)
     console.print()
     console.print(summary(runs, chosen))
     for note in notes(runs):
         console.print(note, highlight=False)
-    file = out / "demo.png"
-    with writing(file):
-        plots.save(draw_recordings(runs), file)
+    plots.save(draw_recordings(runs), file)
     say(f"picture: {file}")
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from hnav.cli.console import bar, say, writing
+from hnav.cli.console import bar, say
 from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
+from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.recordings import read_recording
 from hnav.renamed import new_name
 
@@ -45,6 +47,7 @@ def command(
     if new := new_name(str(recording), "filter"):
         raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
     chosen = {"navigation_frame": frame} | parse_settings(settings)
+    refuse_overwriting([out], [recording, calibration])
     data = read_recording(recording, mag_unit)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
@@ -65,5 +68,6 @@ def write_csv(path: Path, result: Result) -> None:
         result.t_s, result.q_nb, np.degrees(result.euler_rad), np.degrees(result.gyro_bias_rad_s),
         np.degrees(result.sigma_rad), np.degrees(result.gyro_bias_sigma_rad_s),
     ])  # fmt: skip
-    with writing(path):
-        np.savetxt(path, table, fmt="%.9g", delimiter=",", header=CSV_HEADER, comments="")
+    text = io.StringIO()
+    np.savetxt(text, table, fmt="%.9g", delimiter=",", header=CSV_HEADER, comments="")
+    write_files({path: text.getvalue()})

@@ -12,8 +12,9 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
+from hnav.io.outputs import refuse_overwriting
 from hnav.systems.montecarlo import jobs, run_jobs, write_table
-from hnav.systems.ssp_reader import read_system, system_path
+from hnav.systems.ssp_reader import read_system, system_files, system_path
 from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 
 
@@ -32,6 +33,7 @@ def command(
 ) -> None:
     named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
     chosen = parse_system_settings(settings)
+    refuse_overwriting([out], system_files(system))
     # What is wrong with all runs is said at once, not once for each.
     for scenario in named:
         with read_system(system_path(system)) as read:

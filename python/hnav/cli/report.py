@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import say
+from hnav.io.outputs import refuse_overwriting
 from hnav.reports.page import write_report
-from hnav.systems.simulation import read_run
+from hnav.systems.simulation import ABOUT, CERTIFICATE, SIGNALS, read_run
 
 
 def command(
@@ -18,7 +19,10 @@ def command(
     pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="Also draw the main panels as PNG there")] = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
-    run, file = read_run(folder), out or folder / "report.html"
+    file, inputs = out or folder / "report.html", [folder / name for name in (SIGNALS, ABOUT, CERTIFICATE)]
+    for output in (file, *(pictures.glob("*.png") if pictures else ())):
+        refuse_overwriting([output], inputs)
+    run = read_run(folder)
     panels = write_report(run, file)
     say(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}")
     if pictures is not None:

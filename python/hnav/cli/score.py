@@ -11,9 +11,10 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show, writing
+from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, parse_settings
 from hnav.fmi.engines import run_recording
+from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.recordings import find_trials, is_disturbed, read_recording
 from hnav.reports.scores import Score, nees, score
 
@@ -30,6 +31,7 @@ def command(
 ) -> None:
     chosen = parse_settings(settings) | {"navigation_frame": "enu"}
     trials = find_trials(folder)
+    refuse_overwriting([json_file], trials.values())
     scores: dict[str, Score] = {}
     consistency: dict[str, float] = {}
     us_per_sample = []
@@ -57,8 +59,7 @@ def command(
             },
             "mean": mean_score(scores)._asdict(),
         }  # fmt: skip
-        with writing(json_file):
-            json_file.write_text(json.dumps(figures, indent=1) + "\n")
+        write_files({json_file: json.dumps(figures, indent=1) + "\n"})
 
 
 GROUPS: dict[str, Callable[[str], bool]] = {

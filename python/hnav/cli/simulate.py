@@ -10,7 +10,9 @@ import typer
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
-from hnav.systems.simulation import simulate, write_run
+from hnav.io.outputs import refuse_overwriting
+from hnav.systems.simulation import ABOUT, SIGNALS, simulate, write_run
+from hnav.systems.ssp_reader import system_files
 
 
 def command(
@@ -24,6 +26,7 @@ def command(
     stop: SystemStop = None,
 ) -> None:
     chosen = parse_system_settings(settings)
+    refuse_overwriting([out / SIGNALS, out / ABOUT], system_files(system))
     with bar() as progress:
         task = progress.add_task(system, total=None)
 

@@ -34,7 +34,17 @@ def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | No
     """Runs a command; what the user can mend becomes one line on stderr and exit code 2."""
     try:
         command(arguments)
-    except (UsageError, HnavError) as error:
-        text = of_the_command_line(error) if isinstance(error, HnavError) else str(error)
-        print(f"{name}: {text}", file=sys.stderr)
+    except (UsageError, HnavError, OSError, MemoryError) as error:
+        print(f"{name}: {in_one_line(error)}", file=sys.stderr)
         sys.exit(2)
+
+
+def in_one_line(error: UsageError | HnavError | OSError | MemoryError) -> str:
+    """What went wrong in the user's words: their arguments, the disk, or the memory."""
+    if isinstance(error, HnavError):
+        return of_the_command_line(error)
+    if isinstance(error, OSError):
+        return f"{error.filename or 'standard output'}: {(error.strerror or str(error)).lower()}"
+    if isinstance(error, MemoryError):
+        return "the memory of this machine is not enough: take fewer samples, a coarser step or an earlier stop"
+    return str(error)

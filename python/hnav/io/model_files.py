@@ -1,12 +1,12 @@
-"""Where the model files lie (aircraft, grades of sensors, systems), and how their JSON is read."""
+"""Where the model files lie (aircraft, grades of sensors, systems), and what their JSON must hold."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any, NoReturn
 
 from hnav.errors import HnavValueError
+from hnav.io.json_file import read_json
 from hnav.places import CHECKOUT, PACKAGE
 
 
@@ -21,12 +21,7 @@ class ModelFile:
 
     def __init__(self, path: Path):
         self.path = path
-        try:
-            self.data: Any = json.loads(path.read_text())
-        except OSError as error:
-            raise HnavValueError("option", f"{path}: {error.strerror}") from None
-        except (ValueError, RecursionError) as error:  # no JSON, no text, or nested without end
-            self.refuse(f"no JSON: {str(error).splitlines()[0]}")
+        self.data: Any = read_json(path)
 
     def refuse(self, reason: str) -> NoReturn:
         raise HnavValueError("option", f"{self.path.name}: {reason}") from None

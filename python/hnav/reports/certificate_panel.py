@@ -42,7 +42,11 @@ def verdict(figures: Mapping[str, Any]) -> str:
 def certificate_panel(run: Run) -> go.Figure:
     found = run.about["certificate"]
     rows = [("verdict", verdict(found), "")]
-    rows += [(key, f"{found[key]:.4g} {unit}".strip(), meaning) for key, unit, meaning in FIGURES if found.get(key) is not None]
+    rows += [
+        (key, f"{found[key]:.4g} {unit}".strip(), meaning)
+        for key, unit, meaning in FIGURES
+        if isinstance(found.get(key), (int, float))
+    ]
     cells = dict(
         values=[list(column) for column in zip(*rows)],
         align="left",

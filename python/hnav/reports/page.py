@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.errors import HnavValueError
+from hnav.io.outputs import write_files
 from hnav.systems.run_views import Estimate, estimates, figures
 from hnav.systems.simulation import Run
 
@@ -49,11 +50,7 @@ def write_report(run: Run, file: Path, panels: Sequence[Panel] = PANELS) -> list
     panels: those that have something to draw of the run are shown.
     """
     shown = [panel for panel in panels if panel.applies(run)]
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page(run, shown), encoding="utf-8")
-    except OSError as error:
-        raise HnavValueError("option", f"{file}: cannot be written: {error.strerror}") from None
+    write_files({file: page(run, shown)}, make_folders=True)
     return [p.name for p in shown]
 
 

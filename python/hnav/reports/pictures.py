@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hnav.errors import HnavValueError
 from hnav.reports import plots
 from hnav.reports.flights import channels, draw_flight
 from hnav.systems.run_views import Estimate, estimates, truth_q_nb
@@ -34,10 +33,7 @@ def write_pictures(run: Run, folder: Path) -> list[Path]:
     files = []
     for name, picture in sorted(pictures.items()):
         files.append(folder / f"{name}.png")
-        try:
-            plots.save(picture, files[-1])
-        except OSError as error:
-            raise HnavValueError("option", f"{files[-1]}: cannot be written: {error.strerror}") from None
+        plots.save(picture, files[-1])
     return files
 
 

@@ -8,6 +8,7 @@ says is said by label or line style as well.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -19,7 +20,9 @@ from matplotlib.axes import Axes as Axes
 from matplotlib.figure import Figure as Figure
 from matplotlib.ticker import FuncFormatter
 
+from hnav.errors import HnavValueError
 from hnav.filters.rotations import euler_rad
+from hnav.io.outputs import write_files
 from hnav.systems.statistics import chi_square_interval
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
@@ -242,6 +245,12 @@ def legend_above(axes: Axes) -> None:
 
 
 def save(picture: Figure, path: Path) -> None:
-    """Writes the figure as PNG (or what the ending says), making the folder when it is missing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    picture.savefig(path)
+    """Writes the figure as PNG (or what the ending says), making the folder when it is missing. Raises HnavError."""
+    kind, known = path.suffix[1:].lower() or "png", picture.canvas.get_supported_filetypes()
+    if kind not in known:
+        raise HnavValueError(
+            "option", f"cannot write {path}: no picture ends in .{kind}; choose one of {', '.join(sorted(known))}"
+        )
+    drawn = io.BytesIO()
+    picture.savefig(drawn, format=kind)
+    write_files({path: drawn.getvalue()}, make_folders=True)

@@ -7,6 +7,7 @@ what their spread means.
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -18,6 +19,7 @@ import numpy as np
 import pandas as pd
 
 from hnav.errors import HnavError
+from hnav.io.outputs import write_files
 from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import Run, simulate
 from hnav.systems.statistics import finite_mean
@@ -157,10 +159,9 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
 
 def write_table(table: pd.DataFrame, file: Path) -> None:
     """Parquet, a row for each filter and run. Raises HnavError if it cannot be written."""
+    content = io.BytesIO()
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        table.to_parquet(file, index=False)
+        table.to_parquet(content, index=False)
     except ImportError:
         refuse("Parquet needs pyarrow: pip install 'hnav[montecarlo]'")
-    except OSError as error:
-        refuse(f"{file}: cannot be written: {error.strerror or error}")
+    write_files({file: content.getvalue()}, make_folders=True)

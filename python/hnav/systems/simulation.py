@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,10 @@ import numpy as np
 
 from hnav import __version__
 from hnav.fmi.results import Progress
+from hnav.io.json_file import read_json
+from hnav.io.outputs import write_files
 from hnav.systems.master import RECORDED, Record, run_system
+from hnav.systems.run_checks import check_about, check_certificate, check_signals
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter, Value, refuse
 
@@ -45,10 +49,12 @@ class Run:
         return all(f"{component}.{name}" in self.columns for name in names)
 
     def vector(self, component: str, name: str, size: int) -> np.ndarray:
-        """component.name[1] ... [size] side by side, n x size. Raises KeyError."""
-        return np.column_stack([self.columns[f"{component}.{name}[{i}]"] for i in range(1, size + 1)])
+        """component.name[1] ... [size] side by side, n x size. Raises HnavError when one is not there."""
+        return np.column_stack([self[f"{component}.{name}[{i}]"] for i in range(1, size + 1)])
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.columns:
+            refuse(f"the run of {self.about['system']} has no signal {name}")
         return self.columns[name]
 
 
@@ -96,19 +102,28 @@ def _outcome(left: Record) -> dict[str, Any]:
 
 
 def write_run(run: Run, folder: Path) -> None:
-    """Makes the folder when it is missing. Raises HnavError that names the file that cannot be written."""
-    file = folder / SIGNALS
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        # Without times of creation the bytes depend on the numbers alone.
-        with h5py.File(file, "w", track_order=True) as target:
-            target.create_dataset("t_s", data=run.t_s, track_times=False).attrs["unit"] = "s"
-            for name, values in run.columns.items():
-                target.create_dataset(name, data=values, track_times=False).attrs["unit"] = run.units.get(name, "")
-        file = folder / ABOUT
-        file.write_text(json.dumps(run.about, indent=2, allow_nan=False) + "\n")
-    except OSError as error:
-        refuse(f"{file}: cannot be written: {error.strerror or error}")
+    """Makes the folder when it is missing; run.json comes last and marks it as whole. Raises OutputError."""
+    about = json.dumps(_plain(run.about), indent=2, allow_nan=False) + "\n"
+    write_files({folder / SIGNALS: _signals(run), folder / ABOUT: about}, make_folders=True)
+
+
+def _plain(value: Any) -> Any:
+    """As JSON can say it: numbers that are not finite, which a parameter may be, as text."""
+    if isinstance(value, Mapping):
+        return {name: _plain(part) for name, part in value.items()}
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _signals(run: Run) -> bytes:
+    """The bytes of signals.h5. Made in memory: on a full disk HDF5 ends the process that closes a file."""
+    # Without times of creation the bytes depend on the numbers alone.
+    with h5py.File(SIGNALS, "w", driver="core", backing_store=False, track_order=True) as target:
+        target.create_dataset("t_s", data=run.t_s, track_times=False).attrs["unit"] = "s"
+        for name, values in run.columns.items():
+            target.create_dataset(name, data=values, track_times=False).attrs["unit"] = run.units.get(name, "")
+        target.flush()
+        image: bytes = target.id.get_file_image()
+        return image
 
 
 def read_run(folder: Path) -> Run:
@@ -116,18 +131,22 @@ def read_run(folder: Path) -> Run:
 
     Raises HnavError that names the file that is missing or damaged.
     """
-    file = folder / ABOUT
+    for file in (folder / ABOUT, folder / SIGNALS):
+        if not file.is_file():
+            other = folder / (SIGNALS if file.name == ABOUT else ABOUT)
+            refuse(f"{file}: file not found; hnav simulate writes it{', and was not done here' if other.is_file() else ''}")
+    about = read_json(folder / ABOUT)
+    check_about(about, folder / ABOUT)
+    if (file := folder / CERTIFICATE).is_file():
+        about["certificate"] = read_json(file)
+        check_certificate(about["certificate"], file)
+    file = folder / SIGNALS
     try:
-        about = json.loads(file.read_text())
-        file = folder / CERTIFICATE
-        if file.is_file():
-            about["certificate"] = json.loads(file.read_text())
-        file = folder / SIGNALS
         with h5py.File(file) as source:
             units = {name: str(source[name].attrs.get("unit", "")) for name in source if name != "t_s"}
             columns = {name: source[name][()] for name in units}
-            return Run(source["t_s"][()], columns, units, about)
-    except FileNotFoundError:
-        refuse(f"{file}: file not found; hnav simulate writes it")
-    except (OSError, KeyError, ValueError) as error:
-        refuse(f"{file}: cannot be read: {error}")
+            t_s = source["t_s"][()]
+    except Exception as error:  # HDF5 raises whatever a damaged file makes it stumble over
+        refuse(f"{file}: cannot be read: {(str(error) or type(error).__name__).splitlines()[0]}")
+    check_signals(t_s, columns, file)
+    return Run(t_s, columns, units, about)

@@ -67,6 +67,12 @@ def _known_systems() -> dict[str, Path]:
     return packaged | archives(CHECKOUT / "build" / "ssp") | built
 
 
+def system_files(text: str) -> list[Path]:
+    """What is read of a system, by name, .ssp or folder: the archive, or all that lies in the folder."""
+    path = system_path(text)
+    return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+
+
 def read_system(path: Path | str) -> System:
     """Reads and checks a system. Raises HnavError that names the thing: file, element, connector, parameter, unit."""
     path = Path(path)

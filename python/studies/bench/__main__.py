@@ -10,9 +10,10 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show, writing
+from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Folder
 from hnav.cli.words import UsageError
+from hnav.io.outputs import writing
 from hnav.io.recordings import find_trials, read_recording
 from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders

@@ -11,8 +11,9 @@ from typing import Annotated
 import typer
 from PIL import Image
 
-from hnav.cli.console import say, writing
+from hnav.cli.console import say
 from hnav.cli.words import UsageError
+from hnav.io.outputs import writing
 from hnav.io.recordings import find_trials, read_recording
 from hnav.places import CHECKOUT
 from hnav.reports import plots

@@ -13,9 +13,10 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show, writing
+from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
+from hnav.io.outputs import writing
 from studies.command import study
 from studies.readiness.experiment import Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, MOTIONS

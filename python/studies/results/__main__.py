@@ -14,8 +14,9 @@ from typing import Annotated
 
 import typer
 
-from hnav.cli.console import say, writing
+from hnav.cli.console import say
 from hnav.cli.words import UsageError
+from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
 from studies.command import study
 from studies.results.page import Page, measured
@@ -42,10 +43,9 @@ def command(
         say(f"{name}: ./run {section.command}")
         body = measured(section.says, section.command, circumstances(), answer_of(section))
         # Read again for each: a measurement may take an hour.
-        with writing(page):
-            text = Page(page.read_text(encoding="utf-8"))
-            text.put(section.title, body)
-            page.write_text(text.text(), encoding="utf-8")
+        text = Page(page.read_text(encoding="utf-8"))
+        text.put(section.title, body)
+        write_files({page: text.text()})
 
 
 def answer_of(section: Section) -> str:

@@ -1,0 +1,19 @@
+"""JSON files in: what they hold, or one line that says why not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hnav.errors import HnavValueError
+
+
+def read_json(path: Path) -> Any:
+    """What the file holds. Raises HnavError that names the file, also for JSON that is nested without end."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise HnavValueError("file", f"{path}: no JSON: {str(error).splitlines()[0]}") from None

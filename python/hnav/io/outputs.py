@@ -1,0 +1,147 @@
+"""Files out: every output of every command goes through here, so that a file is the old one or the new one, never a part.
+
+    write_files({folder / "signals.h5": image, folder / "run.json": text}, make_folders=True)
+
+What is written stands under a temporary name beside its target (.NAME.xxxxxxxx.part) until it is whole and on the disk.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import secrets
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from hnav.errors import HnavRuntimeError, HnavValueError
+
+PART = ".part"
+STEM_CHARACTERS = 40  # of the target's name in the temporary one, which must not be too long where the target is not
+
+
+class OutputError(HnavRuntimeError):
+    """A file cannot be written: the disk is full, or there are no rights. What was to be written is not at fault."""
+
+    def __init__(self, text: str):
+        super().__init__("file", text)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self),)
+
+
+def cannot_write(path: Path | str, error: OSError) -> OutputError:
+    """The error of a file that is to be written, in one line."""
+    reason = error.strerror or str(error) or type(error).__name__
+    return OutputError(f"cannot write {path}: {reason[:1].lower()}{reason[1:]}")
+
+
+@contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Whatever goes wrong with the disk inside is an OutputError with the name of the file."""
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(path, error) from None
+
+
+def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False) -> None:
+    """Writes whole files; text as UTF-8. Raises OutputError; then, and after an interrupt, the old files are what they were.
+
+    Of several files the last is the mark that all are whole: every one is complete beside its target before the old mark
+    goes, and the new mark comes last. A process that is killed in between leaves the new files without a mark.
+    """
+    with ExitStack() as unfinished:
+        parts: dict[Path, Path | None] = {}
+        for path, content in contents.items():
+            with writing(path):
+                if make_folders:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                data = content.encode() if isinstance(content, str) else content
+                parts[path] = unfinished.enter_context(_written_beside(_target(path), data))
+        *_, mark = contents
+        if len(parts) > 1:
+            with writing(mark):
+                _target(mark).unlink(missing_ok=True)
+                _settle(_target(mark).parent)
+        for path, part in parts.items():
+            if part is not None:
+                with writing(path):
+                    os.replace(part, _target(path))
+                    _settle(part.parent)
+
+
+def refuse_overwriting(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:
+    """Raises HnavError for an output that is an input, by whatever name or link, and for two outputs that are one file."""
+    read, seen = [path for path in inputs if path is not None], list[Path]()
+    for output in (path for path in outputs if path is not None):
+        if any(_same(output, path) for path in read):
+            raise HnavValueError("option", f"{output} is read by this command, which would overwrite it: name another file")
+        if other := next((path for path in seen if _same(output, path)), None):
+            raise HnavValueError("option", f"{other} and {output} are one file: name two")
+        seen.append(output)
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether two names lead to one file that can be overwritten."""
+    if one.is_file() and other.is_file():
+        return os.path.samefile(one, other)
+    return not one.exists() and not other.exists() and _target(one) == _target(other)
+
+
+def _target(path: Path) -> Path:
+    """What a link leads to: the link stays. A pipe in /dev/fd has no other name."""
+    return path if path.exists() and not path.is_file() else Path(os.path.realpath(path))
+
+
+@contextmanager
+def _written_beside(target: Path, data: bytes) -> Iterator[Path | None]:
+    """The path of a complete file that may take the target's place, and is gone at the end if it did not. None: what is no
+    file, such as a pipe, has no place to take and was written to."""
+    if target.exists() and not target.is_file():
+        with target.open("wb") as file:
+            file.write(data)
+        yield None
+        return
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    stem = f".{target.name[:STEM_CHARACTERS]}."
+    _remove_left_over(target.parent, stem)
+    part = target.with_name(f"{stem}{secrets.token_hex(4)}{PART}")
+    descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            # Held while this process lives: who finds it free finds a file that nobody will finish.
+            with suppress(OSError):
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if target.exists():
+                os.fchmod(descriptor, target.stat().st_mode & 0o7777)
+            file.write(data)
+            file.flush()
+            os.fsync(descriptor)
+            yield part
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _remove_left_over(folder: Path, stem: str) -> None:
+    """What processes that were killed have left of earlier attempts at a file."""
+    for part in folder.iterdir():
+        if part.name.startswith(stem) and part.name.endswith(PART):
+            with suppress(OSError), part.open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                part.unlink()
+
+
+def _settle(folder: Path) -> None:
+    """Names on the disk: without this they might come back in another order after a loss of power."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        # Not every file system can do this with a folder.
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(descriptor)
