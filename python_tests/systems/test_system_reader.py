@@ -1,12 +1,17 @@
 """SSP systems as hnav reads them, every fault named."""
 
+import shutil
+import stat
 import zipfile
 from pathlib import Path
 
 import pytest
 
 from checkout import built_system
+from command_line import hnav
 from hnav.errors import HnavError
+from hnav.fmi.fmus import fmu_path
+from hnav.systems import ssp_archive
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter
 from made_systems import make_system, parameter_set
@@ -98,6 +103,127 @@ def test_an_fmu_that_the_archive_lacks_is_named(ssp, tmp_path):
         target.writestr("SystemStructure.ssd", source.read("SystemStructure.ssd"))
     with pytest.raises(HnavError, match="component hekf: resources/Hrekf.fmu is missing"):
         read_system(lacking)
+
+
+# --------------------------------------------------------------------------------------------- what an archive may do
+
+
+def packed(folder: Path, archive: Path, source: str = "resources/Hrekf.fmu", mode: int = 0) -> Path:
+    """The system of the folder as an archive with the FMU Hrekf; of its first component the source is this one."""
+    text = (folder / "SystemStructure.ssd").read_text().replace('source="resources/Hrekf.fmu"', f'source="{source}"', 1)
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as target:
+        target.writestr("SystemStructure.ssd", text)
+        entry = zipfile.ZipInfo("resources/Hrekf.fmu")
+        entry.external_attr = mode << 16
+        target.writestr(entry, fmu_path("Hrekf", 2).read_bytes())
+    return archive
+
+
+@pytest.mark.parametrize(
+    "source", ["{beside}", "../../{beside}", "resources/../../Hrekf.fmu", "..", "C:/Hrekf.fmu", "..\\Hrekf.fmu", "/"]
+)
+def test_an_archive_runs_no_fmu_from_outside(pair, tmp_path, source):
+    shutil.copy(fmu_path("Hrekf", 2), tmp_path / "Hrekf.fmu")
+    archive = packed(pair, tmp_path / "x.ssp", source.format(beside=tmp_path / "Hrekf.fmu"))
+    with pytest.raises(
+        HnavError, match="component first: .* lies outside of the archive; --allow-outside takes it, if you trust it"
+    ):
+        read_system(archive)
+    done = hnav("simulate", archive, "--out", tmp_path / "out")
+    assert done.returncode == 2 and "lies outside of the archive" in done.stderr and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("source", ["Hrekf.fmu", "{folder}/elsewhere/Hrekf.fmu", "../{name}/elsewhere/Hrekf.fmu"])
+def test_what_is_allowed_is_found_where_the_archive_lies(pair, tmp_path, source):
+    (tmp_path / "elsewhere").mkdir()
+    shutil.copy(fmu_path("Hrekf", 2), tmp_path / "elsewhere" / "Hrekf.fmu")
+    archive = packed(pair, tmp_path / "x.ssp", source.format(folder=tmp_path, name=tmp_path.name))
+    if source == "Hrekf.fmu":  # inside, and not there
+        with pytest.raises(HnavError, match="component first: Hrekf.fmu is missing"):
+            read_system(archive, allow_outside=True)
+        return
+    with read_system(archive, allow_outside=True) as system:
+        assert system.components["first"].fmu.resolve() == tmp_path / "elsewhere" / "Hrekf.fmu"
+    done = hnav("simulate", archive, "--allow-outside", "--stop", "0.1", "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("source", ["http://example.org/Hrekf.fmu", "file:///Hrekf.fmu"])
+def test_an_archive_loads_nothing_by_url(pair, tmp_path, source):
+    with pytest.raises(HnavError, match=f"component first: {source} is a URL; hnav takes files of the archive only"):
+        read_system(packed(pair, tmp_path / "x.ssp", source), allow_outside=True)
+
+
+def test_an_archive_binds_no_parameters_from_outside(pair, tmp_path):
+    ssd = pair / "SystemStructure.ssd"
+    (tmp_path / "set.ssv").write_text(parameter_set({"first.gamma": 3.0}))
+    binding = f'<ssd:ParameterBinding source="{tmp_path}/set.ssv"/></ssd:ParameterBindings>'
+    ssd.write_text(ssd.read_text().replace("</ssd:ParameterBindings>", binding))
+    with read_system(pair) as system:  # a folder is the user's own
+        assert system.parameters() == {"first.gamma": 3.0}
+    archive = packed(pair, tmp_path / "x.ssp")
+    with pytest.raises(HnavError, match="a parameter set: .*set.ssv lies outside of the archive"):
+        read_system(archive)
+    with read_system(archive, allow_outside=True) as system:
+        assert system.parameters() == {"first.gamma": 3.0}
+
+
+def test_links_and_names_that_lead_outside_are_refused_before_anything_is_written(pair, tmp_path, monkeypatch):
+    monkeypatch.setattr(zipfile.ZipFile, "extractall", lambda *_: pytest.fail("something was written"))
+    with pytest.raises(HnavError, match="its entry resources/Hrekf.fmu is a link or lies outside of the archive"):
+        read_system(packed(pair, tmp_path / "link.ssp", mode=stat.S_IFLNK | 0o777))
+    archive = packed(pair, tmp_path / "up.ssp")
+    with zipfile.ZipFile(archive, "a") as target:
+        target.writestr("../up.txt", "")
+    with pytest.raises(HnavError, match=r"its entry ../up.txt is a link or lies outside of the archive"):
+        read_system(archive)
+
+
+def test_a_bomb_is_refused_before_anything_is_written(pair, tmp_path, monkeypatch):
+    archive = packed(pair, tmp_path / "bomb.ssp")
+    monkeypatch.setattr(ssp_archive, "MOST_BYTES", 20_000_000)
+    with read_system(archive):
+        pass
+    with zipfile.ZipFile(archive, "a", zipfile.ZIP_DEFLATED) as target:
+        target.writestr("zeros", bytes(20_000_000))
+    assert archive.stat().st_size < 2_000_000
+    with monkeypatch.context() as patched:
+        patched.setattr(zipfile.ZipFile, "extractall", lambda *_: pytest.fail("something was written"))
+        with pytest.raises(HnavError, match="bomb.ssp: unpacks to more than 20 MB; unpack it and name the folder"):
+            read_system(archive)
+    # Inside an FMU of the archive.
+    fmu, nested = pair / "bomb.fmu", tmp_path / "nested.ssp"
+    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as target:
+        target.writestr("zeros", bytes(20_000_000))
+    with zipfile.ZipFile(nested, "w") as target:
+        target.writestr("SystemStructure.ssd", (pair / "SystemStructure.ssd").read_text())
+        target.write(fmu, "resources/Hrekf.fmu")
+    with pytest.raises(HnavError, match="component first: resources/Hrekf.fmu: unpacks to more than 20 MB"):
+        read_system(nested)
+
+
+def test_entries_without_number_are_refused(pair, tmp_path, monkeypatch):
+    monkeypatch.setattr(ssp_archive, "MOST_ENTRIES", 40)
+    archive = packed(pair, tmp_path / "many.ssp")
+    with zipfile.ZipFile(archive, "a") as target:
+        for i in range(40):
+            target.writestr(f"{i}", "")
+    with pytest.raises(HnavError, match="many.ssp: has more than 40 entries"):
+        read_system(archive)
+
+
+def test_an_entry_that_lies_about_its_size_gives_no_more_than_it_says(pair, tmp_path):
+    archive = packed(pair, tmp_path / "lie.ssp")
+    with zipfile.ZipFile(archive, "a", zipfile.ZIP_DEFLATED) as target:
+        target.writestr("zeros", bytes(1_000_000))
+    # The size stands in the central directory, 24 bytes behind its mark.
+    data = bytearray(archive.read_bytes())
+    at = data.rindex(b"PK\x01\x02") + 24
+    assert data[at : at + 4] == (1_000_000).to_bytes(4, "little")
+    data[at : at + 4] = (10).to_bytes(4, "little")
+    archive.write_bytes(data)
+    with pytest.raises(HnavError, match="lie.ssp: no SSP archive"):
+        read_system(archive)
 
 
 AID = 'startElement="first" startConnector="att.heading" endElement="second" endConnector="aid.heading"'

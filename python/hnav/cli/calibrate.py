@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import numpy as np
@@ -15,7 +15,7 @@ from hnav.cli.parameters import MagUnit
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
-from hnav.io.outputs import refuse_overwriting, write_files
+from hnav.io.outputs import refuse_overwriting, temporary_folder, write_files
 from hnav.io.recordings import read_recording
 from hnav.units import TESLA_PER
 
@@ -48,10 +48,12 @@ def command(
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
         # The filters write to a path of their own and know no other way.
-        with TemporaryDirectory() as scratch:
-            made = Path(scratch) / out.name
-            write_calibration(made, found)
-            write_files({out: made.read_bytes()})
+        scratch = temporary_folder("hnav_calibration_")
+        try:
+            write_calibration(scratch / out.name, found)
+            write_files({out: (scratch / out.name).read_bytes()})
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
     if picture is not None:
         # Matplotlib takes longer to load than everything else here.
         from hnav.reports.calibration_picture import draw_calibration

@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.systems.montecarlo import jobs, run_jobs, write_table
@@ -28,6 +28,7 @@ def command(
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
     step: SystemStep = None,
     stop: SystemStop = None,
+    allow_outside: AllowOutside = False,
     workers: Annotated[int, typer.Option(help="Processes on this machine")] = 1,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
 ) -> None:
@@ -36,10 +37,12 @@ def command(
     refuse_overwriting([out], system_files(system))
     # What is wrong with all runs is said at once, not once for each.
     for scenario in named:
-        with read_system(system_path(system)) as read:
+        with read_system(system_path(system), allow_outside) as read:
             read.choose(grade, scenario)
             read.seed(first_seed)
-    work = jobs(system, named, runs, first_seed, grade=grade, settings=chosen, step_s=step, stop_s=stop)
+    work = jobs(
+        system, named, runs, first_seed, grade=grade, settings=chosen, step_s=step, stop_s=stop, allow_outside=allow_outside
+    )
     with bar() as progress:
         task = progress.add_task(system, total=len(work))
         table = run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done))

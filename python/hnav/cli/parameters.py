@@ -39,6 +39,9 @@ SystemSettings = Annotated[
     list[str] | None, typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")
 ]
 SystemStep = Annotated[float | None, typer.Option("--step", metavar="SECONDS", help="Communication step; default: the system's")]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="Also run FMUs that an .ssp names and does not hold (absolute paths, ../)")
+]
 SystemStop = Annotated[float | None, typer.Option("--stop", metavar="SECONDS", help="End of a run; default: the system's")]
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.systems.simulation import ABOUT, SIGNALS, simulate, write_run
@@ -24,6 +24,7 @@ def command(
     seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,
     step: SystemStep = None,
     stop: SystemStop = None,
+    allow_outside: AllowOutside = False,
 ) -> None:
     chosen = parse_system_settings(settings)
     refuse_overwriting([out / SIGNALS, out / ABOUT], system_files(system))
@@ -33,7 +34,7 @@ def command(
         def show(done: int, total: int) -> None:
             progress.update(task, completed=done, total=total)
 
-        run = simulate(system, scenario, grade, chosen, seed, step, stop, progress=show)
+        run = simulate(system, scenario, grade, chosen, seed, step, stop, progress=show, allow_outside=allow_outside)
     write_run(run, out)
     wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
     length = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s"

@@ -58,7 +58,7 @@ def _check(recording: Recording, filter: str, engine: str, step_s: float | None,
             raise HnavValueError(
                 "option", f"{name} = {value}{now_called(value, 'filter')}: choose one of {', '.join(known)}", name
             )
-    if step_s is not None and not step_s > 0:
+    if step_s is not None and not 0 < step_s < np.inf:
         raise HnavValueError("option", f"step_s = {step_s:g}: must be above 0 seconds", "step_s")
     if len(recording.t_s) == 0:
         raise HnavValueError("size", f"{recording.name}: no samples")

@@ -17,6 +17,7 @@ import numpy as np
 from hnav.filters.attitude import Options
 from hnav.filters.rotations import euler_rad
 from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
 
@@ -95,6 +96,7 @@ def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndar
     if step_s is None:
         last_step = t_s[-1] - t_s[-2] if len(t_s) > 1 else 0.01
         return np.append(t_s, t_s[-1] + last_step), np.arange(len(t_s))
+    check_points((t_s[-1] - t_s[0]) / step_s, 0, step_s, float(np.abs(t_s).max()))
     # k step + start in one rounding, and an end beyond the last sample.
     points = t_s[0] + step_s * np.arange(int(np.ceil((t_s[-1] - t_s[0]) / step_s)) + 2)
     rows = np.searchsorted(t_s, points[:-1] * (1 + 1e-15), side="right") - 1

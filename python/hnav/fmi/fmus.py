@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as C
+import errno
 import os
 import shutil
 import threading
@@ -17,10 +18,13 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import ScalarVariable
 from fmpy.sundials import CVodeSolver
 
-from hnav.errors import HnavValueError
+from hnav.errors import HnavError, HnavValueError
+from hnav.io.outputs import cannot_write, temporary_folder
 from hnav.places import CHECKOUT, PACKAGE
 from hnav.renamed import now_called
 
+# The disk is at fault then, not the FMU.
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES)
 MODEL_EXCHANGE_RTOL = 1e-8
 # fmpy moves the working directory, which all threads share, while it loads a library.
 _LOADING = threading.Lock()
@@ -51,12 +55,28 @@ class Fmu:
     """
 
     def __init__(self, path: Path, model_exchange: bool = False, name: str = "instance"):
+        self._folder = temporary_folder("hnav_fmu_")
+        try:
+            self._load(path, model_exchange, name)
+            self._instantiate()
+        except BaseException as error:
+            self._forget()
+            if isinstance(error, OSError) and error.errno in NO_ROOM:
+                raise cannot_write(f"{self._folder} (unpacking {path})", error) from None
+            if isinstance(error, HnavError) or not isinstance(error, Exception):
+                raise
+            # fmpy raises bare Exception.
+            reason = (str(error) or type(error).__name__).splitlines()[0]
+            raise HnavValueError("option", f"{path}: cannot be loaded: {reason}") from None
+
+    def _load(self, path: Path, model_exchange: bool, name: str) -> None:
+        """Description and library. Raises whatever fmpy does."""
         self.description = fmpy.read_model_description(str(path), validate=False)
         self.fmi3 = self.description.fmiVersion.startswith("3")
         self.model_exchange = model_exchange
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in self.description.modelVariables}
         self.messages: list[str] = []
-        self._folder = fmpy.extract(str(path))
+        fmpy.extract(str(path), self._folder)
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
         arguments = {
@@ -65,7 +85,6 @@ class Fmu:
         }  # fmt: skip
         with _LOADING:
             self.fmu: Any = kinds[self.fmi3, model_exchange](**arguments)
-        self._instantiate()
 
     def _instantiate(self) -> None:
         try:
@@ -85,6 +104,9 @@ class Fmu:
 
     def __exit__(self, *_: object) -> None:
         self.fmu.freeInstance()
+        self._forget()
+
+    def _forget(self) -> None:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def call(self, method: Callable[..., Any], *arguments: Any) -> Any:

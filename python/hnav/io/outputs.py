@@ -11,6 +11,7 @@ import errno
 import fcntl
 import os
 import secrets
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -70,6 +71,12 @@ def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False
                 with writing(path):
                     os.replace(part, _target(path))
                     _settle(part.parent)
+
+
+def temporary_folder(prefix: str) -> Path:
+    """A new folder for what is unpacked; the caller removes it. Raises OutputError."""
+    with writing("a temporary folder"):
+        return Path(tempfile.mkdtemp(prefix=prefix))
 
 
 def refuse_overwriting(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:

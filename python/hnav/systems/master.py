@@ -23,7 +23,9 @@ import numpy as np
 
 from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu
+from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress
+from hnav.io.outputs import OutputError
 from hnav.systems.structure import Component, Connection, System, refuse
 
 # Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.
@@ -49,12 +51,14 @@ class Record:
     failure: str = ""
 
 
-def communication_points(start_s: float, stop_s: float, step_s: float) -> np.ndarray:
-    """start + k step up to the last that does not pass stop. Raises HnavError for steps and times that make none."""
+def communication_points(start_s: float, stop_s: float, step_s: float, values: int = 0) -> np.ndarray:
+    """start + k step up to the last that does not pass stop. Raises HnavError for steps and times that make none, or more
+    than this machine can keep. values: kept at each."""
     if not (np.isfinite(step_s) and step_s > 0):
         refuse(f"step_s = {step_s:g}: must be above 0 seconds", "step_s")
     if not (np.isfinite(start_s) and np.isfinite(stop_s) and stop_s - start_s >= step_s * (1 - STEP_SLACK)):
         refuse(f"stop_s = {stop_s:g}: must be at least a step of {step_s:g} s after the start at {start_s:g} s", "stop_s")
+    check_points((stop_s - start_s) / step_s, values, step_s, max(abs(start_s), abs(stop_s)))
     return start_s + step_s * np.arange(int(np.floor((stop_s - start_s) / step_s + STEP_SLACK)) + 1)
 
 
@@ -72,9 +76,10 @@ def run_system(
     connectors of the system one value for each step, held over it; others keep the FMUs' start values. Raises
     HnavError for what cannot begin; a component that fails a step ends the run, see Record.failure.
     """
-    points, inputs = communication_points(system.start_s, stop_s, step_s), inputs or {}
+    inputs = inputs or {}
     parts = [_Part(component, system, record) for component in system.components.values()]
     place = _places(system, parts)
+    points = communication_points(system.start_s, stop_s, step_s, len(place))
     driven = _input_table(system, inputs, len(points) - 1)
     table = np.full((len(points), len(place)), np.nan)
     try:
@@ -189,6 +194,8 @@ class _Part:
             for name, value in self.component.parameters.items():
                 fmu.set(name, value)
             fmu.initialise(start_s, stop_s)
+        except OutputError:
+            raise
         except HnavError as error:
             refuse(f"component {self.name}: {error}")
         # An input of the system that nobody drives must not overwrite the FMU's start value.

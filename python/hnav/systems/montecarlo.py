@@ -43,6 +43,7 @@ class Job:
     settings: Mapping[str, str] = field(default_factory=dict)
     step_s: float | None = None
     stop_s: float | None = None
+    allow_outside: bool = False
 
 
 def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: int = 1, **options: Any) -> list[Job]:
@@ -59,7 +60,8 @@ def rows_of(job: Job) -> list[Row]:
     """One row for each filter of one run; a run that fails gives one row with `failure` and no figures."""
     key = _key(job)
     try:
-        run = simulate(job.system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s, RECORDED)
+        what = (job.system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s)
+        run = simulate(*what, RECORDED, None, job.allow_outside)
         if run.about["failure"]:
             return [_failed(job, run.about["failure"])]
         filters = estimates(run)

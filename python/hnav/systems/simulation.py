@@ -68,15 +68,16 @@ def simulate(
     stop_s: float | None = None,
     record: Sequence[str] = RECORDED,
     progress: Progress | None = None,
+    allow_outside: bool = False,
 ) -> Run:
     """Reads the system (name, .ssp or folder), sets its parameters and runs it.
 
     settings: values by "component.parameter", after grade and scenario; text will do. step_s, stop_s None: what the
-    system asks for.
+    system asks for. allow_outside: an archive may name FMUs that are not in it. FMUs are native code, run by this process.
     A component that fails ends the run: about["failure"] says so and the samples until then are kept. Raises
     HnavError for what cannot begin.
     """
-    with read_system(system_path(str(system))) as read:
+    with read_system(system_path(str(system)), allow_outside) as read:
         read.choose(grade, scenario)
         read.apply([Parameter(name, "", str(value)) for name, value in (settings or {}).items()], "settings")
         if seed is not None:

@@ -12,11 +12,10 @@ Nested systems, signal dictionaries, transformations and parameter mappings are 
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
-import tempfile
 import xml.etree.ElementTree as ElementTree
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,7 +24,9 @@ from fmpy.model_description import ScalarVariable
 
 from hnav.errors import HnavError
 from hnav.fmi.fmus import fmu_path, items_of
+from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT, PACKAGE
+from hnav.systems.ssp_archive import SystemFiles, unpack
 from hnav.systems.ssp_checks import BASE_UNITS, Units, check_system, text_of
 from hnav.systems.structure import Component, Connection, Connector, Parameter, System, Variable, refuse
 
@@ -73,21 +74,21 @@ def system_files(text: str) -> list[Path]:
     return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
 
 
-def read_system(path: Path | str) -> System:
-    """Reads and checks a system. Raises HnavError that names the thing: file, element, connector, parameter, unit."""
+def read_system(path: Path | str, allow_outside: bool = False) -> System:
+    """Reads and checks a system. Raises HnavError that names the thing: file, element, connector, parameter, unit.
+
+    allow_outside: an archive may name files that are not in it. A folder may always.
+    """
     path = Path(path)
     if path.is_dir():
-        return _read_folder(path, path)
+        return _read_system(SystemFiles(path, path))
     if not path.is_file():
         refuse(f"{path}: file not found")
-    folder = Path(tempfile.mkdtemp(prefix="hnav_system_"))
+    folder = temporary_folder("hnav_system_")
     try:
-        try:
-            with zipfile.ZipFile(path) as archive:
-                archive.extractall(folder)
-        except (zipfile.BadZipFile, OSError) as error:
-            refuse(f"{path}: no SSP archive: {error}")
-        system = _read_folder(folder, path)
+        files = SystemFiles(folder, path, archive=True, allow_outside=allow_outside)
+        unpack(path, folder, files.room)
+        system = _read_system(files)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -100,11 +101,12 @@ def _parse(path: Path, shown: str) -> ElementTree.Element:
         return ElementTree.parse(path).getroot()
     except FileNotFoundError:
         refuse(f"{shown}: file not found")
-    except (ElementTree.ParseError, OSError) as error:
-        refuse(f"{shown}: cannot be read: {error}")
+    except Exception as error:  # an encoding that nobody knows is a LookupError, and so on
+        refuse(f"{shown}: cannot be read: {(str(error) or type(error).__name__).splitlines()[0]}")
 
 
-def _read_folder(folder: Path, shown: Path) -> System:
+def _read_system(files: SystemFiles) -> System:
+    folder, shown = files.folder, files.shown
     root = _parse(folder / STRUCTURE, f"{shown}/{STRUCTURE}")
     element = root.find(f"{SSD}System")
     if element is None:
@@ -114,7 +116,7 @@ def _read_folder(folder: Path, shown: Path) -> System:
     declared = root.find(f"{SSD}DefaultExperiment")
     experiment = {} if declared is None else declared.attrib
     master = element.find(f"{SSD}SimulationInformation/{SSD}FixedStepMaster")
-    components = {e.get("name", ""): _read_component(e, folder, shown) for e in element.iterfind(f"{SSD}Elements/{SSD}Component")}
+    components = {e.get("name", ""): _read_component(e, files) for e in element.iterfind(f"{SSD}Elements/{SSD}Component")}
     if not components:
         refuse(f"{shown}: the system has no components")
     sets = {kind: dict(_beside(folder, kind)) for kind in ("grade", "scenario")}
@@ -127,8 +129,8 @@ def _read_folder(folder: Path, shown: Path) -> System:
     )  # fmt: skip
     check_system(system, units)
     for e in element.iterfind(f"{SSD}Elements/{SSD}Component"):
-        system.apply(_bound(e, folder, shown, prefix=e.get("name", "") + "."), f"component {e.get('name')}")
-    system.apply(_bound(element, folder, shown), f"system {system.name}")
+        system.apply(_bound(e, files, prefix=e.get("name", "") + "."), f"component {e.get('name')}")
+    system.apply(_bound(element, files), f"system {system.name}")
     return system
 
 
@@ -137,15 +139,18 @@ def _step(master: ElementTree.Element | None, components: dict[str, Component]) 
     if master is not None and "stepSize" in master.attrib:
         return _number(master.get("stepSize", ""), "stepSize")
     asked = [c.description.defaultExperiment.stepSize for c in components.values() if c.description.defaultExperiment]
-    asked = [float(step) for step in asked if step]
+    asked = [_number(step, "stepSize of an FMU") for step in asked if step]
     return min(asked) if asked else None
 
 
 def _number(text: str, name: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        refuse(f"{name} = {text}: not a number")
+        value = math.nan
+    if not math.isfinite(value):
+        refuse(f"{name} = {text[:40]!r}: not a finite number")
+    return value
 
 
 def _refuse_what_is_not_done(system: ElementTree.Element, shown: Path) -> None:
@@ -168,31 +173,41 @@ def _units(elements: list[ElementTree.Element]) -> Units:
     for element in elements:
         base = element.find(f"{SSC}BaseUnit")
         if base is not None:
-            powers = [float(base.get(name, 0)) for name in BASE_UNITS]
-            found[element.get("name", "")] = (*powers, float(base.get("factor", 1)), float(base.get("offset", 0)))
+            unit = element.get("name", "")
+            defaults = dict.fromkeys(BASE_UNITS, "0") | {"factor": "1", "offset": "0"}
+            found[unit] = tuple(_number(base.get(name, default), f"unit {unit}: {name}") for name, default in defaults.items())
     return found
 
 
-def _read_component(element: ElementTree.Element, folder: Path, shown: Path) -> Component:
-    name, source = element.get("name", ""), element.get("source", "")
-    fmu = folder / source
-    if not fmu.is_file():
+def _read_component(element: ElementTree.Element, files: SystemFiles) -> Component:
+    name, source, shown = element.get("name", ""), element.get("source", ""), files.shown
+    fmu = files.find(source, f"component {name}")
+    if not _is_file(fmu):
         # An archive is complete in itself; a folder of the repository holds no binaries.
         try:
-            fmu = fmu if zipfile.is_zipfile(shown) else fmu_path(Path(source).stem, 2)
+            fmu = fmu if files.archive else fmu_path(Path(source).stem, 2)
         except HnavError as error:
-            refuse(f"{shown}: component {name}: {source or 'its source'} is missing: {error}")
-    if not fmu.is_file():
-        refuse(f"{shown}: component {name}: {source or 'its source'} is missing")
+            refuse(f"{shown}: component {name}: {source[:80] or 'its source'} is missing: {error}")
+    if not _is_file(fmu):
+        refuse(f"{shown}: component {name}: {source[:80] or 'its source'} is missing")
+    files.check_fmu(fmu, f"component {name}: {source}")
     if element.get("implementation", "CoSimulation") not in ("CoSimulation", "any"):
         refuse(f"{shown}: component {name}: hnav runs Co-Simulation, not {element.get('implementation')}")
     try:
         description = fmpy.read_model_description(str(fmu), validate=False)
+        variables = {v.name: _variable(v) for v in description.modelVariables}
     except Exception as error:  # fmpy raises bare Exception too
-        refuse(f"{shown}: component {name}: {source} is no FMU: {error}")
+        refuse(f"{shown}: component {name}: {source} is no FMU: {(str(error) or type(error).__name__).splitlines()[0]}")
     if description.coSimulation is None:
         refuse(f"{shown}: component {name}: {source} has no Co-Simulation interface")
-    return Component(name, fmu, description, {v.name: _variable(v) for v in description.modelVariables}, _connectors(element))
+    return Component(name, fmu, description, variables, _connectors(element))
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long for the file system
+        return False
 
 
 def _variable(v: ScalarVariable) -> Variable:
@@ -217,7 +232,7 @@ def _connection(element: ElementTree.Element) -> Connection:
 # --------------------------------------------------------------------------------------------- parameter sets
 
 
-def _bound(element: ElementTree.Element, folder: Path, shown: Path, prefix: str = "") -> list[Parameter]:
+def _bound(element: ElementTree.Element, files: SystemFiles, prefix: str = "") -> list[Parameter]:
     """The parameters of an element's bindings, inline or by file, in their order."""
     found = []
     for binding in element.iterfind(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
@@ -226,8 +241,8 @@ def _bound(element: ElementTree.Element, folder: Path, shown: Path, prefix: str 
         if source is not None:
             # sourceBase component would mean a file inside the FMU.
             if binding.get("sourceBase", "SSD") != "SSD":
-                refuse(f"{shown}: {source}: a parameter set inside a component is not read")
-            sets.append(_parse(folder / source, f"{shown}/{source}"))
+                refuse(f"{files.shown}: {source}: a parameter set inside a component is not read")
+            sets.append(_parse(files.find(source, "a parameter set"), f"{files.shown}/{source}"))
         for parameter_set in sets:
             found += list(_entries(parameter_set, prefix + binding.get("prefix", "")))
     return found

@@ -174,7 +174,10 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     if parameter.unit and variable.unit != parameter.unit:
         refuse(f"{full} is in {variable.unit or '1 (no unit)'}, not in {parameter.unit}", where)
     try:
-        return _converted(variable, parameter.value.strip())
+        value = _converted(variable, parameter.value.strip())
+        if variable.kind == "Integer" and not -(2**31) <= int(value) < 2**31:
+            raise ValueError  # larger ones come in FMI 3 alone, and would be cut to another number by FMI 2
+        return value
     except (ValueError, KeyError):
         wanted = f"one of {', '.join(variable.items)}" if variable.items else f"a {variable.kind}"
         refuse(f"{full} = {parameter.value}: {wanted} is wanted", where)

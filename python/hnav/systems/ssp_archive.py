@@ -1,0 +1,99 @@
+"""Archives of systems (.ssp): unpacked within limits, and what a system names is looked for inside.
+
+An FMU is native code. Whoever runs an archive runs what is in it, but nothing else of the machine unless it is allowed.
+"""
+
+from __future__ import annotations
+
+import re
+import stat
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from hnav.errors import HnavError
+from hnav.io.outputs import cannot_write
+from hnav.systems.structure import refuse
+
+MOST_BYTES, MOST_ENTRIES = 1 << 30, 10_000  # of an archive and the FMUs in it, all that a run unpacks
+URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+CURE = "unpack it and name the folder if you trust it"
+
+
+@dataclass
+class Room:
+    """What may still be unpacked."""
+
+    bytes: int = field(default_factory=lambda: MOST_BYTES)
+    entries: int = field(default_factory=lambda: MOST_ENTRIES)
+
+    def take(self, entries: Sequence[zipfile.ZipInfo], shown: str) -> None:
+        """Raises HnavError before anything is written. No entry gives more bytes than it declares: zipfile stops there."""
+        self.bytes -= sum(entry.file_size for entry in entries)
+        self.entries -= len(entries)
+        if self.bytes < 0:
+            refuse(f"{shown}: unpacks to more than {MOST_BYTES / 1e6:.0f} MB; {CURE}")
+        if self.entries < 0:
+            refuse(f"{shown}: has more than {MOST_ENTRIES} entries; {CURE}")
+
+
+def unpack(archive: Path, folder: Path, room: Room) -> None:
+    """The archive into the folder. Raises HnavError for what is no archive, for links, names that lead outside and size."""
+    try:
+        with zipfile.ZipFile(archive) as source:
+            entries = source.infolist()
+            room.take(entries, str(archive))
+            for entry in entries:
+                if leads_outside(entry.filename) or stat.S_ISLNK(entry.external_attr >> 16):
+                    refuse(f"{archive}: its entry {entry.filename} is a link or lies outside of the archive")
+            source.extractall(folder)
+    except HnavError:
+        raise
+    except OSError as error:
+        raise cannot_write(f"{folder} (unpacking {archive})", error) from None
+    except Exception as error:  # encrypted, packed in an unknown way, damaged: each module behind zipfile has its own
+        refuse(f"{archive}: no SSP archive: {(str(error) or type(error).__name__).splitlines()[0]}")
+
+
+def leads_outside(source: str) -> bool:
+    """Whether a path in an archive is absolute or goes up, read by the rules of any system."""
+    path, windows = PurePosixPath(source), PureWindowsPath(source)
+    return path.is_absolute() or bool(windows.drive or windows.root) or ".." in (*path.parts, *windows.parts)
+
+
+@dataclass(frozen=True)
+class SystemFiles:
+    """The files of a system: a folder as it is, or an archive and what it was unpacked to."""
+
+    folder: Path
+    shown: Path
+    archive: bool = False
+    allow_outside: bool = False
+    room: Room = field(default_factory=Room)
+
+    def find(self, source: str, what: str) -> Path:
+        """Where a file that the system names would be. Raises HnavError for what an archive may not name.
+
+        With allow_outside a source that leads outside is absolute or relative to the folder of the archive.
+        """
+        if not self.archive:
+            return self.folder / source
+        if URL.match(source):
+            refuse(f"{self.shown}: {what}: {source} is a URL; hnav takes files of the archive only")
+        if not leads_outside(source):
+            return self.folder / source
+        if not self.allow_outside:
+            refuse(f"{self.shown}: {what}: {source} lies outside of the archive; --allow-outside takes it, if you trust it")
+        return self.shown.resolve().parent / source
+
+    def check_fmu(self, fmu: Path, what: str) -> None:
+        """Raises HnavError for an FMU of an archive that unpacks to more than there is room for."""
+        if not self.archive:
+            return
+        shown = f"{self.shown}: {what}"
+        try:
+            with zipfile.ZipFile(fmu) as source:
+                self.room.take(source.infolist(), shown)
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            refuse(f"{shown} is no FMU: {error}")
