@@ -7,8 +7,10 @@ import pytest
 from command_line import hnav
 from hnav.errors import HnavError, HnavValueError
 from hnav.fmi.fmus import fmu_path
+from hnav.io.outputs import OutputError
 from hnav.systems import montecarlo
-from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs, write_table
+from hnav.systems.montecarlo import Job, finished_runs, jobs, rows_of, run_jobs, write_table
+from hnav.systems.ssp_reader import read_system
 from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 from made_systems import NOISE, make_system, make_turntable
 
@@ -72,10 +74,79 @@ def test_the_command_prints_the_table_and_writes_parquet(system, tmp_path):
         write_table(table, tmp_path / "file" / "runs.parquet")
 
 
+RUNS = ("--runs", "4", "--stop", "0.5", *(f"--set={name}={value}" for name, value in NOISE.items()))
+
+
+@pytest.fixture
+def stopped(monkeypatch):
+    """Lets so many runs of a command come to an end, and then something else happen to the next."""
+
+    def after(runs: int, happens: BaseException) -> None:
+        simulate, done = montecarlo.simulate, []
+
+        def counted(*arguments):
+            done.append(1)
+            if len(done) > runs:
+                raise happens
+            return simulate(*arguments)
+
+        monkeypatch.setattr(montecarlo, "simulate", counted)
+
+    yield after
+    monkeypatch.undo()
+
+
+def test_a_stopped_command_goes_on_and_its_table_is_that_of_one_that_was_not(system, tmp_path, stopped, monkeypatch):
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed: no Parquet")
+    whole, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
+    unfinished = tmp_path / "out.parquet.unfinished"
+    assert hnav("montecarlo", system, *RUNS, "--out", whole).returncode == 0
+    out.write_bytes(b"old")
+    for runs, happens, said in (
+        (1, KeyboardInterrupt(), f"interrupted; 1 of 4 runs are in {unfinished}, and the same command goes on from there"),
+        (2, OutputError("cannot write /tmp/x: no space left on device"), "cannot write /tmp/x: no space left on device"),
+    ):
+        with monkeypatch.context():
+            stopped(runs, happens)
+            done = hnav("montecarlo", system, *RUNS, "--out", out)
+        monkeypatch.undo()
+        assert done.returncode == 2 and done.stderr == f"hnav: {said}\n"
+        assert out.read_bytes() == b"old" and unfinished.exists()
+        # As if the power had gone while a record was written.
+        unfinished.write_bytes(unfinished.read_bytes() + b"01234567 [3,[")
+    other = hnav("montecarlo", system, *RUNS, "--set", "sensor.gyro.period_s=0.02", "--out", out)
+    assert other.returncode == 2 and "out.parquet.unfinished was begun with settings = " in other.stderr
+    for changed in (["--stop", "0.6"], ["--runs", "5"], ["--first-seed", "2"], ["--scenarios", "gamma_off"]):
+        assert "was begun with" in hnav("montecarlo", system, *RUNS, *changed, "--out", out).stderr
+    stopped(1, AssertionError("a finished run is not made again"))
+    done = hnav("montecarlo", system, *RUNS, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert f"3 of 4 runs are finished, in {unfinished}" in done.stdout
+    assert out.read_bytes() == whole.read_bytes() and not unfinished.exists()
+
+
+def test_another_build_of_the_system_is_another_system(system, tmp_path, stopped):
+    folder, out = make_turntable(tmp_path / "turntable"), tmp_path / "out.parquet"
+    stopped(1, KeyboardInterrupt())
+    assert hnav("montecarlo", folder, *RUNS, "--out", out).returncode == 2
+    ssd = folder / "SystemStructure.ssd"
+    ssd.write_text(ssd.read_text() + "\n")
+    assert "was begun with content of the system = " in hnav("montecarlo", folder, *RUNS, "--out", out).stderr
+
+
+def test_a_worker_that_died_is_not_a_finished_run(system, tmp_path, monkeypatch):
+    work = jobs(system, [None], 2, stop_s=0.1)
+    monkeypatch.setattr(montecarlo, "_results", lambda left, *_: ((i, rows_of(job), i == 0) for i, job in left))
+    with read_system(system) as read, finished_runs(tmp_path / "x", work, read) as kept:
+        run_jobs(work, kept=kept)
+        assert [number for number, _ in kept.records] == [0]
+
+
 @pytest.mark.parametrize(
     "options, said",
     [
         (["--runs", "1"], "--runs 1: at least 2 are needed"),
+        (["--out", "/dev/null"], "--out /dev/null: is no file"),
         (["--workers", "0", "--runs", "2"], "--workers 0: at least 1 is needed"),
         (["--scenarios", "none"], "has no scenario none"),
         (["--grade", "none"], "has no grade none"),

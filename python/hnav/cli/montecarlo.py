@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,8 @@ from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
-from hnav.systems.montecarlo import jobs, run_jobs, write_table
+from hnav.io.record_file import RecordFile
+from hnav.systems.montecarlo import Job, finished_runs, jobs, need_parquet, run_jobs, write_table
 from hnav.systems.ssp_reader import read_system, system_files, system_path
 from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 
@@ -34,7 +36,11 @@ def command(
 ) -> None:
     named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
     chosen = parse_system_settings(settings)
-    refuse_overwriting([out], system_files(system))
+    unfinished = out.with_name(f"{out.name}.unfinished")
+    if out.exists() and not out.is_file():
+        raise UsageError(f"--out {out}: is no file; finished runs are kept beside it until all are there")
+    refuse_overwriting([out, unfinished], system_files(system))
+    need_parquet()
     # What is wrong with all runs is said at once, not once for each.
     for scenario in named:
         with read_system(system_path(system), allow_outside) as read:
@@ -43,10 +49,11 @@ def command(
     work = jobs(
         system, named, runs, first_seed, grade=grade, settings=chosen, step_s=step, stop_s=stop, allow_outside=allow_outside
     )
-    with bar() as progress:
-        task = progress.add_task(system, total=len(work))
-        table = run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done))
-    write_table(table, out)
+    with read_system(system_path(system), allow_outside) as read, finished_runs(unfinished, work, read) as kept:
+        table = run_and_keep(work, kept, workers, scheduler)
+        write_table(table, out)
+        if len(kept.records) == len(work):
+            kept.remove()
     failed = table[table["failure"] != ""]
     if len(failed) < len(table):
         show(means_table(table[table["failure"] == ""]), width=200)
@@ -55,6 +62,19 @@ def command(
     say(f"{len(work) - len(failed)} of {len(work)} runs to {out}")
     if len(failed) == len(work):
         raise UsageError(f"no run came to its end; the first said: {failed.iloc[0]['failure']}")
+
+
+def run_and_keep(work: Sequence[Job], kept: RecordFile, workers: int, scheduler: str | None) -> pd.DataFrame:
+    """The rows of all runs. Raises UsageError when the user interrupts them; those that are finished stay in the file."""
+    if kept.records:
+        say(f"{len(kept.records)} of {len(work)} runs are finished, in {kept.path}")
+    with bar() as progress:
+        task = progress.add_task(work[0].system, total=len(work))
+        try:
+            return run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done), kept)
+        except KeyboardInterrupt:
+            told = f"interrupted; {len(kept.records)} of {len(work)} runs are in {kept.path}"
+            raise UsageError(f"{told}, and the same command goes on from there") from None
 
 
 def means_table(runs: pd.DataFrame) -> Table:

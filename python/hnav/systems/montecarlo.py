@@ -1,12 +1,15 @@
 """Many simulations of a system with one seed each, on this machine or a Dask cluster, and what their spread tells.
 
 Run i of every scenario has the seed first_seed + i, so scenarios meet the same draws and any number of workers gives
-the same numbers. A run that fails is a row with its reason. hnav.systems.statistics tells
-what their spread means.
+the same numbers. A run that fails is a row with its reason. Finished runs are kept as they come, and a command that was
+killed goes on from there. hnav.systems.statistics tells what their spread means.
 """
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
+import importlib.util
 import io
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,12 +21,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from hnav import __version__
 from hnav.errors import HnavError
-from hnav.io.outputs import write_files
+from hnav.io.outputs import OutputError, write_files
+from hnav.io.record_file import RecordFile
 from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import Run, simulate
+from hnav.systems.ssp_reader import system_files
 from hnav.systems.statistics import finite_mean
-from hnav.systems.structure import refuse
+from hnav.systems.structure import System, refuse
 
 # What the figures need of a run, and no more: the files of 200 runs stay in memory.
 RECORDED = (
@@ -68,6 +74,8 @@ def rows_of(job: Job) -> list[Row]:
         if not filters:
             refuse(f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare")
         return [key | {"filter": e.name, "failure": ""} | _figures(e, run) for e in filters]
+    except OutputError:  # a full disk is no property of the run
+        raise
     except HnavError as error:
         return [_failed(job, str(error))]
 
@@ -101,40 +109,67 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
     }
 
 
+def finished_runs(file: Path, work: Sequence[Job], system: System) -> RecordFile:
+    """The runs of this work that are finished, in a file that grows with each. Raises HnavError for runs of other work.
+
+    system: the one that the jobs run, read; another build of its FMUs is another system.
+    """
+    content = hashlib.sha256()
+    for path in (*system_files(work[0].system), *(component.fmu for component in system.components.values())):
+        content.update(path.read_bytes())
+    versions = {name: importlib.metadata.version(name) for name in ("numpy", "fmpy")} | {"hnav": __version__}
+    jobs_told = [vars(job) | {"settings": dict(job.settings)} for job in work]
+    told = {name: _one_or_all([job[name] for job in jobs_told]) for name in jobs_told[0]}
+    return RecordFile(file, {"kind": "runs of hnav montecarlo", **told, "content of the system": content.hexdigest(), **versions})
+
+
+def _one_or_all(values: Sequence[Any]) -> Any:
+    """What all have in common, else what each has."""
+    return values[0] if all(value == values[0] for value in values) else list(values)
+
+
 def run_jobs(
-    work: Sequence[Job], workers: int = 1, scheduler: str | None = None, progress: Callable[[int, int], None] | None = None
-) -> pd.DataFrame:
+    work: Sequence[Job], workers: int = 1, scheduler: str | None = None, progress: Callable[[int, int], None] | None = None,
+    kept: RecordFile | None = None,
+) -> pd.DataFrame:  # fmt: skip
     """A row for each filter and run, in the order of the jobs whatever finishes first.
 
-    workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. Raises HnavError
-    if Dask is missing or the scheduler does not answer.
+    workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. kept: the runs that
+    are finished, to which those that finish are added. Raises HnavError if Dask is missing or the scheduler does not
+    answer, and OutputError when a disk is full.
     """
-    found: dict[int, list[Row]] = {}
-    for i, rows in _results(work, workers, scheduler):
-        found[i] = rows
+    found: dict[int, list[Row]] = {} if kept is None else dict(kept.records)
+    left = [(i, job) for i, job in enumerate(work) if i not in found]
+    if progress and found:
+        progress(len(found), len(work))
+    for i, rows, finished in _results(left, workers, scheduler):
+        found[i] = kept.add([i, rows])[1] if kept is not None and finished else rows
         if progress:
             progress(len(found), len(work))
     return pd.DataFrame([row for i in sorted(found) for row in found[i]])
 
 
-def _results(work: Sequence[Job], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row]]]:
-    """Number of the job and its rows, as they get finished."""
+def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row], bool]]:
+    """Number of the job, its rows and whether it came to an end of its own, as they get finished."""
     if workers < 1:
         refuse(f"workers = {workers}: at least 1 is needed", "workers")
-    if workers == 1 and scheduler is None:
-        yield from ((i, rows_of(job)) for i, job in enumerate(work))
+    if not work or (workers == 1 and scheduler is None):
+        yield from ((i, rows_of(job), True) for i, job in work)
         return
     with _client(workers, scheduler) as client:
         from distributed import as_completed
 
         # Keys by number: equal jobs are runs of their own.
-        futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): i for i, job in enumerate(work)}
+        futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): (i, job) for i, job in work}
         for future in as_completed(futures):
-            i, job = futures[future], work[futures[future]]
+            i, job = futures[future]
             try:
-                yield i, future.result()
+                rows, finished = future.result(), True
+            except OutputError:
+                raise
             except Exception as error:  # a worker that died takes its run along, not the others
-                yield i, [_failed(job, f"{type(error).__name__}: {error}")]
+                rows, finished = [_failed(job, f"{type(error).__name__}: {error}")], False
+            yield i, rows, finished
 
 
 @contextmanager
@@ -159,11 +194,15 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
+def need_parquet() -> None:
+    """Raises HnavError where no Parquet can be written, which is better known before the runs."""
+    if importlib.util.find_spec("pyarrow") is None:
+        refuse("Parquet needs pyarrow: pip install 'hnav[montecarlo]'")
+
+
 def write_table(table: pd.DataFrame, file: Path) -> None:
     """Parquet, a row for each filter and run. Raises HnavError if it cannot be written."""
+    need_parquet()
     content = io.BytesIO()
-    try:
-        table.to_parquet(content, index=False)
-    except ImportError:
-        refuse("Parquet needs pyarrow: pip install 'hnav[montecarlo]'")
+    table.to_parquet(content, index=False)
     write_files({file: content.getvalue()}, make_folders=True)
