@@ -15,12 +15,13 @@ bool all_nan(const double* v, int n) {
     return true;
 }
 
-// One row of a batch: NaN in all three components is a missing sample, anything else not finite is counted.
+// One row of a batch, whose time has been looked at: NaN in all three components is a missing sample. What push refuses for
+// its value is counted there, and the recording goes on without it, as a stream does.
 hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channel) {
     if (!value || all_nan(value, 3)) return HNAV_OK;
     const hnav_status status = push_vector(f, t_s, value, channel);
-    const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR;
-    return dropped && std::isfinite(t_s) ? HNAV_OK : status;
+    const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR || status == HNAV_ERROR_OUT_OF_RANGE;
+    return dropped ? HNAV_OK : status;
 }
 
 double nis_at(const hnav_filter* f, int channel, double t_s) {
@@ -99,26 +100,29 @@ public:
 
     PassEstimate estimate() const {
         const Estimate e = filter_->estimate(At::shown);
-        return {e.q_bn, filter_->rotation_covariance(At::shown), e.bias_b, filter_->bias_variances(At::shown)};
+        return {e.q_bn,       filter_->rotation_covariance(At::shown),
+                e.bias_b,     filter_->bias_variances(At::shown),
+                e.tilt_ready, e.heading_ready};
     }
 
     void write(std::size_t i, const PassEstimate& e) const {
         const Quaternion q = filter_->frames.to_user(e.q_bn);
-        const Matrix3& N = filter_->frames.navigation;
-        const Vector3 variance = (N * e.rotation_covariance * N.transpose()).diagonal();
+        const Vector3 variance = rotation_variances(filter_, e.rotation_covariance);
         if (output_.q_nb) store(q, output_.q_nb + 4 * i);
         if (output_.euler_rad) store(roll_pitch_yaw(q), output_.euler_rad + 3 * i);
-        if (output_.sigma_rad) store(sigma_of(variance), output_.sigma_rad + 3 * i);
+        if (output_.sigma_rad) store(Vector3(variance.cwiseSqrt()), output_.sigma_rad + 3 * i);
         if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
-        if (output_.gyro_bias_sigma_rad_s) store(sigma_of(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
+        if (output_.gyro_bias_sigma_rad_s)
+            store(Vector3(honest_variances(e.bias_variance).cwiseSqrt()), output_.gyro_bias_sigma_rad_s + 3 * i);
         if (output_.accel_nis) output_.accel_nis[i] = nis_at(filter_, accel, t_s(i));
         if (output_.mag_nis) output_.mag_nis[i] = nis_at(filter_, mag, t_s(i));
-        if (output_.ready) output_.ready[2 * i] = output_.ready[2 * i + 1] = 1;
+        if (output_.ready) {
+            output_.ready[2 * i] = e.tilt_ready;
+            output_.ready[2 * i + 1] = e.heading_ready;
+        }
     }
 
 private:
-    static Vector3 sigma_of(const Vector3& variance) { return variance.cwiseMax(0).cwiseSqrt(); }
-
     hnav_filter* filter_;
     size_t n_;
     const hnav_run_input input_;

@@ -3,6 +3,7 @@
 
 #include "c_api/boundary.hpp"
 #include "c_api/sized.hpp"
+#include "maths/repair.hpp"
 
 using hnav::AttitudeSample;
 using hnav::hand_out;
@@ -104,9 +105,11 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         filter->refuse_non_finite();
         return check_time(filter, t_s);
     }
-    if (!(sigma_rad > 0) || sigma_rad > max_reading)
+    if (!(sigma_rad > 0) || sigma_rad > max_reading) {
+        filter->refuse_non_finite();
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0",
                             sigma_rad, t_s);
+    }
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
     return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, min_heading_sigma_rad), 0}});
 }
@@ -157,11 +160,14 @@ hnav_status hnav_filter_covariance(const hnav_filter* filter, double covariance[
     if (!filter->estimate(At::shown).started) return not_started(filter);
     hnav::ErrorCovariance N = hnav::ErrorCovariance::Identity();
     N.topLeftCorner<3, 3>() = filter->frames.navigation;
-    const hnav::ErrorCovariance C = N * filter->error_covariance() * N.transpose();
-    for (int i = 0; i < 6; ++i) {
-        for (int j = 0; j < 6; ++j) covariance[6 * i + j] = 0.5 * (C(i, j) + C(j, i));
-        covariance[7 * i] = std::fmax(0, C(i, i)); // rounding may leave a hair less, as with the sigmas
-    }
+    hnav::ErrorCovariance C = N * filter->error_covariance() * N.transpose();
+    hnav::symmetrise<6>(C);
+    // What rounding or a coarse integrator has broken is handed out as a covariance, with the variances of the sigmas.
+    const Vector3 rotation = honest_variances(C.diagonal().head<3>()), bias = honest_variances(C.diagonal().tail<3>());
+    hnav::repair<6>(C);
+    C.diagonal().head<3>() = C.diagonal().head<3>().cwiseMax(rotation);
+    C.diagonal().tail<3>() = C.diagonal().tail<3>().cwiseMax(bias);
+    for (int i = 0; i < 36; ++i) covariance[i] = C(i);
     return HNAV_OK;
 }
 

@@ -75,25 +75,28 @@ inline void look(const hnav_filter* filter) {
         HOLDS(unit(attitude.q_nb));
         HOLDS(finite(attitude.euler_rad, 3) && std::isfinite(attitude.heading_rad) && !std::isnan(attitude.t_s));
         HOLDS(std::fabs(attitude.heading_rad) <= M_PI);
-        HOLDS(finite(attitude.sigma_rad, 3) && not_negative(attitude.sigma_rad, 3));
+        HOLDS(finite(attitude.sigma_rad, 3) && positive(attitude.sigma_rad, 3));
     }
 
     double rate[3], bias[3], sigma[3];
     HOLDS(hnav_filter_rate(filter, rate) == HNAV_OK && finite(rate, 3));
     HOLDS(hnav_filter_gyro_bias(filter, bias, sigma) == HNAV_OK && finite(bias, 3));
-    HOLDS(finite(sigma, 3) && not_negative(sigma, 3));
+    HOLDS(finite(sigma, 3) && positive(sigma, 3));
 
     double P[36];
     status = hnav_filter_covariance(filter, P);
     HOLDS(status == (started ? HNAV_OK : HNAV_ERROR_NOT_STARTED));
-    if (started) covariance(P, 6);
+    if (started) {
+        covariance(P, 6);
+        HOLDS(semidefinite(P, 6));
+    }
 
     auto posterior = hnav_sized<hnav_posterior>();
     status = hnav_filter_posterior(filter, &posterior);
     HOLDS(status == HNAV_OK || status == HNAV_ERROR_NOT_STARTED);
     if (status == HNAV_OK) {
         HOLDS(unit(posterior.q_nb) && finite(posterior.gyro_bias_rad_s, 3));
-        HOLDS(finite(posterior.sigma, 6) && not_negative(posterior.sigma, 6));
+        HOLDS(finite(posterior.sigma, 6) && positive(posterior.sigma, 6));
     }
 
     for (int sensor = HNAV_SENSOR_ACCEL; sensor <= HNAV_SENSOR_HEADING; ++sensor) {

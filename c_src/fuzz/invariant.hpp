@@ -33,6 +33,13 @@ inline bool not_negative(const double* v, int n) {
     return true;
 }
 
+// What a sigma is: nothing that is estimated is certain.
+inline bool positive(const double* v, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!(v[i] > 0)) return false;
+    return true;
+}
+
 inline bool unit(const double* q) { return std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9; }
 
 // A call that fails says why; one that succeeds has a status and nothing else.
@@ -50,6 +57,20 @@ inline void covariance(const double* P, int n) {
         HOLDS(P[i * n + i] >= 0);
         for (int j = 0; j < i; ++j) HOLDS(P[i * n + j] == P[j * n + i]);
     }
+}
+
+// No direction has a variance below zero, but for rounding of the largest: n x n, at most 6, by the factors of L D L'.
+inline bool semidefinite(const double* P, int n) {
+    double A[36], shift = 0;
+    for (int i = 0; i < n; ++i) shift += 1e-9 * P[i * n + i];
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) A[i * n + j] = P[i * n + j] + (i == j ? shift : 0);
+    for (int k = 0; k < n; ++k) {
+        if (!(A[k * n + k] > 0)) return false;
+        for (int i = k + 1; i < n; ++i)
+            for (int j = k + 1; j < n; ++j) A[i * n + j] -= A[i * n + k] * A[k * n + j] / A[k * n + k];
+    }
+    return true;
 }
 
 } // namespace fuzz

@@ -218,6 +218,11 @@ private:
     using Sizes = decltype(sizes_of(std::declval<const Model&>()));
     using Queue = EventQueue<Sizes>;
     static constexpr double min_interval_s = 1e-12;
+    // What an integrator does costs time in proportion to the turns of an interval, and brings nothing that the closed form
+    // does not have where a model knows one. A look-ahead is asked for again and again while samples are missing, each time
+    // from the newest event on: beyond a second it costs what a short one does. An event is committed once: the integrator
+    // crosses all but the long gaps, within a millisecond or so, whatever the gap.
+    static constexpr double max_look_ahead_s = 1, max_commit_s = 10;
 
     struct FlowContext {
         const Model* model;
@@ -266,17 +271,17 @@ private:
         view_ = coasted_;
     }
 
-    // The first event has no time before it: its interval is infinite, and the state begins there. An interval with more
-    // turns than an integrator can follow (a gap of days, a rate beyond all sense) is left to the closed form: a failure, or
-    // numbers without bound, would come back with every later sample, because the interval only grows. So is one of no
+    // The first event has no time before it: its interval is infinite, and the state begins there. Left to the closed form is
+    // an interval beyond longest_s, and one with more turns than an integrator can follow (a rate beyond all sense): a failure,
+    // or numbers without bound, would come back with every later sample, because the interval only grows. So is one of no
     // length to speak of: a solver keeps its step for the next interval and multiplies the two, and a product that
     // underflows says to it that time runs back, now and ever after. False: a model without a closed form is still where
     // it was, but for the shortest intervals, which one step of Euler crosses as well as any other way.
-    bool flow_over(State& state, double interval_s) {
+    bool flow_over(State& state, double interval_s, double longest_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return true;
         if constexpr (Model::has_closed_form) {
-            if (settings_.closed_form || interval_s < min_interval_s || !integrate(state, interval_s))
-                model_.flow_exactly(state, interval_s);
+            const bool integrable = !settings_.closed_form && interval_s >= min_interval_s && interval_s <= longest_s;
+            if (!integrable || !integrate(state, interval_s)) model_.flow_exactly(state, interval_s);
             return true;
         } else {
             return interval_s < min_interval_s ? step_by_euler(state, interval_s) : integrate(state, interval_s);
@@ -304,7 +309,7 @@ private:
         const Event& event = queue_.event(i);
         copy(state, queue_.after(i - 1));
         model_.before_flow(state, event);
-        const bool crossed = flow_over(state, event.t_s - queue_.event(i - 1).t_s);
+        const bool crossed = flow_over(state, event.t_s - queue_.event(i - 1).t_s, max_commit_s);
         if (crossed) model_.jump(state, event);
         if (!crossed || !sound(state)) {
             queue_.remove(i);
@@ -332,7 +337,7 @@ private:
         const double interval_s = t_s - newest_s();
         if (!(interval_s > 0)) return Outcome::ok;
         copy(*coasted_, newest());
-        if (!flow_over(*coasted_, interval_s) || !sound(*coasted_)) return Outcome::diverged;
+        if (!flow_over(*coasted_, interval_s, max_look_ahead_s) || !sound(*coasted_)) return Outcome::diverged;
         view_ = coasted_;
         return Outcome::ok;
     }

@@ -594,7 +594,7 @@ TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     refused(hnav_filter_innovation(f, HNAV_SENSOR_HEADING, &innovation), HNAV_ERROR_NO_DATA, "heading");
     f.advance(t);
     EXPECT_TRUE(same_bits(f.posterior(), before));
-    EXPECT_EQ(f.diagnostics().non_finite, 5u);
+    EXPECT_EQ(f.diagnostics().non_finite, 6u);
     EXPECT_EQ(f.diagnostics().zero, 3u);
     EXPECT_EQ(f.diagnostics().late, 1u);
     // and it goes on
@@ -791,6 +791,50 @@ TEST(HybridView, RefusesTheBackwardHold) {
     x[3] = not_a_number;
     EXPECT_EQ(hnav_filter_jump(f, 0, x, x), HNAV_ERROR_NON_FINITE);
 }
+
+// ------------------------------------------------------------------------------------------------ gaps
+
+namespace {
+
+template <class Options>
+void crosses_gaps_at_the_cost_of_short_ones(hnav_status (*create)(hnav_filter**, const Options*, char*, size_t),
+                                            Options options) {
+    const auto rows = tilted_motion(2, {{0.01, 0, 0}}, 1);
+    for (const int32_t solver : {HNAV_SOLVER_ERKSTEP, HNAV_SOLVER_ADAMS, HNAV_SOLVER_EULER}) {
+        options.solver = solver;
+        hnav_filter* filter = nullptr;
+        ASSERT_EQ(create(&filter, &options, nullptr, 0), HNAV_OK);
+        for (const Row& row : rows) {
+            ASSERT_EQ(hnav_filter_push_imu(filter, row.t_s, row.rate.v, row.force.v), HNAV_OK);
+            ASSERT_EQ(hnav_filter_push_mag(filter, row.t_s, row.field.v), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(filter, row.t_s), HNAV_OK);
+        }
+        const double t_s = rows.back().t_s;
+        const auto evaluations = [&] {
+            auto s = hnav_sized<hnav_diagnostics>();
+            EXPECT_EQ(hnav_filter_diagnostics(filter, &s), HNAV_OK);
+            return s.solver_rhs_evals;
+        };
+        const auto before = evaluations();
+        ASSERT_EQ(hnav_filter_advance(filter, t_s + 0.9), HNAV_OK);
+        const auto short_one = evaluations() - before;
+        EXPECT_GT(short_one, 0u);
+        for (const double gap_s : {1e1, 1e4, 1e5}) ASSERT_EQ(hnav_filter_advance(filter, t_s + gap_s), HNAV_OK); // looked ahead
+        EXPECT_EQ(evaluations() - before, short_one) << "solver " << solver;
+        ASSERT_EQ(hnav_filter_push_imu(filter, t_s + 1e5, rows[0].rate.v, rows[0].force.v), HNAV_OK); // and what is committed
+        ASSERT_EQ(hnav_filter_advance(filter, t_s + 1e5), HNAV_OK);
+        EXPECT_EQ(evaluations() - before, short_one) << "solver " << solver;
+        hnav_filter_destroy(filter);
+    }
+}
+
+} // namespace
+
+TEST(Gaps, CostTheAhrsWhatAShortOneDoes) {
+    crosses_gaps_at_the_cost_of_short_ones(hnav_ahrs_create, hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
+}
+
+TEST(Gaps, CostTheHrekfWhatAShortOneDoes) { crosses_gaps_at_the_cost_of_short_ones(hnav_hrekf_create, defaults()); }
 
 // ------------------------------------------------------------------------------------------------ heap
 

@@ -10,7 +10,7 @@ using hnav::test::distance;
 namespace {
 
 PassEstimate estimate(test::Random& random) {
-    return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6)};
+    return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6), true, true};
 }
 
 // Writes down what the smoother asks of it.
@@ -37,7 +37,7 @@ struct Log {
     bool started() { return has_attitude; }
     void turn_back(double t) { turned_back_at.push_back(t); }
     PassEstimate estimate() const {
-        return {{1, 0, 0, 0}, Matrix3::Identity(), Vector3::Constant(taken.back().rate_sign), Vector3::Ones()};
+        return {{1, 0, 0, 0}, Matrix3::Identity(), Vector3::Constant(taken.back().rate_sign), Vector3::Ones(), true, true};
     }
     void write(std::size_t row, const PassEstimate& e) {
         EXPECT_LT(distance(e.bias, Vector3::Ones()), 1e-15); // that of the pass backwards comes with its sign changed back
@@ -69,6 +69,23 @@ TEST(Fusion, IsTheMeanWeightedByInformationWhicheverComesFirst) {
     EXPECT_LT(distance(ab.rotation_covariance, ba.rotation_covariance), 1e-18);
     for (int k = 0; k < 3; ++k)
         EXPECT_NEAR(ab.bias[k], (a.bias[k] / a.bias_variance[k] + b.bias[k] / b.bias_variance[k]) * ab.bias_variance[k], 1e-15);
+}
+
+TEST(Fusion, IsReadyWhereTheEstimateIsThatKnowsTheAngleBetter) {
+    test::Random random(3);
+    PassEstimate a = estimate(random), b = a;
+    b.rotation_covariance.diagonal() += Vector3(1e-4, 0, -1e-6); // a knows the tilt better, b the heading
+    for (const bool tilt : {false, true})
+        for (const bool heading : {false, true}) {
+            a.tilt_ready = tilt;
+            b.tilt_ready = !tilt;
+            a.heading_ready = !heading;
+            b.heading_ready = heading;
+            for (const PassEstimate& fused : {fuse(a, b), fuse(b, a)}) {
+                EXPECT_EQ(fused.tilt_ready, tilt);
+                EXPECT_EQ(fused.heading_ready, heading);
+            }
+        }
 }
 
 TEST(Smoother, GoesForwardAndTwiceThereAndBackAndWritesInTheLastPass) {

@@ -1,6 +1,7 @@
 // When an estimate may be relied upon. A small sigma is not enough: it may be the sigma that the filter started with, or
 // one that has shrunk without evidence. So an angle is ready when its sigma is below a limit and the corrections since
-// the start have brought at least as much information as that limit stands for.
+// the start have brought at least as much information as that limit stands for. A variance that rounding has left without
+// its sign is not small.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -35,7 +36,7 @@ struct AngleInformation {
 
 template <class R>
 inline bool angle_ready(R variance, R information, R limit_rad) {
-    return variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);
+    return variance > 0 && variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);
 }
 
 } // namespace hnav

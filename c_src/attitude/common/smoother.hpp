@@ -7,6 +7,7 @@
 #include "maths/cholesky.hpp"
 #include "maths/rotation.hpp"
 
+#include <cmath>
 #include <cstddef>
 
 namespace hnav {
@@ -16,10 +17,12 @@ struct PassEstimate {
     Quaternion q_bn;
     Matrix3 rotation_covariance; // about the navigation axes
     Vector3 bias, bias_variance;
+    bool tilt_ready, heading_ready;
 };
 
 // Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
-// W = P_f (P_f + P_b)^-1, P = (I - W) P_f. The biases are fused component by component.
+// W = P_f (P_f + P_b)^-1, P = (I - W) P_f. The biases are fused component by component. An angle is ready when it is in the
+// estimate that knows it better: that is the one which the fusion relies upon.
 inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backward) {
     const Matrix3& P = forward.rotation_covariance;
     const Matrix3 W = Cholesky<3>(P + backward.rotation_covariance).solve<3>(P).transpose();
@@ -32,6 +35,9 @@ inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backwa
         fused.bias[k] = forward.bias[k] + weight * (backward.bias[k] - forward.bias[k]);
         fused.bias_variance[k] = (1 - weight) * variance;
     }
+    const Vector3 f = P.diagonal(), b = backward.rotation_covariance.diagonal();
+    fused.tilt_ready = (std::fmax(f[0], f[1]) <= std::fmax(b[0], b[1]) ? forward : backward).tilt_ready;
+    fused.heading_ready = (f[2] <= b[2] ? forward : backward).heading_ready;
     return fused;
 }
 

@@ -67,7 +67,8 @@ HNAV_API hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, d
 HNAV_API hnav_status hnav_filter_advance(hnav_filter* filter, double t_s);
 
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
- * null pointer; a null output is not written. Equal, bit for bit, to push and advance of row after row. */
+ * null pointer; a null output is not written. A reading that push refuses for its value (NON_FINITE, ZERO_VECTOR,
+ * OUT_OF_RANGE) is counted and left out. Equal, bit for bit, to push and advance of row after row. */
 typedef struct hnav_run_input {
     size_t size;                 /* of this struct; set by the caller */
     const double* t_s;           /* n, not decreasing */
@@ -94,8 +95,9 @@ HNAV_API hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_r
 
 /* The same arrays with hindsight: forward, then twice backwards and forward, each pass started at the end of the one
  * before, the last two fused by their covariances. Every row has an attitude. sigma_rad is that of the fusion, as if the
- * two passes shared nothing: a little small. Takes 5 times as long as run, and memory for its rows. The filter is reset
- * before and after. Errors: as run; UNSUPPORTED (the HREKF), NOT_STARTED, OUT_OF_MEMORY. */
+ * two passes shared nothing: a little small. ready is that of the pass which knows the angle better. Takes 5 times as long
+ * as run, and memory for its rows. The filter is reset before and after. Errors: as run; UNSUPPORTED (the HREKF),
+ * NOT_STARTED, OUT_OF_MEMORY. */
 HNAV_API hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input,
                                         const hnav_run_output* output);
 
