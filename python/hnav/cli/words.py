@@ -34,6 +34,9 @@ def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | No
     """Runs a command; what the user can mend becomes one line on stderr and exit code 2."""
     try:
         command(arguments)
+    except KeyboardInterrupt:  # before typer listens to it
+        print(f"{name}: interrupted", file=sys.stderr)
+        sys.exit(130)
     except (UsageError, HnavError, OSError, MemoryError) as error:
         print(f"{name}: {in_one_line(error)}", file=sys.stderr)
         sys.exit(2)

@@ -67,6 +67,13 @@ SECTIONS = {
         "--scenarios nominal,gyro_drift,outliers,magnetic_disturbance,iron_residual,matched",
         False,
     ),
+    "interrupted": Section(
+        "Interrupted commands",
+        "simulate, filter, montecarlo and report, each killed 100 times while it overwrites an older output, half of the times while "
+        "it writes, and ten times on a full and on a read-only disk. A montecarlo is killed again half of the times, then run to its end.",
+        "study interrupted --kills 100",
+        False,
+    ),
     "coloured": Section(
         "Coloured INS errors",
         "1000 flights of the F-4C; the oracle is told the noise of every step.",
