@@ -13,6 +13,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
 
     hnav::Frames frames;
+    int sensors = 0; // that the model takes
     bool backward_hold = false;
     bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
 
@@ -72,6 +73,7 @@ public:
         auto* self = make_object<AttitudeFilter>();
         if (!self) return nullptr;
         self->frames = frames;
+        self->sensors = Model::sensors;
         self->backward_hold = backward_hold;
         self->causal_only = backward_hold && !Model::reholds;
         if (!self->filter_.create(model, settings)) {

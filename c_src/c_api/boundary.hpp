@@ -17,7 +17,7 @@ constexpr double min_heading_sigma_rad = 1e-9; // smaller ones drown in the roun
 constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
 constexpr double max_state = 1e50;  // of an integrator outside: beyond, products overflow
 constexpr double near_singular_pitch = 85 * M_PI / 180;
-inline const char* const sensor_names[] = {"gyro", "accel", "mag", "heading"};
+const char* sensor_name(int sensor); // in messages; beside the push calls, hnav.cpp
 
 inline bool finite(const double* v, int n) {
     for (int i = 0; i < n; ++i)
@@ -61,7 +61,7 @@ inline hnav_status check_state(const hnav_filter* f, const double* x) {
 inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value, int channel, AttitudeSample* sample) {
     if (!std::isfinite(t_s) || !finite(value, 3)) {
         f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_names[channel], t_s,
+        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_name(channel), t_s,
                        value[0], value[1], value[2]);
     }
     if (std::fabs(t_s) > max_time_s) {
@@ -71,12 +71,12 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
     const double max = Vector3(value).cwiseAbs().maxCoeff();
     if (max > max_reading) {
         f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_names[channel],
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_name(channel),
                        t_s, max, max_reading);
     }
     if (channel != gyro && !(max > min_direction_length)) {
         f->refuse_zero();
-        return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_names[channel], t_s);
+        return f->fail(HNAV_ERROR_ZERO_VECTOR, "%s sample at t = %g s is the zero vector", sensor_name(channel), t_s);
     }
     sample->t_s = clock_time(t_s);
     sample->channel = channel;
@@ -85,15 +85,17 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
 }
 
 inline hnav_status push(hnav_filter* f, const AttitudeSample& sample) {
+    if (sample.channel >= f->sensors)
+        return f->fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sample.channel));
     switch (f->push(sample)) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::late:
         return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
-                       sensor_names[sample.channel], sample.t_s, f->late_limit_s());
+                       sensor_name(sample.channel), sample.t_s, f->late_limit_s());
     default:
         return f->fail(HNAV_ERROR_QUEUE_FULL,
                        "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
-                       sensor_names[sample.channel], sample.t_s);
+                       sensor_name(sample.channel), sample.t_s);
     }
 }
 

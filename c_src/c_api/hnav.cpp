@@ -12,6 +12,12 @@ using hnav::Outcome;
 using hnav::Vector3;
 using namespace hnav::boundary;
 
+const char* hnav::boundary::sensor_name(int sensor) {
+    static constexpr const char* names[] = {"gyro", "accel", "mag", "heading"};
+    static_assert(sizeof names / sizeof *names == HNAV_SENSOR_COUNT);
+    return names[sensor];
+}
+
 extern "C" {
 
 const char* hnav_version(void) { return HNAV_VERSION; }
@@ -191,10 +197,10 @@ hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* pos
 
 hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation) {
     REQUIRE_STRUCT(filter, innovation, hnav_innovation);
-    if (sensor != HNAV_SENSOR_ACCEL && sensor != HNAV_SENSOR_MAG && sensor != HNAV_SENSOR_HEADING)
-        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or heading", (int)sensor);
+    if (int(sensor) <= HNAV_SENSOR_GYRO || int(sensor) >= HNAV_SENSOR_COUNT)
+        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or an aid", (int)sensor);
     const hnav::Innovation& i = filter->innovation(sensor);
-    if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_names[sensor]);
+    if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
     hnav_innovation result{};
     result.t_s = i.t_s;
     std::memcpy(result.value, i.value, sizeof i.value);

@@ -12,7 +12,6 @@ using hnav::HrekfModel;
 static_assert(int(hnav::GammaMode::kl) == HNAV_GAMMA_KL && int(hnav::GammaMode::relative) == HNAV_GAMMA_RELATIVE);
 static_assert(int(hnav::Adaptation::corrected) == HNAV_ADAPTATION_CORRECTED);
 static_assert(int(hnav::StartMode::heading) == HNAV_START_HEADING);
-static_assert(int(hnav::heading) == HNAV_SENSOR_HEADING && int(hnav::channel_count) == HNAV_SENSOR_COUNT);
 
 HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames& frames) {
     HrekfModel::Settings s{};

@@ -14,7 +14,7 @@ using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_
 // What was seen of the inputs so far.
 struct FilterMemory {
     double start_s;
-    SamplingClock clock[HNAV_SENSOR_COUNT];
+    SamplingClock clock[Inputs::sensors];
     double reset_level, realign_level;
     double missed;
     double command; // that Model Exchange has still to apply to the importer's states
@@ -44,7 +44,7 @@ public:
         memory_.model_exchange = model_exchange;
         memory_.reset_level = values[in_.reset];
         memory_.realign_level = values[in_.realign];
-        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s)
+        for (int s = 0; s < Inputs::sensors; ++s)
             memory_.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
         return true;
     }
@@ -63,7 +63,7 @@ public:
             if (memory_.command != command_reset) memory_.command = command_realign;
             taken = true;
         }
-        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+        for (int s = 0; s < Inputs::sensors; ++s) {
             const Inputs::Sensor& in = in_.sensor[s];
             const bool valid = values[in.valid] != 0;
             NewSample sample;

@@ -7,16 +7,17 @@ namespace hnav::fmu {
 
 // Where they stand in the table.
 struct Inputs {
+    static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // that the FMU has inputs for
     struct Sensor {
         int value, sample, t_meas, valid, period; // value: three components; of the heading aid: heading, sigma
-    } sensor[HNAV_SENSOR_COUNT];
+    } sensor[sensors];
     int reset, realign;
     int preset, sampling_mode;
     int options; // the first of them
 
     template <class Kind>
     void describe(Table& table) {
-        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) describe_sensor(table, s);
+        for (int s = 0; s < sensors; ++s) describe_sensor(table, s);
         reset = table.add(rows::reset_command());
         realign = table.add(
             rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
@@ -63,7 +64,7 @@ private:
         sampling_mode =
             table.add(rows::sampling_mode("periodic: inputs are sampled every period; counter: when a sample counter changes"));
         constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
-        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s) {
+        for (int s = 0; s < sensors; ++s) {
             Variable v = rows::parameter(names[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
             v.display_unit = "ms";
             sensor[s].period = table.add(v);

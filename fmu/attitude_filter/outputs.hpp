@@ -40,7 +40,7 @@ public:
             *p = {sizeof(hnav_posterior), start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
             if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
         });
-        for (int s = HNAV_SENSOR_ACCEL; s < HNAV_SENSOR_COUNT; ++s)
+        for (int s = HNAV_SENSOR_ACCEL; s <= HNAV_SENSOR_HEADING; ++s)
             innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
                 *i = hnav_sized<hnav_innovation>();
                 i->accepted = 1;
@@ -239,7 +239,7 @@ private:
     Outputs<hnav_attitude, attitude_group> attitude_;
     Outputs<Bias, bias_group> bias_;
     Outputs<hnav_posterior, posterior_group> posterior_;
-    Innovation innovation_[HNAV_SENSOR_COUNT]; // none of the gyro
+    Innovation innovation_[HNAV_SENSOR_HEADING + 1]; // none of the gyro
     Outputs<Covariance, covariance_group> covariance_;
     Outputs<Diagnostics, diagnostics_group, 32> diagnostics_;
     Outputs<Field, field_group> field_;

@@ -1,7 +1,37 @@
-#include "attitude/ahrs/correct_heading.hpp"
+// Correction by a heading aid: one row. It does not correct the horizon either.
+#include "attitude/ahrs/correct_aid.hpp"
+#include "attitude/common/heading_aid.hpp"
 
 namespace hnav {
 
-template void AhrsModelOf<Scalar>::correct_heading(State& s, Correction& c, const Event& event) const;
+using Model = AhrsModelOf<Scalar>;
+
+template <>
+template <>
+struct Model::Aid<heading> {
+    static void correct(const Model& model, State& s, Correction& c, const Event& event) {
+        using Row1 = Eigen::Matrix<Scalar, 1, 1>;
+        const HeadingAid<Scalar> aid(QuaternionR(s.x), event);
+        if (!aid.is_defined()) return;
+        const Vector3R h = aid.by_rotation();
+        const Vector PHt = columns<3>(c.P, rotation) * h;
+        const Scalar noise = aid.variance(), before = c.heading_variance();
+        Scalar S = h.dot(segment<3>(PHt, rotation)) + noise;
+        const Scalar innovation = aid.residual() - h.dot(segment<3>(c.error, rotation));
+        const Scalar nis = normalised_square<1, Scalar>(Row1(S), Row1(innovation));
+        InnovationOf<Scalar>& i = record_heading(s.innovation, event.t_s, innovation, S, nis);
+        const Scalar limit = model.settings_.heading_gate_nis;
+        if (limit > 0 && nis > limit && model.heading_ready(s)) {
+            i.noise_scale = 1 + (nis / limit - 1) * S / noise;
+            S *= nis / limit;
+            ++s.gated[heading];
+        }
+        condition<1, considered>(c, PHt, Row1(S), Row1(innovation));
+        s.information.heading += information_gained(before, c.heading_variance());
+        s.heading_confirmed = 1; // heading from elsewhere needs no evidence of a field
+    }
+};
+
+template void Model::correct_by<Model::Aid<heading>>(State& s, Correction& c, const Event& event) const;
 
 } // namespace hnav

@@ -19,13 +19,20 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     if (s.force_s > 0) correct_velocity(s, c, event.t_s);
     if (s.rest.at_rest(settings_.rest)) correct_rest(s, c);
     if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
-    if (event.has(heading)) correct_heading(s, c, event);
+    correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
 
     apply(s, c.error);
     keep(s, c);
     forget_window(s);
     s.last_correction_s = event.t_s;
     ++s.corrections;
+}
+
+template <class R>
+template <int... after_heading>
+void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event,
+                                     std::integer_sequence<int, after_heading...>) const {
+    ((event.has(heading + after_heading) ? correct_by<Aid<heading + after_heading>>(s, c, event) : void()), ...);
 }
 
 // gamma is finite until the horizon is ready: the start may be further off than its sigma says. The heading is not

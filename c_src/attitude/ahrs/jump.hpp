@@ -20,7 +20,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         // At the sample nearest to the interval, whatever its jitter.
         const double half_sample_s = event.has(gyro) ? 0.5 * double(interval(s, gyro, event.t_s)) : 0;
         const double since_s = event.t_s - s.last_correction_s;
-        if (since_s + half_sample_s >= settings_.correction_interval_s || event.has(heading)) correct(s, event);
+        if (since_s + half_sample_s >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
         if (event.has(c)) s.note_time(c, event.t_s);

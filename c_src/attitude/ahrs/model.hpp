@@ -13,7 +13,7 @@
 //   rest       mean rate = b
 //   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
 //              are considered but not corrected: no magnet may tilt the horizon
-//   heading    what a heading aid says
+//   heading    what a heading aid says; other aids likewise
 // Which field is the reference: reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
 // law (robust_law.hpp), gamma finite; after that gamma is infinite.
 //
@@ -26,6 +26,8 @@
 #include "attitude/ahrs/state.hpp"
 #include "maths/scalar.hpp"
 
+#include <utility>
+
 namespace hnav {
 
 template <class R>
@@ -34,6 +36,7 @@ public:
     static constexpr int nx = ahrs_nx;
     static constexpr double gravity_m_s2 = 9.80665;
     using Settings = AhrsSettings<R>;
+    static constexpr int sensors = channel_count; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
     using State = AhrsState<R>;
     using Sigmas = typename Settings::Sigmas;
@@ -159,7 +162,15 @@ private:
 
     void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
     void correct_rest(const State& s, Correction& c) const;           // correct_rest.hpp
-    void correct_heading(State& s, Correction& c, const Event& event) const; // correct_heading.hpp
+
+    // How the aid of one channel corrects, defined in a file of its own: correct_heading.cpp. Nobody else sees it, so that a
+    // new aid touches nothing here; the linker says which is missing.
+    template <int channel>
+    struct Aid;
+    template <class OneAid>
+    void correct_by(State& s, Correction& c, const Event& event) const;
+    template <int... after_heading>
+    void correct_by_aids(State& s, Correction& c, const Event& event, std::integer_sequence<int, after_heading...>) const;
 
     // correct_field.hpp
     struct FieldRows;

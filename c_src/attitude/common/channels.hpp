@@ -1,15 +1,25 @@
 // The sensors of an attitude filter as channels of its events.
 #pragma once
 
+#include "hnav/attitude.h"
 #include "hybrid/event.hpp"
 
 namespace hnav {
 
-// In the order in which samples of equal time act.
-enum Channel : int { gyro = 0, accel = 1, mag = 2, heading = 3, channel_count = 4 };
+// In the order in which samples of equal time act. From the heading on they are aids, which tell a part of the estimate
+// itself with its sigma.
+enum Channel : int {
+    gyro = HNAV_SENSOR_GYRO,
+    accel = HNAV_SENSOR_ACCEL,
+    mag = HNAV_SENSOR_MAG,
+    heading = HNAV_SENSOR_HEADING,
+    channel_count = HNAV_SENSOR_COUNT
+};
 
-// A reading: rate, force or field in body axes; or heading and its sigma.
+// A reading: rate, force or field in body axes; or what an aid tells, and its sigma.
 using AttitudeEvent = FixedEvent<channel_count, 3>;
 using AttitudeSample = AttitudeEvent::Sample;
+
+inline bool has_aid(const AttitudeEvent& event) { return event.present >> heading != 0; }
 
 } // namespace hnav

@@ -27,6 +27,7 @@ template <class R>
 class HrekfModelOf {
 public:
     static constexpr int nx = hrekf_nx;
+    static constexpr int sensors = heading + 1; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
     using State = HrekfState<R>;
     using Settings = HrekfSettings<R>;

@@ -50,6 +50,15 @@ HNAV_API const char* hnav_filter_message(const hnav_filter* filter);
 
 /* ------------------------------------------------------------------------------------------------ samples */
 
+/* In the order in which samples of equal time act. */
+typedef enum hnav_sensor {
+    HNAV_SENSOR_GYRO = 0,
+    HNAV_SENSOR_ACCEL = 1,
+    HNAV_SENSOR_MAG = 2,
+    HNAV_SENSOR_HEADING = 3
+} hnav_sensor;
+enum { HNAV_SENSOR_COUNT = 4 };
+
 /* Samples may come in any order within one instant and between two advance calls, and up to horizon_s late after.
  * Samples of equal time are corrected together: rate, force, field, heading. A second sample of one sensor at the
  * same time follows the first. Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE, LATE_SAMPLE, QUEUE_FULL. */

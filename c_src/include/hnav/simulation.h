@@ -6,6 +6,7 @@
 #ifndef HNAV_SIMULATION_H
 #define HNAV_SIMULATION_H
 
+#include "hnav/attitude.h"
 #include "hnav/ins_error.h"
 #include "hnav/options/aircraft.h"
 #include "hnav/options/imu_mag_sensor.h"

@@ -61,16 +61,6 @@ HNAV_API const char* hnav_status_text(hnav_status status);
 /* "MAJOR.MINOR.PATCH" of the library that is linked. */
 HNAV_API const char* hnav_version(void);
 
-/* ------------------------------------------------------------------------------------------------ sensors */
-
-typedef enum hnav_sensor {
-    HNAV_SENSOR_GYRO = 0,
-    HNAV_SENSOR_ACCEL = 1,
-    HNAV_SENSOR_MAG = 2,
-    HNAV_SENSOR_HEADING = 3
-} hnav_sensor;
-enum { HNAV_SENSOR_COUNT = 4 };
-
 /* ------------------------------------------------------------------------------------------------ structs that grow */
 
 /* A struct that a call reads or fills begins with its size, as the caller's compiler sees it:
