@@ -1,7 +1,8 @@
 #include "calibration/alignment.hpp"
 
+#include "calibration/decompositions.hpp"
+
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace hnav {
@@ -74,8 +75,9 @@ bool align(const Columns& u, const Columns& a, const Values& use, double outlier
         ++count;
     }
     if (count == 0) return false;
-    const Eigen::SelfAdjointEigenSolver<Matrix10> eigen(S);
-    const Vector10 unseen = eigen.eigenvectors().col(0);
+    Matrix10 vectors;
+    const Vector10 eigenvalues = symmetric_eigenvalues(S, &vectors);
+    const Vector10 unseen = vectors.col(0);
     Matrix3 X;
     for (int j = 0; j < 3; ++j) X.row(j) = unseen.segment<3>(3 * j).transpose();
 
@@ -90,7 +92,7 @@ bool align(const Columns& u, const Columns& a, const Values& use, double outlier
         least = sigma;
         *best = candidate;
     }
-    best->condition = eigen.eigenvalues()[9] / std::fmax(eigen.eigenvalues()[1], 1e-300);
+    best->condition = eigenvalues[9] / std::fmax(eigenvalues[1], 1e-300);
     return least < INFINITY;
 }
 

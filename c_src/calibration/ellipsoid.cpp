@@ -1,7 +1,8 @@
 #include "calibration/ellipsoid.hpp"
 
+#include "calibration/decompositions.hpp"
+
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 namespace hnav {
@@ -41,11 +42,8 @@ bool solve_quadric(const Matrix10& S, Ellipsoid* e) {
     const Eigen::FullPivLU<Eigen::Matrix4d> lu(S.bottomRightCorner<4, 4>());
     if (!lu.isInvertible()) return false;
     const Eigen::Matrix<double, 4, 6> X = lu.solve(S12.transpose());
-    const Eigen::EigenSolver<Matrix6> eigen(inverse_constraint() * (S.topLeftCorner<6, 6>() - S12 * X));
-    if (eigen.info() != Eigen::Success) return false;
-    Index largest;
-    eigen.eigenvalues().real().maxCoeff(&largest);
-    const Vector6 quadratic = eigen.eigenvectors().col(largest).real();
+    Vector6 quadratic;
+    if (!largest_eigenvector(inverse_constraint() * (S.topLeftCorner<6, 6>() - S12 * X), &quadratic)) return false;
     const Eigen::Vector4d linear = -X * quadratic;
 
     Matrix3 A;
@@ -76,7 +74,7 @@ bool fit_ellipsoid(const Columns& z, double outlier_sigma, Values& weight, Value
         S /= weight.sum();
         // An exact ellipsoid leaves one eigenvalue of zero. When the next is small as well, another quadric fits nearly
         // as well, and the data cannot tell which is the right one.
-        const Vector10 eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix10>(S, Eigen::EigenvaluesOnly).eigenvalues();
+        const Vector10 eigenvalues = symmetric_eigenvalues(S, nullptr);
         const double second = std::fmax(eigenvalues[1], 1e-300);
         e->condition = eigenvalues[9] / second;
         e->ambiguity = std::fmax(eigenvalues[0], 0) / second;
@@ -109,15 +107,16 @@ Sphere fit_sphere(const Columns& z, double outlier_sigma, double thin, Values& w
             covariance += weight[i] / total * d * d.transpose();
             right += weight[i] / total * 0.5 * (z.col(i).squaredNorm() - mean_square) * d;
         }
-        const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(covariance);
+        Matrix3 axes;
+        const Vector3 spreads2 = symmetric_eigenvalues(covariance, &axes);
         // Directions in which the samples hardly spread are left out.
         Matrix3 inverse = Matrix3::Zero();
         sphere.plane = Matrix3::Zero();
         sphere.axes = 0;
         for (int k = 0; k < 3; ++k) {
-            const double spread2 = eigen.eigenvalues()[k];
-            if (!(spread2 > thin * thin * eigen.eigenvalues()[2])) continue;
-            const Vector3 axis = eigen.eigenvectors().col(k);
+            const double spread2 = spreads2[k];
+            if (!(spread2 > thin * thin * spreads2[2])) continue;
+            const Vector3 axis = axes.col(k);
             inverse += axis * axis.transpose() / spread2;
             sphere.plane += axis * axis.transpose();
             ++sphere.axes;

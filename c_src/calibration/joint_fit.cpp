@@ -1,7 +1,7 @@
 #include "calibration/joint_fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "calibration/decompositions.hpp"
+
 #include <Eigen/LU>
 
 namespace hnav {
@@ -118,7 +118,7 @@ void refine(double outlier_sigma, bool with_force, Samples& s, Correction* c) {
             Matrix13 damped = JtJ;
             // The second term holds unknowns that no equation sees.
             damped.diagonal() += damping * (JtJ.diagonal() + Vector13::Constant(1e-6 * JtJ.trace()));
-            step = -damped.ldlt().solve(Jtr);
+            step = -solve_symmetric(damped, Jtr);
             const Correction next = moved(*c, step);
             residuals(s, next, with_force, length, angle);
             better = cost(s) <= before;
@@ -145,7 +145,8 @@ double direction_sigma(double outlier_sigma, Unknowns unknowns, Samples& s, cons
     }
     JtJ.triangularView<Eigen::StrictlyUpper>() = JtJ.transpose();
     // The fit moves in the columns of the basis only: unit vectors, as many as there are unknowns.
-    const Eigen::SelfAdjointEigenSolver<Matrix13> eigen(JtJ);
+    Matrix13 vectors;
+    symmetric_eigenvalues(JtJ, &vectors);
     Matrix13 basis = Matrix13::Zero();
     int count = 13;
     if (unknowns == Unknowns::centre_and_radius) {
@@ -157,11 +158,11 @@ double direction_sigma(double outlier_sigma, Unknowns unknowns, Samples& s, cons
     } else {
         // Without force the four weakest directions are the rotation and the dip, which no equation sees.
         count = with_force ? 13 : 9;
-        basis.leftCols(count) = eigen.eigenvectors().rightCols(count);
+        basis.leftCols(count) = vectors.rightCols(count);
     }
     Matrix13 information = basis.transpose() * JtJ * basis;
     for (int k = count; k < 13; ++k) information(k, k) = 1; // what is left out stands apart
-    const Matrix13 bread = basis * information.ldlt().solve(basis.transpose());
+    const Matrix13 bread = basis * solve_symmetric(information, Matrix13(basis.transpose()));
     const Matrix13 covariance =
         bread * scores * bread * (blocks / (blocks - double(count))); // they were fitted to the same blocks
 

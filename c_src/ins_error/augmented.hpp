@@ -28,113 +28,18 @@ struct StepResult {
 
 class Augmented {
 public:
-    Augmented(MatrixArena& state, MatrixArena& work, const LinearModel& model, bool with_colour, bool joseph, bool lag)
-        : model_(model),
-          nl_(with_colour ? model.nz : 0),
-          n_(model.nx + nl_),
-          joseph_(joseph),
-          lag_(lag),
-          X_(state.vector(n_)),
-          P_(state.matrix(n_, n_)),
-          X_before_(state.vector(lag ? n_ : 0)),
-          P_before_(state.matrix(lag ? n_ : 0, lag ? n_ : 0)),
-          F_(work, n_, n_),
-          H_(work, model.nz, n_),
-          Q_(work.matrix(n_, n_)),
-          HF_(work.matrix(model.nz, n_)),
-          FP_(work.matrix(n_, n_)),
-          PF_(work.matrix(n_, n_)),
-          HP_(work.matrix(model.nz, n_)),
-          base_(work.matrix(model.nz, model.nz)),
-          R_(work.vector(model.nz)),
-          zero_(work.doubles(model.nz)),
-          fresh_(work.doubles(model.nz)),
-          g_(work.doubles(n_)),
-          K_(work.doubles(n_)),
-          m_(work.doubles(n_)),
-          S_(work.matrix(model.nz, model.nz)),
-          Rm_(work.matrix(model.nz, model.nz)),
-          V_(work.matrix(n_, model.nz)),
-          D_(work.matrix(n_, model.nz)),
-          E_(work.matrix(n_, n_)),
-          T_(work.matrix(n_, n_)),
-          inverse_(work, model.nz) {}
+    Augmented(MatrixArena& state, MatrixArena& work, const LinearModel& model, bool with_colour, bool joseph, bool lag);
 
     // After the model changed.
-    void prepare() {
-        const int nx = model_.nx;
-        F_.fill(n_, [&](int i, int j) {
-            if (i < nx) return j < nx ? model_.A(i, j) : 0.0;
-            return j < nx ? 0.0 : model_.An(i - nx, j - nx);
-        });
-        H_.fill(n_, [&](int i, int j) { return j < nx ? model_.H(i, j) : double(i == j - nx); });
-        HF_.leftCols(nx).noalias() = model_.H * model_.A;
-        if (nl_) HF_.rightCols(nl_) = model_.An;
-        Q_.setZero();
-        Q_.topLeftCorner(nx, nx) = model_.Q;
-        if (nl_) Q_.bottomRightCorner(nl_, nl_) = model_.Ql;
-        // One channel after the other needs noise that the channels do not share.
-        sequential_ = model_.Qv_is_diagonal && (nl_ || LinearModel::is_diagonal(model_.Lambda0));
-        for (int i = 0; i < model_.nz; ++i) {
-            zero_[i] = 0;
-            fresh_[i] = model_.Qv(i, i);
-        }
-    }
+    void prepare();
 
-    void start() {
-        X_.setZero();
-        X_.head(model_.nx) = model_.x0;
-        P_.setZero();
-        P_.topLeftCorner(model_.nx, model_.nx) = model_.P0;
-        if (nl_) P_.bottomRightCorner(nl_, nl_) = model_.Lambda0;
-        if (lag_) {
-            X_before_ = X_;
-            P_before_ = P_;
-        }
-    }
+    void start();
 
-    void predict(const double* u) {
-        if (lag_) {
-            X_before_ = X_;
-            P_before_ = P_;
-        }
-        F_.times(P_, FP_);
-        for (int i = 0; i < n_; ++i) m_[i] = F_.dot(i, X_.data());
-        for (int i = 0; i < model_.nx; ++i)
-            for (int j = 0; j < model_.nu; ++j) m_[i] += model_.B(i, j) * u[j];
-        for (int i = 0; i < n_; ++i) X_[i] = m_[i];
-        PF_ = FP_.transpose();
-        for (int i = 0; i < n_; ++i) {
-            double* row = P_.data() + i * n_;
-            F_.row_times(i, PF_, row, i);
-            for (int j = i; j < n_; ++j) row[j] += Q_(i, j);
-        }
-        mirror_upper(P_);
-    }
+    void predict(const double* u);
 
     // present: the channels of z that count; predicted: predict went before, so there is a step to look back over.
     // False: S is not positive definite.
-    bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, StepResult& out) {
-        const int nz = model_.nz;
-        H_.times(P_, HP_);
-        for (int i = 0; i < nz; ++i)
-            for (int j = 0; j < nz; ++j) base_(i, j) = H_.dot(j, HP_.data() + i * n_);
-        if (!nl_) base_ += model_.Lambda0;
-        out.innovation.setConstant(std::numeric_limits<double>::quiet_NaN());
-        for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - H_.dot(present[a], X_.data());
-        if (!noise.update({out.innovation.data(), base_, fresh_, zero_, zero_, present, count})) return false;
-        out.S = base_;
-        for (int i = 0; i < nz; ++i) out.S(i, i) += noise.scale()[i] * model_.Qv(i, i);
-        if (!model_.Qv_is_diagonal) add_shared_noise(noise, out.S);
-        if (!nl_) base_ -= model_.Lambda0; // from here on H P H' alone
-        if (lag_ && predicted && !look_back(present, count, out)) return false;
-        const bool good = sequential_ ? correct_by_channel(z, present, count, noise, out) : correct_at_once(present, count, out);
-        if (lag_ && !predicted) { // the first sample: nothing to look back on
-            X_before_ = X_;
-            P_before_ = P_;
-        }
-        return good;
-    }
+    bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, StepResult& out);
 
     // The estimate that outputs show: at this step, or one before.
     const Vector& shown_X() const { return lag_ ? X_before_ : X_; }
@@ -142,36 +47,10 @@ public:
 
 private:
     // Scalar corrections one after the other equal the joint one when R is diagonal, and need no factorisation.
-    bool correct_by_channel(const double* z, const int* present, int count, const NoiseScale& noise, StepResult& out) {
-        *out.nis = 0;
-        for (int a = 0; a < count; ++a) {
-            const int i = present[a];
-            const double r = noise.scale()[i] * model_.Qv(i, i) + (nl_ ? 0 : model_.Lambda0(i, i));
-            H_.row_times(i, P_, g_); // h P
-            const double s = H_.dot(i, g_) + r;
-            if (!(s > 0)) return false;
-            const double e = z[i] - H_.dot(i, X_.data());
-            *out.nis += e * e / s;
-            const double inverse_s = 1 / s;
-            for (int j = 0; j < n_; ++j) K_[j] = g_[j] * inverse_s;
-            for (int j = 0; j < n_; ++j) X_[j] += K_[j] * e;
-            // (I - K h) P (I - K h)' + K r K' = M - (M h' - r K) K' with M = (I - K h) P: row by row in one sweep.
-            for (int j = 0; j < n_; ++j) {
-                double* __restrict row = P_.data() + j * n_;
-                subtract(K_[j], g_, row);
-                if (joseph_) subtract(H_.dot(i, row) - r * K_[j], K_, row);
-            }
-        }
-        symmetrise(P_);
-        return true;
-    }
+    bool correct_by_channel(const double* z, const int* present, int count, const NoiseScale& noise, StepResult& out);
 
     // The rest of a full Qv, scaled as standard deviations are, so that it stays a covariance.
-    void add_shared_noise(const NoiseScale& noise, Matrix& S) const {
-        for (int i = 0; i < model_.nz; ++i)
-            for (int j = 0; j < model_.nz; ++j)
-                if (i != j) S(i, j) += std::sqrt(noise.scale()[i] * noise.scale()[j]) * model_.Qv(i, j);
-    }
+    void add_shared_noise(const NoiseScale& noise, Matrix& S) const;
 
     // row -= factor * other
     void subtract(double factor, const double* __restrict other, double* __restrict row) const {
@@ -179,67 +58,16 @@ private:
     }
 
     // S and R of the present channels, S factorised.
-    bool gather(const int* present, int count, const StepResult& out) {
-        for (int a = 0; a < count; ++a)
-            for (int b = 0; b < count; ++b) {
-                S_(a, b) = out.S(present[a], present[b]);
-                Rm_(a, b) = S_(a, b) - base_(present[a], present[b]);
-            }
-        return inverse_.factor(S_, count);
-    }
+    bool gather(const int* present, int count, const StepResult& out);
 
     // D = V S^-1
-    void gain_from(const Matrix& V) {
-        for (int i = 0; i < n_; ++i) inverse_.solve(V.data() + i * V.cols(), D_.data() + i * D_.cols());
-    }
+    void gain_from(const Matrix& V);
 
-    bool correct_at_once(const int* present, int count, StepResult& out) {
-        *out.nis = 0;
-        if (!gather(present, count, out)) return false;
-        for (int a = 0; a < count; ++a) {
-            R_[a] = out.innovation[present[a]];
-            for (int j = 0; j < n_; ++j) V_(j, a) = HP_(present[a], j);
-        }
-        gain_from(V_);
-        inverse_.solve(R_.data(), g_);
-        for (int a = 0; a < count; ++a) *out.nis += R_[a] * g_[a];
-        X_.noalias() += D_.leftCols(count) * R_.head(count);
-        FP_ = P_;
-        FP_.noalias() -= D_.leftCols(count) * V_.leftCols(count).transpose(); // (I - K H) P
-        if (joseph_) {
-            for (int j = 0; j < n_; ++j)
-                for (int a = 0; a < count; ++a) V_(j, a) = H_.dot(present[a], FP_.data() + j * n_);
-            V_.leftCols(count).noalias() -= D_.leftCols(count) * Rm_.topLeftCorner(count, count);
-            FP_.noalias() -= V_.leftCols(count) * D_.leftCols(count).transpose();
-        }
-        P_ = FP_;
-        symmetrise(P_);
-        return true;
-    }
+    bool correct_at_once(const int* present, int count, StepResult& out);
 
     // The newest innovation corrects the estimate before it, in Joseph's form: with E = I - D Ha F,
     // P(k-1|k) = E P E' + D (Ha Q Ha' + R) D'.
-    bool look_back(const int* present, int count, const StepResult& out) {
-        if (!gather(present, count, out)) return false;
-        for (int a = 0; a < count; ++a) {
-            V_.col(a).noalias() = P_before_ * HF_.row(present[a]).transpose();
-            R_[a] = out.innovation[present[a]];
-        }
-        gain_from(V_);
-        X_before_.noalias() += D_.leftCols(count) * R_.head(count);
-        E_.setIdentity();
-        for (int a = 0; a < count; ++a) {
-            E_.noalias() -= D_.col(a) * HF_.row(present[a]);
-            H_.row_times(present[a], Q_, g_);
-            for (int b = 0; b < count; ++b) Rm_(a, b) += H_.dot(present[b], g_);
-        }
-        T_.noalias() = E_ * P_before_;
-        P_before_.noalias() = T_ * E_.transpose();
-        V_.leftCols(count).noalias() = D_.leftCols(count) * Rm_.topLeftCorner(count, count);
-        P_before_.noalias() += V_.leftCols(count) * D_.leftCols(count).transpose();
-        symmetrise(P_before_);
-        return true;
-    }
+    bool look_back(const int* present, int count, const StepResult& out);
 
     const LinearModel& model_;
     const int nl_, n_;

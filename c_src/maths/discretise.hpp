@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <unsupported/Eigen/MatrixFunctions>
 
 namespace hnav {
 
@@ -14,7 +13,6 @@ constexpr int max_dimension = 32;
 template <int bound>
 using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bound, bound>;
 using Small = Bounded<max_dimension>;
-using Pair = Bounded<2 * max_dimension>;
 
 namespace {
 // Eigen asks once, in a function-local static, how large the caches of the processor are. Asked when the library is loaded,
@@ -27,25 +25,6 @@ struct Discrete {
 };
 
 // A n x n, B n x m (m may be 0), Q n x n symmetric; T in the time unit of A. n and m at most 32.
-inline Discrete discretise(const Small& A, const Small& B, const Small& Q, double T) {
-    const Eigen::Index n = A.rows(), m = B.cols();
-    Discrete d;
-
-    Pair held = Pair::Zero(n + m, n + m);
-    held.topLeftCorner(n, n) = A * T;
-    held.topRightCorner(n, m) = B * T;
-    const Pair flow = held.exp();
-    d.A = flow.topLeftCorner(n, n);
-    d.B = flow.topRightCorner(n, m);
-
-    Pair hamiltonian = Pair::Zero(2 * n, 2 * n);
-    hamiltonian.topLeftCorner(n, n) = -A * T;
-    hamiltonian.topRightCorner(n, n) = Q * T;
-    hamiltonian.bottomRightCorner(n, n) = A.transpose() * T;
-    const Pair M = hamiltonian.exp();
-    const Small Qd = M.bottomRightCorner(n, n).transpose() * M.topRightCorner(n, n);
-    d.Q = 0.5 * (Qd + Qd.transpose());
-    return d;
-}
+Discrete discretise(const Small& A, const Small& B, const Small& Q, double T);
 
 } // namespace hnav

@@ -7,11 +7,7 @@
 // white noise, which correlates the states (Van Loan 1978, see maths/discretise.hpp).
 #pragma once
 
-#include "maths/discretise.hpp"
-
-#include <Eigen/Eigenvalues>
-
-#include <complex>
+#include "maths/modes.hpp"
 
 namespace hnav {
 
@@ -39,12 +35,12 @@ struct LinearAircraft {
     }
 
     // The eigenvalue of A with the largest real part, 1/s.
-    static std::complex<double> fastest_growth(int n, const double* A_1_s) {
+    static Complex fastest_growth(int n, const double* A_1_s) {
         Small flow(n, n);
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) flow(i, j) = A_1_s[i * n + j];
-        const auto values = Eigen::EigenSolver<Small>(flow, false).eigenvalues().eval();
-        std::complex<double> worst = values[0];
+        const ComplexVector values = eigenvalues(flow);
+        Complex worst = values[0];
         for (int i = 1; i < n; ++i)
             if (values[i].real() > worst.real()) worst = values[i];
         return worst;

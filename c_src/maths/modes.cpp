@@ -1,0 +1,17 @@
+#include "maths/modes.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace hnav {
+
+static Modes solved(const Small& A, bool with_vectors) {
+    const Eigen::EigenSolver<Small> solver(A, with_vectors);
+    Modes found{solver.eigenvalues(), {}};
+    if (with_vectors) found.vectors = solver.eigenvectors();
+    return found;
+}
+
+ComplexVector eigenvalues(const Small& A) { return solved(A, false).values; }
+Modes modes(const Small& A) { return solved(A, true); }
+
+} // namespace hnav
