@@ -18,6 +18,8 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "slow: runs only with --all")
+    if config.getoption("--all"):
+        os.environ.setdefault("HNAV_FUZZ_EXAMPLES", "600")
 
 
 def pytest_collection_modifyitems(config, items):

@@ -1,11 +1,9 @@
 """Readers of files that others wrote, under damage of every kind: what comes back is whole, or the error says why.
 
-HNAV_FUZZ_EXAMPLES=20000 tries harder than the default.
+HNAV_FUZZ_EXAMPLES=20000 tries harder than the default, --all a little.
 """
 
 import json
-import os
-import random
 from pathlib import Path
 
 import h5py
@@ -15,11 +13,10 @@ import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from fuzzing import bounded, damaged, json_values, places
 from hnav.errors import HnavError
 from hnav.io.recordings import Recording, RecordingError, read_recording
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-
-bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
 
 # MATLAB files are read in a process of their own, which takes a second on a busy machine.
 bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
@@ -72,28 +69,6 @@ def read_or_say_why(path: Path) -> None:
         assert path.name in str(error) and "\n" not in str(error)
     else:
         is_whole(recording)
-
-
-def damaged(data: bytes, seed: int) -> bytes:
-    """A few bytes changed, a piece cut, doubled or moved."""
-    rng = random.Random(seed)
-    data = bytearray(data)
-    for _ in range(rng.randint(1, 4)):
-        if not data:
-            break
-        i, j = sorted(rng.randrange(len(data) + 1) for _ in range(2))
-        match rng.randrange(5):
-            case 0:
-                data[min(i, len(data) - 1)] = rng.randrange(256)
-            case 1:
-                del data[i:j]
-            case 2:
-                data[i:i] = data[i:j]
-            case 3:
-                del data[i:]
-            case _:
-                data[min(i, len(data) - 1)] ^= 1 << rng.randrange(8)
-    return bytes(data)
 
 
 # --------------------------------------------------------------------------------------------- CSV
@@ -183,19 +158,6 @@ def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
 
 
 # --------------------------------------------------------------------------------------------- aircraft
-
-json_values = st.recursive(
-    st.one_of(st.none(), st.booleans(), st.integers(-(10**400), 10**400), st.floats(), st.text(max_size=5)),
-    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
-    max_leaves=6,
-)
-
-
-def places(node, path=()):
-    yield path
-    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
-    for key, child in items:
-        yield from places(child, (*path, key))
 
 
 def is_usable(path: Path) -> None:

@@ -57,12 +57,12 @@ def read_results(folder: Path) -> Recording:
 def _samples(signals: Mapping[str, np.ndarray], end: str) -> np.ndarray | None:
     """n x 3, NaN where no sample came; None if no component has it."""
     for owner in [name[: -len(last)] for last in (end, f"{end}[1]") for name in signals if name.endswith(last)]:
-        parts = [signals[name] for i in (1, 2, 3) if (name := f"{owner}{end}[{i}]") in signals]
+        parts = [signals[name] for i in (1, 2, 3) if (name := f"{owner}{end}[{i}]") in signals and signals[name].ndim == 1]
         values = signals.get(owner + end, np.stack(parts, axis=1) if len(parts) == 3 else None)
         if values is None or values.ndim != 2 or values.shape[1] != 3:
             continue
         counter = signals.get(f"{owner}{end.split('.')[0]}.sample")
-        fresh = np.ones(len(values), bool) if counter is None else np.diff(counter, prepend=0.0) != 0
+        fresh = np.ones(len(values), bool) if counter is None or counter.ndim != 1 else np.diff(counter, prepend=0.0) != 0
         return np.where(fresh[:, None], values, np.nan)
     return None
 
