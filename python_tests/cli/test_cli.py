@@ -1,6 +1,9 @@
 """The command line as a user types it."""
 
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -77,6 +80,24 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2(flight, tmp_path, argum
     done = hnav(*(places.get(a, a) for a in arguments))
     assert done.returncode == 2
     assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_a_command_that_is_terminated_leaves_nothing_unfinished(flight, tmp_path):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    code = """
+import os, signal
+from hnav.cli.app import main
+from hnav.fmi.fmus import Fmu
+Fmu.do_step = lambda *_: os.kill(os.getpid(), signal.SIGTERM)
+main(["filter", FLIGHT, "--engine", "fmi2-cs", "--out", OUT])
+"""
+    code = code.replace("FLIGHT", repr(str(flight))).replace("OUT", repr(str(tmp_path / "out.csv")))
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | {"TMPDIR": str(temporary)}, capture_output=True, text=True
+    )
+    assert done.returncode == 130 and len(done.stderr.splitlines()) <= 1, done.stderr
+    assert list(temporary.iterdir()) == [] and not (tmp_path / "out.csv").exists()
 
 
 def test_options_are_listed_with_unit_and_range():

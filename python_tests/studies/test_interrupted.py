@@ -1,5 +1,6 @@
 """Interrupted commands: a fixed small sample of the study, and that it would notice."""
 
+import tempfile
 import time
 
 import pytest
@@ -15,8 +16,9 @@ KILLS = {"simulate": 2, "filter": 2, "montecarlo": 1, "report": 2}
 
 
 @pytest.fixture(autouse=True)
-def built():
+def built(monkeypatch):
     built_system("turntable")
+    monkeypatch.setattr(tempfile, "tempdir", None)
 
 
 @pytest.mark.parametrize("name", ["simulate", "filter", "montecarlo", pytest.param("report", marks=pytest.mark.slow)])

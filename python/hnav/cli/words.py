@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from hnav.errors import HnavError
@@ -33,13 +36,31 @@ def of_the_command_line(error: HnavError) -> str:
 def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | None = None) -> None:
     """Runs a command; what the user can mend becomes one line on stderr and exit code 2."""
     try:
-        command(arguments)
+        with tidy_end():
+            command(arguments)
     except KeyboardInterrupt:  # before typer listens to it
         print(f"{name}: interrupted", file=sys.stderr)
         sys.exit(130)
     except (UsageError, HnavError, OSError, MemoryError) as error:
         print(f"{name}: {in_one_line(error)}", file=sys.stderr)
         sys.exit(2)
+
+
+@contextmanager
+def tidy_end() -> Iterator[None]:
+    """SIGTERM is an interrupt as from the keyboard: what is unfinished goes, what is finished stays."""
+    if threading.current_thread() is not threading.main_thread():  # signals are for the main thread alone
+        yield
+        return
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def in_one_line(error: UsageError | HnavError | OSError | MemoryError) -> str:

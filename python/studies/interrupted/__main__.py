@@ -6,6 +6,7 @@ import os
 import random
 import shutil
 import signal
+import tempfile
 import time
 from collections import Counter
 from pathlib import Path
@@ -118,6 +119,9 @@ class Interrupted:
 
 def interrupt(kills: int, seed: int, folder: Path, names: list[str] | None = None) -> list[Interrupted]:
     """Every command in the folder: killed, and a tenth as often on a full and on a read-only disk."""
+    # What killed commands have unpacked goes with the folder.
+    (folder / "temporary").mkdir()
+    tempfile.tempdir = str(folder / "temporary")
     prepare(folder, run_here)
     done = []
     with bar() as progress:
@@ -159,6 +163,7 @@ def command(
     try:
         done = interrupt(kills, seed, folder)
     finally:
+        tempfile.tempdir = None
         shutil.rmtree(folder, ignore_errors=True)
     show(table(done))
     for trial in done:
