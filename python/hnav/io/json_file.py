@@ -9,11 +9,14 @@ from typing import Any
 from hnav.errors import HnavValueError
 
 
-def read_json(path: Path) -> Any:
-    """What the file holds. Raises HnavError that names the file, also for JSON that is nested without end."""
+def read_json(path: Path, shown: str = "") -> Any:
+    """What the file holds. Raises HnavError that names the file, also for JSON that is nested without end.
+
+    shown: what messages about its content call it; its path otherwise.
+    """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
-        raise HnavValueError("file", f"{path}: no JSON: {str(error).splitlines()[0]}") from None
+        raise HnavValueError("file", f"{shown or path}: no JSON: {str(error).splitlines()[0]}") from None

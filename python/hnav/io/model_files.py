@@ -21,7 +21,7 @@ class ModelFile:
 
     def __init__(self, path: Path):
         self.path = path
-        self.data: Any = read_json(path)
+        self.data: Any = read_json(path, path.name)
 
     def refuse(self, reason: str) -> NoReturn:
         raise HnavValueError("option", f"{self.path.name}: {reason}") from None
