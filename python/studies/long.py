@@ -1,0 +1,143 @@
+"""Does a filter stay what it is for a month? Simulated days at 100 Hz, with stamps of today's clocks.
+
+    ./run study long --days 30 [--filter ahrs]
+
+A body turns about all axes; its sensors are those of a telephone, the bias of the gyroscope walks by the hour. Stamps begin at
+1.7e9 s, where doubles lie a quarter of a microsecond apart. Printed for every day: error and memory of the process. The exit
+status is 1 when they are not flat: a day whose error is a fifth above that of the first, memory that grows by more than 4 MB.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.table import Table
+
+from hnav.cli.console import bar, say, show
+from hnav.cli.parameters import FilterName
+from hnav.filters.attitude import Filter
+from hnav.filters.rotations import quaternion_product, rotation_error_rad
+from studies.command import study
+
+PERIOD_S = 1000  # after which the motion repeats
+INTERVAL_S = 0.01
+GYRO_SIGMA, FORCE_SIGMA, FIELD_SIGMA = 2e-3, 0.05, 3e-7  # of a sample, SI
+BIAS_SIGMA, BIAS_TIME_S = 2e-3, 3600.0
+GRAVITY, FIELD = np.array([0, 0, -9.81]), np.array([2.0e-5, 0, 4.5e-5])  # specific force at rest and field, north-east-down
+SETTLED_S = 600  # from when on errors count
+MORE_ERROR, MORE_MEMORY_MB = 1.2, 4.0
+
+
+@dataclass(frozen=True)
+class Day:
+    """rms_deg, worst_deg: the total error; memory_mb: of the process at the day's end."""
+
+    rms_deg: float
+    worst_deg: float
+    memory_mb: float
+
+
+class Motion:
+    """One period: attitude, rate, force and field of 100 000 instants. Row 0 follows the last one."""
+
+    def __init__(self) -> None:
+        turns = 2 * np.pi * np.arange(round(PERIOD_S / INTERVAL_S)) * INTERVAL_S / PERIOD_S
+        roll = 0.5 * np.sin(97 * turns) + 0.3 * np.sin(331 * turns)
+        pitch = 0.6 * np.sin(61 * turns + 1) + 0.2 * np.sin(419 * turns)
+        yaw = 3 * turns + 1.5 * np.sin(43 * turns) + 0.3 * np.sin(257 * turns)
+        self.q_nb = quaternion_product(quaternion_product(_about(2, yaw), _about(1, pitch)), _about(0, roll))
+        before = np.roll(self.q_nb, 1, axis=0)
+        # The mean rate of the interval before: what an integrating gyroscope gives.
+        self.rate = rotation_error_rad(self.q_nb * [1, -1, -1, -1], before * [1, -1, -1, -1]) / INTERVAL_S
+        self.force, self.field = _to_body(self.q_nb, GRAVITY), _to_body(self.q_nb, FIELD)
+
+
+def _about(axis: int, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    q = np.zeros((len(angle), 4))
+    q[:, 0], q[:, 1 + axis] = np.cos(angle / 2), np.sin(angle / 2)
+    return q
+
+
+def _to_body(q_nb: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    conjugate = q_nb * [1, -1, -1, -1]
+    return quaternion_product(quaternion_product(conjugate, np.r_[0, vector]), q_nb)[:, 1:]
+
+
+def memory_mb() -> float:
+    """Of this process; NaN where the system does not tell."""
+    status = Path("/proc/self/status")
+    if not status.is_file():
+        return float("nan")
+    return next(float(line.split()[1]) for line in status.read_text().splitlines() if line.startswith("VmRSS:")) / 1024
+
+
+def errors_rad(filter: Filter, periods: int, start_s: float, seed: int) -> Iterator[NDArray[np.float64]]:
+    """Of the instants of each period: the angle between estimate and truth."""
+    motion, random = Motion(), np.random.default_rng(seed)
+    rows = len(motion.rate)
+    bias, keep = random.normal(0, BIAS_SIGMA, 3), np.exp(-PERIOD_S / BIAS_TIME_S)
+    for period in range(periods):
+        t_s = start_s + (np.arange(rows) + period * rows) * INTERVAL_S
+        goal = keep * bias + np.sqrt(1 - keep**2) * random.normal(0, BIAS_SIGMA, 3)
+        drift = bias + np.linspace(0, 1, rows)[:, None] * (goal - bias)
+        bias = goal
+        readings = (
+            motion.rate + drift + random.normal(0, GYRO_SIGMA, (rows, 3)),
+            motion.force + random.normal(0, FORCE_SIGMA, (rows, 3)),
+            motion.field + random.normal(0, FIELD_SIGMA, (rows, 3)),
+        )
+        run = filter.run(t_s, *readings, only=("q_nb",))
+        yield np.linalg.norm(rotation_error_rad(run.q_nb, motion.q_nb), axis=1)
+
+
+def days_of(filter: Filter, days: float, start_s: float = 1.7e9, seed: int = 1) -> Iterator[Day]:
+    """Day after day, the last one maybe shorter."""
+    periods = max(1, round(days * 86400 / PERIOD_S))
+    each = min(periods, round(86400 / PERIOD_S))
+    squares, worst, count = 0.0, 0.0, 0
+    for period, error in enumerate(errors_rad(filter, periods, start_s, seed)):
+        settled = error[round(SETTLED_S / INTERVAL_S) :] if period == 0 else error
+        squares, worst, count = squares + float(settled @ settled), max(worst, float(settled.max())), count + len(settled)
+        if (period + 1) % each == 0 or period + 1 == periods:
+            yield Day(float(np.degrees(np.sqrt(squares / count))), float(np.degrees(worst)), memory_mb())
+            squares, worst, count = 0.0, 0.0, 0
+
+
+def is_flat(days: list[Day]) -> bool:
+    """Whether no day is worse than the first by more than chance, and memory has not grown since its end."""
+    first = days[0]
+    error = all(day.rms_deg <= MORE_ERROR * first.rms_deg for day in days)
+    return error and not any(day.memory_mb > first.memory_mb + MORE_MEMORY_MB for day in days)
+
+
+def command(
+    days: Annotated[float, typer.Option(min=0.01, help="Simulated days; one takes about half a minute")] = 30,
+    filter: FilterName = "ahrs",
+    seed: int = 1,
+) -> None:
+    """Prints error and memory of every day; the exit status is 1 when they are not flat."""
+    made = Filter(filter, gyro_hold="backward", solver="closed_form")
+    table = Table("day", "rms error, deg", "worst, deg", "memory, MB", title=f"{filter}, 100 Hz from t = 1.7e9 s, closed form")
+    found: list[Day] = []
+    with bar() as progress:
+        task = progress.add_task("days", total=days)
+        for day in days_of(made, days, seed=seed):
+            found.append(day)
+            table.add_row(f"{len(found)}", f"{day.rms_deg:.3f}", f"{day.worst_deg:.2f}", f"{day.memory_mb:.1f}")
+            progress.advance(task)
+    show(table)
+    say("flat" if is_flat(found) else "NOT flat")
+    if not is_flat(found):
+        raise typer.Exit(1)
+
+
+main = study("long", command)
+
+if __name__ == "__main__":
+    main()
