@@ -99,12 +99,12 @@ def errors_rad(filter: Filter, periods: int, start_s: float, seed: int) -> Itera
 def days_of(filter: Filter, days: float, start_s: float = 1.7e9, seed: int = 1) -> Iterator[Day]:
     """Day after day, the last one maybe shorter."""
     periods = max(1, round(days * 86400 / PERIOD_S))
-    each = min(periods, round(86400 / PERIOD_S))
+    ends = {round(day * 86400 / PERIOD_S) for day in range(1, int(days) + 1)} | {periods}
     squares, worst, count = 0.0, 0.0, 0
     for period, error in enumerate(errors_rad(filter, periods, start_s, seed)):
         settled = error[round(SETTLED_S / INTERVAL_S) :] if period == 0 else error
         squares, worst, count = squares + float(settled @ settled), max(worst, float(settled.max())), count + len(settled)
-        if (period + 1) % each == 0 or period + 1 == periods:
+        if period + 1 in ends:
             yield Day(float(np.degrees(np.sqrt(squares / count))), float(np.degrees(worst)), memory_mb())
             squares, worst, count = 0.0, 0.0, 0
 

@@ -29,6 +29,15 @@ def test_a_day_is_cut_at_its_end_and_the_settling_is_left_out():
     assert len(days) == 1 and 0 < days[0].rms_deg < days[0].worst_deg < 1
 
 
+@pytest.mark.parametrize("days, rows", [(0.5, 1), (1, 1), (3, 3), (30, 30), (2.5, 3)])
+def test_days_are_as_many_as_were_asked_for(monkeypatch, days, rows):
+    monkeypatch.setattr(
+        "studies.long.errors_rad", lambda filter, periods, start_s, seed: (np.full(70000, 0.1) for _ in range(periods))
+    )
+    monkeypatch.setattr("studies.long.memory_mb", lambda: 100.0)
+    assert len(list(days_of(Filter("ahrs"), days))) == rows
+
+
 def test_flat_is_an_error_that_does_not_grow_and_memory_that_stays():
     first = Day(0.1, 1, 100)
     assert is_flat([first, Day(0.11, 5, 101)])
