@@ -67,6 +67,7 @@ public:
         model_.nominal(atol);
         for (int i = 0; i < nx(); ++i) atol[i] *= settings.atol;
         settings_.propagator.atol = atol;
+        if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         const FlowContext context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
         settings_.propagator.atol = nullptr;
@@ -223,6 +224,13 @@ private:
     // from the newest event on: beyond a second it costs what a short one does. An event is committed once: the integrator
     // crosses all but the long gaps, within a millisecond or so, whatever the gap.
     static constexpr double max_look_ahead_s = 1, max_commit_s = 10;
+    // The same against rates beyond all sense: ten seconds of five turns a second. The fuzzer is to see both sides, and has
+    // no time.
+#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+    static constexpr long max_steps_beside_closed_form = 10000;
+#else
+    static constexpr long max_steps_beside_closed_form = 200;
+#endif
 
     struct FlowContext {
         const Model* model;

@@ -27,14 +27,6 @@ struct VectorContent {
     int n;
 };
 
-// One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing. Who calls
-// has an exact answer for longer ones.
-#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-constexpr long max_steps = 100000;
-#else
-constexpr long max_steps = 200; // the fuzzer is to see both sides, and has no time
-#endif
-
 double*& data(N_Vector v) { return static_cast<VectorContent*>(v->content)->data; }
 
 template <int N>
@@ -232,7 +224,7 @@ struct Propagator::Solver {
         return ERKStepSetTableNum(erk, ARKODE_DORMAND_PRINCE_7_4_5) == 0 &&
                sundials::erk_set_interpolant_type(erk, ARK_INTERP_LAGRANGE) == 0 &&
                sundials::erk_set_interpolant_degree(erk, 0) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
-               sundials::erk_set_max_steps(erk, max_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
+               sundials::erk_set_max_steps(erk, settings.max_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
     }
 
     bool create_adams(const Settings& settings, N_Vector atol) {
@@ -242,7 +234,7 @@ struct Propagator::Solver {
         if (CVodeInit(cv, rhs, 0, y) != 0) return false;
         iteration = SUNNonlinSol_FixedPoint(y, 0, context);
         return iteration && CVodeSetNonlinearSolver(cv, iteration) == 0 && CVodeSVtolerances(cv, settings.rtol, atol) == 0 &&
-               CVodeSetMaxNumSteps(cv, max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
+               CVodeSetMaxNumSteps(cv, settings.max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
     }
 
     // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
@@ -293,6 +285,7 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     nx_ = nx;
     flow_ = flow;
     euler_step_s_ = settings.euler_step_s;
+    max_steps_ = settings.max_steps;
     slope_ = static_cast<double*>(std::calloc(2 * nx, sizeof(double)));
     if (!slope_) return false;
     if (settings.integrator == Integrator::euler) return true;
@@ -324,7 +317,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x) {
 bool Propagator::integrate_euler(const void* context, double interval_s, double* x) {
     // A whole number of equal sub-steps, none longer than asked for.
     const double steps = std::fmax(1, std::ceil(interval_s / euler_step_s_ - 1e-9));
-    if (steps > max_steps) return false;
+    if (steps > static_cast<double>(max_steps_)) return false;
     const double h = interval_s / steps;
     for (double k = 0; k < steps; ++k) {
         flow_(context, x, slope_);

@@ -24,6 +24,8 @@ public:
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
         double euler_step_s = 0.005;
+        // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing.
+        long max_steps = 100000;
     };
 
     Propagator() = default;
@@ -54,6 +56,7 @@ private:
     Flow flow_ = nullptr;
     int nx_ = 0;
     double euler_step_s_ = 0;
+    long max_steps_ = 0;
     double* slope_ = nullptr; // Euler's f(x)
     std::uint64_t rhs_evals_ = 0;
     std::uint64_t steps_ = 0;

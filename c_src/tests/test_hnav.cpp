@@ -824,6 +824,11 @@ void crosses_gaps_at_the_cost_of_short_ones(hnav_status (*create)(hnav_filter**,
         ASSERT_EQ(hnav_filter_push_imu(filter, t_s + 1e5, rows[0].rate.v, rows[0].force.v), HNAV_OK); // and what is committed
         ASSERT_EQ(hnav_filter_advance(filter, t_s + 1e5), HNAV_OK);
         EXPECT_EQ(evaluations() - before, short_one) << "solver " << solver;
+        const double beyond_sense[3] = {1e6, -1e6, 0};
+        ASSERT_EQ(hnav_filter_push_gyro(filter, t_s + 1e5 + 1, beyond_sense), HNAV_OK);
+        ASSERT_EQ(hnav_filter_push_gyro(filter, t_s + 1e5 + 1.1, rows[0].rate.v), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(filter, t_s + 1e5 + 1.1), HNAV_OK);
+        EXPECT_LT(evaluations() - before, 100000u) << "solver " << solver;
         hnav_filter_destroy(filter);
     }
 }

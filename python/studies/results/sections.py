@@ -104,4 +104,17 @@ SECTIONS = {
         "hnav certify --experiment turntable --preset paper --set gamma_mode=relative --set gamma_relative_rate_1_s=10.536 --duration 25",
         True,
     ),
+    "streams": Section(
+        "Random streams under the sanitizers",
+        "Random options, every solver, both attitude filters and the INS error filter; gaps, bursts, late and impossible samples; "
+        "`python -m pydoc studies.streams` says more.",
+        "study streams --streams 10000",
+        False,
+    ),
+    "long": Section(
+        "Thirty days",
+        "Error and memory of every simulated day at 100 Hz, with stamps of today's clocks.",
+        "study long --days 30",
+        False,
+    ),
 }
