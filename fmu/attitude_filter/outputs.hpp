@@ -182,8 +182,6 @@ private:
         diagnostics_.add<&Diagnostics::zero>(table, output("count.zero", Type::integer, "Samples refused as zero vectors"));
         diagnostics_.add<&Diagnostics::solver_rhs_evals>(
             table, output("solver.rhs_evals", Type::integer, "Evaluations of the flow by the integrator inside"));
-        diagnostics_.add<&Diagnostics::solver_steps>(table,
-                                                     output("solver.steps", Type::integer, "Steps of the integrator inside"));
     }
 
     // The upper triangle, row by row.
