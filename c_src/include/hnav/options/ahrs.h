@@ -75,9 +75,6 @@ typedef struct hnav_ahrs_options {
     /* Instants that may wait or lie within the horizon.
      * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
     int32_t queue_capacity;
-    /* An example of an option: checked and shown everywhere, read by nothing.
-     * [0, 1e3] s, default 0. Any number would do. */
-    double example_s;
     /* Attitude is shown as it will be this much later at the present rate.
      * [-1, 1] s, default 0. Attitude is that of the samples' time stamps; what delays the output afterwards is not known
      * here. */
