@@ -205,7 +205,7 @@ def test_results_are_arrays_numbers_flags_and_names(started):
     innovation = started.innovation("mag")
     assert innovation.S.shape == (3, 3) and innovation.accepted in (True, False)
     assert innovation.nis == pytest.approx(innovation.value @ np.linalg.inv(innovation.S) @ innovation.value)
-    assert started.diagnostics().used == {"gyro": 300, "accel": 300, "mag": 300, "heading": 0}
+    assert started.diagnostics().used.items() >= {"gyro": 300, "accel": 300, "mag": 300, "heading": 0}.items()
     assert started.field().gate in ("accepted", "rejected", "inflated")
 
 
