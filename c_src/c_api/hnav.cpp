@@ -13,7 +13,7 @@ using hnav::Vector3;
 using namespace hnav::boundary;
 
 const char* hnav::boundary::sensor_name(int sensor) {
-    static constexpr const char* names[] = {"gyro", "accel", "mag", "heading", "velocity"};
+    static constexpr const char* names[] = {"gyro", "accel", "mag", "heading"};
     static_assert(sizeof names / sizeof *names == HNAV_SENSOR_COUNT);
     return names[sensor];
 }
@@ -118,21 +118,6 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
     }
     const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
     return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, min_heading_sigma_rad), 0}});
-}
-
-hnav_status hnav_filter_push_velocity(hnav_filter* filter, double t_s, const double velocity_n_m_s[3], double sigma_m_s) {
-    REQUIRE(filter, velocity_n_m_s);
-    if (const hnav_status status = check_time(filter, t_s)) return status;
-    if (!finite(velocity_n_m_s, 3) || !(Vector3(velocity_n_m_s).cwiseAbs().maxCoeff() <= max_reading)) {
-        filter->refuse_non_finite();
-        return filter->fail(HNAV_ERROR_NON_FINITE, "velocity sample at t = %g s is no velocity: (%g, %g, %g)", t_s,
-                            velocity_n_m_s[0], velocity_n_m_s[1], velocity_n_m_s[2]);
-    }
-    if (!(sigma_m_s > 0) || sigma_m_s > max_reading)
-        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_m_s = %g of the velocity sample at t = %g s must be above 0",
-                            sigma_m_s, t_s);
-    const Vector3 magnetic = filter->frames.navigation.transpose() * Vector3(velocity_n_m_s);
-    return push(filter, {clock_time(t_s), HNAV_SENSOR_VELOCITY, {magnetic[0], magnetic[1], sigma_m_s}});
 }
 
 hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {

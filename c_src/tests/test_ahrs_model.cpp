@@ -339,47 +339,6 @@ TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     EXPECT_TRUE(a.heading_ready);
 }
 
-// Pitch after a level body has gone north with 1 m/s2 for ten seconds.
-double pitch_after_acceleration(bool with_aid) {
-    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
-    const double still[3] = {0, 0, 0}, field[3] = {2.5e-5, 0, 4.33e-5};
-    auto a = hnav_sized<hnav_attitude>();
-    for (int k = 0; k <= 4000; ++k) {
-        const double t_s = 0.005 * k, acceleration = t_s > 10 ? 1 : 0;
-        const double force[3] = {acceleration, 0, -AhrsModel::gravity_m_s2};
-        const double velocity[3] = {std::fmax(0, t_s - 10), 0, 0};
-        EXPECT_EQ(hnav_filter_push_imu(f.get(), t_s, still, force), HNAV_OK);
-        EXPECT_EQ(hnav_filter_push_mag(f.get(), t_s, field), HNAV_OK);
-        if (with_aid && k % 20 == 0) {
-            EXPECT_EQ(hnav_filter_push_velocity(f.get(), t_s, velocity, 0.01), HNAV_OK);
-        }
-        EXPECT_EQ(hnav_filter_advance(f.get(), t_s), HNAV_OK);
-    }
-    EXPECT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
-    auto i = hnav_sized<hnav_innovation>();
-    EXPECT_EQ(hnav_filter_innovation(f.get(), HNAV_SENSOR_VELOCITY, &i), with_aid ? HNAV_OK : HNAV_ERROR_NO_DATA);
-    return a.euler_rad[1];
-}
-
-TEST(AhrsApi, AVelocityAidTellsAccelerationFromTilt) {
-    EXPECT_GT(std::fabs(pitch_after_acceleration(false)), 0.5 * deg);
-    EXPECT_LT(std::fabs(pitch_after_acceleration(true)), 0.1 * deg);
-}
-
-TEST(AhrsApi, AVelocityThatIsNoneIsRefusedAndTheHrekfTakesNone) {
-    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
-    const double velocity[3] = {1, 0, 0}, endless[3] = {1, NAN, 0};
-    EXPECT_EQ(hnav_filter_push_velocity(f.get(), 0, nullptr, 0.1), HNAV_ERROR_NULL_ARGUMENT);
-    EXPECT_EQ(hnav_filter_push_velocity(f.get(), 0, endless, 0.1), HNAV_ERROR_NON_FINITE);
-    EXPECT_EQ(hnav_filter_push_velocity(f.get(), 0, velocity, 0), HNAV_ERROR_OUT_OF_RANGE);
-    hnav_filter* paper = nullptr;
-    const hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
-    ASSERT_EQ(hnav_hrekf_create(&paper, &options, nullptr, 0), HNAV_OK);
-    EXPECT_EQ(hnav_filter_push_velocity(paper, 0, velocity, 0.1), HNAV_ERROR_UNSUPPORTED);
-    EXPECT_STREQ(hnav_filter_message(paper), "this filter takes no velocity samples");
-    hnav_filter_destroy(paper);
-}
-
 TEST(AhrsApi, AMagnetometerThatComesLateTurnsTheHeading) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     const Turning motion;

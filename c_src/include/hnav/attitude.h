@@ -55,10 +55,9 @@ typedef enum hnav_sensor {
     HNAV_SENSOR_GYRO = 0,
     HNAV_SENSOR_ACCEL = 1,
     HNAV_SENSOR_MAG = 2,
-    HNAV_SENSOR_HEADING = 3,
-    HNAV_SENSOR_VELOCITY = 4
+    HNAV_SENSOR_HEADING = 3
 } hnav_sensor;
-enum { HNAV_SENSOR_COUNT = 5 };
+enum { HNAV_SENSOR_COUNT = 4 };
 
 /* Samples may come in any order within one instant and between two advance calls, and up to horizon_s late after.
  * Samples of equal time are corrected together: rate, force, field, heading. A second sample of one sensor at the
@@ -71,9 +70,6 @@ HNAV_API hnav_status hnav_filter_push_imu(hnav_filter* filter, double t_s, const
 /* heading_rad: true heading of body x, clockwise from north; sigma_rad: its standard deviation, above 0, of which at least
  * 1e-9 is used. */
 HNAV_API hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double heading_rad, double sigma_rad);
-/* velocity_n_m_s: along the navigation axes, of which the horizontal part counts; sigma_m_s: standard deviation of each
- * component, above 0. UNSUPPORTED (the HREKF). */
-HNAV_API hnav_status hnav_filter_push_velocity(hnav_filter* filter, double t_s, const double velocity_n_m_s[3], double sigma_m_s);
 
 /* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
  * of the samples led to no usable estimate and were dropped, the others were used. */
