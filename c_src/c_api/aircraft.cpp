@@ -200,11 +200,7 @@ hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* byte
 
 hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
-    const hnav::SavedState saved = saved_state(aircraft);
-    if (const hnav_status status = hnav::save_status(*aircraft, bytes, saved.bytes())) return status;
-    std::memcpy(saved.numbers(buffer), &aircraft->flight.state, saved.numbers_bytes);
-    saved.seal(buffer);
-    return HNAV_OK;
+    return hnav::save_numbers(*aircraft, saved_state(aircraft), &aircraft->flight.state, buffer, bytes);
 }
 
 hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {

@@ -148,11 +148,7 @@ hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor* sensor, si
 
 hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* buffer, size_t bytes) {
     REQUIRE(sensor, buffer);
-    const hnav::SavedState saved = saved_state(sensor);
-    if (const hnav_status status = hnav::save_status(*sensor, bytes, saved.bytes())) return status;
-    std::memcpy(saved.numbers(buffer), &sensor->device.state(), saved.numbers_bytes);
-    saved.seal(buffer);
-    return HNAV_OK;
+    return hnav::save_numbers(*sensor, saved_state(sensor), &sensor->device.state(), buffer, bytes);
 }
 
 hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes) {

@@ -264,11 +264,7 @@ hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter
 
 hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    const hnav::SavedState saved = saved_state(filter);
-    if (const hnav_status status = hnav::save_status(*filter, bytes, saved.bytes())) return status;
-    std::memcpy(saved.numbers(buffer), filter->filter->state(), saved.numbers_bytes);
-    saved.seal(buffer);
-    return HNAV_OK;
+    return hnav::save_numbers(*filter, saved_state(filter), filter->filter->state(), buffer, bytes);
 }
 
 hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {

@@ -8,6 +8,7 @@
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>
+#include <cstring>
 
 // Of a function that takes an object with a KeptMessage and a pointer to something.
 #define REQUIRE(object, pointer)                                                                                                 \
@@ -91,6 +92,15 @@ template <class Object>
 hnav_status save_status(const Object& object, std::size_t bytes, std::size_t needed) {
     if (bytes >= needed) return HNAV_OK;
     return object.fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, needed);
+}
+
+// Saves an object whose state is one row of numbers.
+template <class Object>
+hnav_status save_numbers(const Object& object, const SavedState& saved, const void* numbers, void* buffer, std::size_t bytes) {
+    if (const hnav_status status = save_status(object, bytes, saved.bytes())) return status;
+    std::memcpy(saved.numbers(buffer), numbers, saved.numbers_bytes);
+    saved.seal(buffer);
+    return HNAV_OK;
 }
 
 // What a load call answers, and says in the message of its object; what: the object in a word, needed: bytes of its state.

@@ -225,18 +225,21 @@ def scenarios(trials: list[int]) -> Iterator[Named]:
     yield from _smoothers(trials)
 
 
-AHRS_VARIANTS: dict[str, Settings] = {
-    **{f"solver_{s}": {"solver": s} for s in SOLVERS},
-    **{f"gamma_{g}": {"gamma_mode": g, "start_sigma_heading_rad": 0.5} for g in GAMMA_MODES},
-    "euler_coarse": {"solver": "euler", "euler_step_s": 0.002},
-    "tolerances": {"solver_rtol": 1e-4, "solver_atol": 1e-5},
-    "frames": MOUNTED,
+COMMON_VARIANTS: dict[str, Settings] = {
     "hold_forward": {"gyro_hold": "forward"},
     "hold_backward": {"gyro_hold": "backward"},
     "start_attitude": {"start_mode": "attitude", "start_q_nb": [0.9, 0.1, 0.2, 0.3], "start_sigma_heading_rad": 0.4},
     "start_heading": {"start_mode": "heading", "start_heading_rad": 1.1},
     "start_mean": {"start_samples": 7},
     "reference_given": {"reference_mode": "given", "reference_strength_tesla": 4.9e-5, "reference_dip_rad": 1.15},
+}
+AHRS_VARIANTS: dict[str, Settings] = {
+    **{f"solver_{s}": {"solver": s} for s in SOLVERS},
+    **{f"gamma_{g}": {"gamma_mode": g, "start_sigma_heading_rad": 0.5} for g in GAMMA_MODES},
+    "euler_coarse": {"solver": "euler", "euler_step_s": 0.002},
+    "tolerances": {"solver_rtol": 1e-4, "solver_atol": 1e-5},
+    "frames": MOUNTED,
+    **COMMON_VARIANTS,
     "latency": {"output_latency_s": 0.02},
     "evidence": {"trust_s": 5.0, "candidate_first_s": 1.0, "ready_evidence_s": 2.0, "mag_gate": 2.0},
     "noise": {"gyro_noise_rad_per_sqrt_s": 1e-3, "velocity_noise_m_s_per_sqrt_hz": 0.3, "heading_gate_nis": 3.0},
@@ -257,12 +260,7 @@ HREKF_VARIANTS: dict[str, Settings] = {
     "weights": {"gamma_mode": "kl", "gamma_weight_bias": 0.1, "gamma_weight_attitude": 0.7},
     "quaternion_noise": {"quaternion_noise_per_sqrt_s": 1e-3},
     "frames": MOUNTED | {"gamma_mode": "relative"},
-    "hold_forward": {"gyro_hold": "forward"},
-    "hold_backward": {"gyro_hold": "backward"},
-    "start_attitude": {"start_mode": "attitude", "start_q_nb": [0.9, 0.1, 0.2, 0.3], "start_sigma_heading_rad": 0.4},
-    "start_heading": {"start_mode": "heading", "start_heading_rad": 1.1},
-    "start_mean": {"start_samples": 7},
-    "reference_given": {"reference_mode": "given", "reference_strength_tesla": 4.9e-5, "reference_dip_rad": 1.15},
+    **COMMON_VARIANTS,
     "interval": {"interval_limit_s": 0.002},
 }  # fmt: skip
 VARIANTS = {"ahrs": AHRS_VARIANTS, "hrekf": HREKF_VARIANTS}
