@@ -11,11 +11,13 @@
 
 namespace hnav {
 
-constexpr int max_channels = 64; // bits of Event::present
+constexpr int max_channels = 63; // bits of Event::present; the last one says that a new time base begins
+constexpr std::uint64_t new_time_base = std::uint64_t{1} << max_channels;
 
 template <int channels, int values>
 struct FixedEvent {
     static_assert(channels <= max_channels);
+    static constexpr int channel_count = channels;
 
     // One reading of one channel. Channels are numbered in the order in which samples of equal time are to act.
     struct Sample {
@@ -29,6 +31,7 @@ struct FixedEvent {
     double value[channels][values];
 
     bool has(int channel) const { return (present >> channel) & 1u; }
+    bool begins_time_base() const { return (present & new_time_base) != 0; }
 
     void add(const Sample& sample) {
         present |= std::uint64_t{1} << sample.channel;
@@ -53,7 +56,10 @@ public:
         return sizeof(RuntimeEvent) + static_cast<std::size_t>(channels) * static_cast<std::size_t>(values) * sizeof(double);
     }
 
+    static constexpr int channel_count = max_channels;
+
     bool has(int channel) const { return (present >> channel) & 1u; }
+    bool begins_time_base() const { return (present & new_time_base) != 0; }
     const double* value(int channel) const { return reinterpret_cast<const double*>(this + 1) + channel * values; }
 
     void add(const Sample& sample) {

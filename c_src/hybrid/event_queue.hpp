@@ -43,24 +43,24 @@ public:
 
     void mark_solved() { ++solved_; }
 
-    // Puts a sample into the event of its time, or opens one. Events before `from` are closed. False: no room.
-    bool insert(const typename Event::Sample& sample, int from) {
+    // Puts a sample into the event of time t_s, or opens one. Events before `from` are closed. Null: no room.
+    Event* insert(const typename Event::Sample& sample, double t_s, int from) {
         // Search from the newest end: almost every sample belongs there.
         int place = size_;
-        while (place > from && event(place - 1).t_s > sample.t_s) --place;
+        while (place > from && event(place - 1).t_s > t_s) --place;
         // A second sample of a channel at one time opens another event behind, so the first event that lacks it is it.
         int earliest = place;
-        for (int i = place - 1; i >= from && event(i).t_s == sample.t_s && !event(i).has(sample.channel); --i) earliest = i;
+        for (int i = place - 1; i >= from && event(i).t_s == t_s && !event(i).has(sample.channel); --i) earliest = i;
         if (earliest < place) {
             place = earliest;
         } else {
-            if (full()) return false;
+            if (full()) return nullptr;
             open(place);
-            Sizes::clear(event(place), sample.t_s);
+            Sizes::clear(event(place), t_s);
         }
         event(place).add(sample);
         if (solved_ > place) solved_ = place;
-        return true;
+        return &event(place);
     }
 
     // Opens the place behind the last event; its event and state are the caller's to write.

@@ -12,6 +12,7 @@
 #include "hybrid/event_queue.hpp"
 #include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
+#include "hybrid/stamps.hpp"
 
 #include <cmath>
 #include <limits>
@@ -34,6 +35,7 @@ public:
         bool closed_form = false; // use Model::flow_exactly, if there is one; the propagator is not made
         double atol = 1e-8; // relative to Model::nominal
         double horizon_s = 0; // a sample may be this much older than the newest used one
+        double time_jump_limit_s = 0; // a stamp that runs back further begins a new time base; 0: none does
         int queue_capacity = 64; // events, the base included
         std::uint64_t fingerprint = 0; // of the options: saved states fit filters of equal fingerprint
     };
@@ -79,17 +81,25 @@ public:
         model_.begin(*spare_);
         now_ = late_limit_ = -std::numeric_limits<double>::infinity();
         refused = {};
+        stamps_.clear();
         propagator_.set_counts(0, 0);
         restart_chain(now_, *spare_);
     }
 
     // Takes a sample in. It acts at the next advance that reaches its time.
     Outcome push(const Sample& sample) {
-        if (sample.t_s < late_limit_) {
+        const double newest_s = std::fmax(now_, queue_.event(queue_.size() - 1).t_s);
+        const auto placed = stamps_.place(sample.channel, sample.t_s, newest_s, late_limit_, settings_.time_jump_limit_s);
+        using Place = typename decltype(stamps_)::Place;
+        if (placed.how == Place::left_out) return Outcome::ok;
+        if (placed.t_s < late_limit_) {
             ++refused.late;
+            stamps_.note_late(sample.channel, newest_s);
             return Outcome::late;
         }
-        return queue_.insert(sample, 1) ? Outcome::ok : Outcome::full;
+        Event* event = queue_.insert(sample, placed.t_s, 1);
+        if (event && placed.how == Place::jumped) event->present |= new_time_base;
+        return event ? Outcome::ok : Outcome::full;
     }
 
     // Room for `count` more samples, whatever their times.
@@ -97,25 +107,39 @@ public:
 
     // Uses the samples up to t_s and shows the estimate there. Events that lead to no sound state are dropped, all of
     // them now: those that wait would fill the queue while each advance dropped one.
-    Outcome advance(double t_s) {
-        if (t_s < now_) return Outcome::backwards;
-        Outcome outcome = Outcome::ok;
-        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s)
-            if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
-        close_events();
-        if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
-        now_ = t_s;
-        return outcome;
+    Outcome advance(double stamp_s) {
+        const double t_s = stamp_s + stamps_.offset_s();
+        // What was shown beyond the newest sample was a look ahead: a time that had jumped there may come back.
+        const bool comes_back =
+            settings_.time_jump_limit_s > 0 && now_ - t_s > settings_.time_jump_limit_s && t_s >= newest_time_s();
+        if (t_s < now_ && !comes_back) return Outcome::backwards;
+        return advance_to(t_s);
+    }
+
+    // For a row of a recording, whose samples have been pushed: rows that share a stamp stand for the times that their
+    // samples are spread to, and one of a stamp beyond belief for none.
+    Outcome advance_row(double stamp_s) {
+        using Place = typename decltype(stamps_)::Place;
+        switch (stamps_.last()) {
+        case Place::spread: return advance_to(std::fmax(now_, queue_.event(queue_.size() - 1).t_s));
+        case Place::left_out: return Outcome::ok;
+        default: return advance(stamp_s);
+        }
     }
 
     int nx() const { return nx_of(model_); }
-    double now_s() const { return now_; }
+    // Times are given and told as the stamps of samples have them.
+    double now_s() const { return stamp_of(now_); }
     const State& shown() const { return *view_; } // at now_s
     const State& newest() const { return queue_.after(queue_.solved() - 1); } // just after the newest used event
-    double newest_s() const { return queue_.event(queue_.solved() - 1).t_s; } // its time; -infinity before the first
-    double late_limit_s() const { return late_limit_; } // older samples are refused
+    double newest_s() const { return stamp_of(newest_time_s()); } // its time; -infinity before the first
+    double late_limit_s() const { return stamp_of(late_limit_); } // older samples are refused
     int waiting() const { return queue_.size() - queue_.solved(); }
     const Model& model() const { return model_; }
+    // The time of the filter itself, which never runs back, and that of its newest used event.
+    double stamp_of(double time_s) const { return time_s - stamps_.offset_s(); }
+    double newest_time_s() const { return queue_.event(queue_.solved() - 1).t_s; }
+    const auto& stamps() const { return stamps_; }
     const Propagator& propagator() const { return propagator_; }
 
     // Changes the newest state by hand (a command, not a sample) and closes every event before it.
@@ -132,11 +156,12 @@ public:
     void derivative(const double* x, double* dx) const { model_.flow(newest(), x, dx); }
 
     double next_event_s() const {
-        return waiting() ? queue_.event(queue_.solved()).t_s : std::numeric_limits<double>::infinity();
+        return waiting() ? stamp_of(queue_.event(queue_.solved()).t_s) : std::numeric_limits<double>::infinity();
     }
 
     // The events up to t_s act on the state x_minus, which an integrator of the caller has brought to t_s.
-    Outcome jump(double t_s, const double* x_minus, double* x_plus) {
+    Outcome jump(double stamp_s, const double* x_minus, double* x_plus) {
+        const double t_s = stamp_s + stamps_.offset_s();
         while (queue_.solved() > 1) queue_.remove_first();
         State& state = *spare_;
         copy(state, queue_.after(0));
@@ -157,14 +182,14 @@ public:
         copy(queue_.after(0), state);
         late_limit_ = queue_.event(0).t_s;
         std::memcpy(x_plus, x_of(state), nx() * sizeof(double));
-        show(t_s, x_of(state));
+        show(stamp_s, x_of(state));
         return Outcome::ok;
     }
 
-    void show(double t_s, const double* x) {
+    void show(double stamp_s, const double* x) {
         show_copy(newest());
         std::memcpy(x_of(*coasted_), x, nx() * sizeof(double));
-        now_ = t_s;
+        now_ = stamp_s + stamps_.offset_s();
     }
 
     // -------------------------------------------------------------------------------------------- save and load
@@ -177,6 +202,7 @@ public:
         const Kept kept{now_,
                         late_limit_,
                         refused,
+                        stamps_,
                         propagator_.rhs_evals(),
                         propagator_.steps(),
                         static_cast<std::uint64_t>(queue_.size()),
@@ -209,6 +235,7 @@ public:
         now_ = kept.now;
         late_limit_ = kept.late_limit;
         refused = kept.refused;
+        stamps_ = kept.stamps;
         propagator_.set_counts(kept.rhs_evals, kept.steps);
         return LoadOutcome::ok;
     }
@@ -241,6 +268,7 @@ private:
     struct Kept {
         double now, late_limit;
         Refused refused;
+        Stamps<Event::channel_count> stamps;
         std::uint64_t rhs_evals, steps;
         std::uint64_t events, solved;
     };
@@ -329,7 +357,7 @@ private:
 
     // Closes the events that no sample may change any more. The newest stays open: its other sensors may follow.
     void close_events() {
-        const double newest = newest_s();
+        const double newest = newest_time_s();
         late_limit_ = std::fmax(late_limit_, newest - settings_.horizon_s);
         while (queue_.solved() > 2 && queue_.event(1).t_s < late_limit_) queue_.remove_first();
         // A queue full of events that wait for late company (a horizon too long for it, a clock that stands still) would
@@ -342,12 +370,22 @@ private:
 
     Outcome look_ahead(double t_s) {
         view_ = &newest();
-        const double interval_s = t_s - newest_s();
+        const double interval_s = t_s - newest_time_s();
         if (!(interval_s > 0)) return Outcome::ok;
         copy(*coasted_, newest());
         if (!flow_over(*coasted_, interval_s, max_look_ahead_s) || !sound(*coasted_)) return Outcome::diverged;
         view_ = coasted_;
         return Outcome::ok;
+    }
+
+    Outcome advance_to(double t_s) {
+        Outcome outcome = Outcome::ok;
+        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s)
+            if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
+        close_events();
+        if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
+        now_ = t_s;
+        return outcome;
     }
 
     static double* x_of(State& state) {
@@ -374,6 +412,7 @@ private:
     Settings settings_{};
     Propagator propagator_;
     Queue queue_;
+    Stamps<Event::channel_count> stamps_;
     unsigned char* memory_ = nullptr; // of what follows, and of the queue
     State* coasted_ = nullptr;
     State* spare_ = nullptr;

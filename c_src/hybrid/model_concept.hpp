@@ -8,7 +8,7 @@
 // or when it is made:
 //     using Event = RuntimeEvent; using State = RuntimeState
 //     int nx() const                                      continuous states
-//     int channels() const                                at most 64
+//     int channels() const                                at most 63
 //     int values() const                                  of one reading, the same for all channels
 //     std::size_t state_bytes() const                     of a state, x and what the model puts behind it
 //

@@ -132,7 +132,7 @@ using QueueSample = Queue::Event::Sample;
 TEST(EventQueue, SortsByTimeAndJoinsSamplesOfOneInstant) {
     Queue queue(8);
     for (const QueueSample& s : {QueueSample{2, 1, {}}, QueueSample{1, 0, {}}, QueueSample{3, 0, {}}, QueueSample{2, 0, {}}})
-        ASSERT_TRUE(queue.insert(s, 0));
+        ASSERT_TRUE(queue.insert(s, s.t_s, 0));
     ASSERT_EQ(queue.size(), 3);
     EXPECT_EQ(queue.event(0).t_s, 1);
     EXPECT_EQ(queue.event(1).t_s, 2);
@@ -142,9 +142,9 @@ TEST(EventQueue, SortsByTimeAndJoinsSamplesOfOneInstant) {
 
 TEST(EventQueue, ASecondSampleOfAChannelFollowsTheFirst) {
     Queue queue(8);
-    ASSERT_TRUE(queue.insert({1, 0, {10, 0, 0}}, 0));
-    ASSERT_TRUE(queue.insert({1, 0, {20, 0, 0}}, 0));
-    ASSERT_TRUE(queue.insert({1, 1, {30, 0, 0}}, 0));
+    ASSERT_TRUE(queue.insert({1, 0, {10, 0, 0}}, 1, 0));
+    ASSERT_TRUE(queue.insert({1, 0, {20, 0, 0}}, 1, 0));
+    ASSERT_TRUE(queue.insert({1, 1, {30, 0, 0}}, 1, 0));
     ASSERT_EQ(queue.size(), 2);
     EXPECT_EQ(queue.event(0).value[0][0], 10);
     EXPECT_EQ(queue.event(0).value[1][0], 30);
@@ -153,12 +153,12 @@ TEST(EventQueue, ASecondSampleOfAChannelFollowsTheFirst) {
 
 TEST(EventQueue, SaysWhenItIsFullAndGoesOnAfterRemoval) {
     Queue queue(2);
-    EXPECT_TRUE(queue.insert({1, 0, {}}, 0));
-    EXPECT_TRUE(queue.insert({2, 0, {}}, 0));
-    EXPECT_FALSE(queue.insert({3, 0, {}}, 0));
-    EXPECT_TRUE(queue.insert({2, 1, {}}, 0)); // joins
+    EXPECT_TRUE(queue.insert({1, 0, {}}, 1, 0));
+    EXPECT_TRUE(queue.insert({2, 0, {}}, 2, 0));
+    EXPECT_FALSE(queue.insert({3, 0, {}}, 3, 0));
+    EXPECT_TRUE(queue.insert({2, 1, {}}, 2, 0)); // joins
     queue.remove(0);
-    EXPECT_TRUE(queue.insert({3, 0, {}}, 0));
+    EXPECT_TRUE(queue.insert({3, 0, {}}, 3, 0));
     EXPECT_EQ(queue.event(1).t_s, 3);
 }
 

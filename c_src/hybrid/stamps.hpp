@@ -1,0 +1,120 @@
+// From the time stamps of samples to the time of a filter, which never runs back.
+//
+// A clock that is set back: a sensor whose stamp lies more than a limit before its own last one, and before all others too,
+// begins a new time base. Its sample follows the newest one after the sensor's usual interval, and the event is marked,
+// because the body may have moved in between. A sensor that is always late never runs back against itself: its samples are
+// late, and no new time base. A clock that is set forward is a gap to the filter; but a single stamp that lies far ahead of
+// all others is an error of that stamp: its sample waits for a second one that agrees, and is left out.
+//
+// Bursts: samples of one sensor that share a stamp, as a FIFO hands them over, are spread over the time since the burst
+// before it. How many share a stamp is learnt from the last burst.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace hnav {
+
+// Part of what is saved: numbers of eight bytes only.
+template <int channels>
+class Stamps {
+public:
+    enum class Place : std::uint64_t { stamped, spread, jumped, left_out };
+    struct Placed {
+        double t_s; // the filter's
+        Place how;
+    };
+
+    Stamps() { clear(); }
+
+    void clear() {
+        *this = Stamps(0);
+        for (Channel& c : channel_) c.last_s = -std::numeric_limits<double>::infinity();
+    }
+
+    double offset_s() const { return offset_s_; } // the filter's time is stamp + offset
+    std::uint64_t jumps() const { return jumps_; }
+    std::uint64_t left_out() const {
+        std::uint64_t sum = 0;
+        for (const Channel& c : channel_) sum += c.left_out;
+        return sum;
+    }
+    std::uint64_t left_out(int channel) const { return channel_[channel].left_out; }
+    Place last() const { return last_; } // of the newest sample
+    double last_s(int channel) const { return channel_[channel].last_s; }         // stamp; -infinity before the first
+    double interval_s(int channel) const { return channel_[channel].interval_s; } // usual one between two stamps; 0: not known
+    std::uint64_t late(int channel) const { return channel_[channel].late; }
+    double late_s(int channel) const { return channel_[channel].late_s; } // the filter's time of the newest that was late
+    void note_late(int channel, double now_s) {
+        ++channel_[channel].late;
+        channel_[channel].late_s = now_s;
+    }
+
+    // newest_s: of all samples and of the time shown. closed_s: samples before it are late. limit_s: 0 for no new time base.
+    Placed place(int channel, double stamp_s, double newest_s, double closed_s, double limit_s) {
+        Channel& c = channel_[channel];
+        last_ = Place::stamped;
+        if (limit_s > 0 && is_far_ahead(stamp_s, newest_s, limit_s)) {
+            ++c.left_out;
+            return {stamp_s, last_ = Place::left_out};
+        }
+        const double since_s = stamp_s - c.last_s;
+        if (since_s > 0) {
+            c.expected = c.count;
+            c.count = 1;
+            if (c.expected > 1) c.spread_s = c.interval_s > 0 ? std::min(since_s, max_spread * c.interval_s) : since_s;
+            if (c.interval_s == 0 || since_s < max_spread * c.interval_s) c.interval_s = since_s < max_interval_s ? since_s : 0;
+            else c.interval_s = std::min(max_spread * c.interval_s, max_interval_s);
+            c.last_s = stamp_s;
+        } else if (since_s == 0) {
+            c.count += 1;
+        } else if (limit_s > 0 && since_s < -limit_s && stamp_s + offset_s_ < newest_s - limit_s) {
+            offset_s_ = newest_s + c.interval_s - stamp_s;
+            ++jumps_;
+            c.last_s = stamp_s;
+            c.count = 1;
+            c.expected = 0;
+            return {newest_s + c.interval_s, last_ = Place::jumped};
+        } else {
+            return {stamp_s + offset_s_, last_};
+        }
+        if (c.expected <= 1 || c.count > c.expected) return {stamp_s + offset_s_, last_};
+        last_ = Place::spread;
+        return {std::max(closed_s, stamp_s + offset_s_ - c.spread_s * (1 - c.count / c.expected)), last_};
+    }
+
+private:
+    static constexpr double max_spread = 1.5;   // usual intervals that a burst is spread over
+    static constexpr double far_limits = 10;    // in which a stamp is far ahead
+    static constexpr double max_interval_s = 1; // between two stamps, as far as it is a usual one
+
+    struct Channel {
+        double last_s;          // stamp
+        double interval_s;      // usual one between two stamps; 0: not known
+        double count, expected; // samples of the present stamp, and of the one before
+        double spread_s;
+        std::uint64_t late, left_out;
+        double late_s;
+    };
+
+    explicit Stamps(int) : offset_s_(0), ahead_s_(0), jumps_(0), last_(Place::stamped), channel_{} {}
+
+    // The first of its kind; a later one that follows it is believed.
+    bool is_far_ahead(double stamp_s, double newest_s, double limit_s) {
+        const double ahead_s = stamp_s + offset_s_ - newest_s;
+        if (!(ahead_s > far_limits * limit_s) || std::isinf(ahead_s)) return false;
+        if (stamp_s > ahead_s_ && stamp_s < ahead_s_ + far_limits * limit_s) return false;
+        ahead_s_ = stamp_s;
+        return true;
+    }
+
+    double offset_s_;
+    double ahead_s_; // the newest stamp that was far ahead
+    std::uint64_t jumps_;
+    Place last_;
+    Channel channel_[channels];
+};
+
+} // namespace hnav
