@@ -18,6 +18,9 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.intensity_density2 = square(o.mag_intensity_noise_per_sqrt_hz);
     s.rest_field_factor = o.mag_rest_factor;
     s.rest_bias_density2 = square(o.rest_bias_noise_rad_s_per_sqrt_hz);
+    s.velocity_gate_nis = o.velocity_gate_nis;
+    s.azimuth_gate = o.mag_azimuth_gate_sigmas;
+    hnav::set_checks(o, s.check);
     s.correction_interval_s = o.correction_interval_s;
     s.max_interval_s = o.max_interval_s;
     s.gap_acceleration_m_s2 = o.gap_acceleration_m_s2;

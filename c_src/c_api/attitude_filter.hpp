@@ -4,6 +4,7 @@
 
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/frames.hpp"
+#include "c_api/health.hpp"
 #include "c_api/message.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
@@ -29,9 +30,13 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
     virtual hnav::Outcome advance(double t_s) = 0;
+    // For a row of a recording whose samples have been pushed.
+    virtual hnav::Outcome advance_row(double t_s) = 0;
 
     virtual double now_s() const = 0;
     virtual double newest_s() const = 0;
+    virtual double newest_time_s() const = 0; // as newest_s, but never runs back
+    virtual double stamp_of(double time_s) const = 0;
     virtual double late_limit_s() const = 0;
     virtual hnav::Estimate estimate(At) const = 0;
     virtual hnav::Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
@@ -41,6 +46,8 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual hnav::FieldEstimate field_estimate() const = 0;
     virtual void gyro_calibration(double* S, double* sigma) const = 0;
     virtual void diagnostics(hnav_diagnostics* out) const = 0;
+    virtual hnav_sensor_health sensor_health(int channel) const = 0;
+    virtual void health(hnav_health* out) const = 0;
 
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
@@ -107,9 +114,12 @@ public:
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
+    Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
 
     double now_s() const override { return filter_.now_s(); }
     double newest_s() const override { return filter_.newest_s(); }
+    double newest_time_s() const override { return filter_.newest_time_s(); }
+    double stamp_of(double time_s) const override { return filter_.stamp_of(time_s); }
     double late_limit_s() const override { return filter_.late_limit_s(); }
     Estimate estimate(At at) const override { return model().estimate(state(at)); }
     Matrix3 rotation_covariance(At at) const override { return model().rotation_covariance(state(at)); }
@@ -141,6 +151,23 @@ public:
         out->started = s.started != 0;
         out->waiting = filter_.waiting();
         out->decay_rate_1_s = model().decay_rate(s);
+    }
+
+    hnav_sensor_health sensor_health(int channel) const override {
+        const SensorCheck<double>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
+        hnav_sensor_health h =
+            hnav::sensor_health(check, filter_.stamps(), channel, filter_.now_s() + filter_.stamps().offset_s());
+        h.since_s = filter_.stamp_of(h.since_s);
+        return h;
+    }
+
+    void health(hnav_health* out) const override {
+        const State& s = filter_.newest();
+        for (int c = 0; c < channel_count; ++c) out->sensor[c] = sensor_health(c);
+        out->times_lost = s.times_lost;
+        out->lost = s.lost != 0;
+        out->clock_jumps = filter_.stamps().jumps();
+        out->stamps_left_out = filter_.stamps().left_out();
     }
 
     std::size_t state_size() const override { return filter_.state_size(); }

@@ -9,27 +9,26 @@ using namespace hnav::boundary;
 
 namespace {
 
-bool all_nan(const double* v, int n) {
-    for (int i = 0; i < n; ++i)
-        if (!std::isnan(v[i])) return false;
-    return true;
-}
+// A sample of NaN in all three components, or none.
+bool is_missing(const double* v) { return !v || (std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2])); }
 
 // One row of a batch, whose time has been looked at: NaN in all three components is a missing sample. What push refuses for
 // its value is counted there, and the recording goes on without it, as a stream does.
 hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channel) {
-    if (!value || all_nan(value, 3)) return HNAV_OK;
+    if (is_missing(value)) return HNAV_OK;
     const hnav_status status = push_vector(f, t_s, value, channel);
     const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR || status == HNAV_ERROR_OUT_OF_RANGE;
     return dropped ? HNAV_OK : status;
 }
 
-double nis_at(const hnav_filter* f, int channel, double t_s) {
+// Of a correction in this row.
+double nis_after(const hnav_filter* f, int channel, double before_s) {
     const Innovation& i = f->innovation(channel);
-    return i.t_s == t_s ? i.nis : hnav::nan;
+    return i.t_s > before_s ? i.nis : hnav::nan;
 }
 
-void write_row(const hnav_filter* f, double t_s, const hnav_run_output& out, size_t i) {
+// before_s: newest_time_s before the row.
+void write_row(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
     const Estimate e = f->estimate(At::shown);
     const Quaternion q = f->frames.to_user(e.q_bn);
     if (!e.started) {
@@ -43,8 +42,10 @@ void write_row(const hnav_filter* f, double t_s, const hnav_run_output& out, siz
         if (out.gyro_bias_rad_s) store(e.bias_b, out.gyro_bias_rad_s + 3 * i);
         if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
     }
-    if (out.accel_nis) out.accel_nis[i] = nis_at(f, hnav::accel, t_s);
-    if (out.mag_nis) out.mag_nis[i] = nis_at(f, hnav::mag, t_s);
+    if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
+    if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);
+    if (out.health)
+        for (const int c : {gyro, accel, mag}) out.health[3 * i + c] = static_cast<uint8_t>(f->sensor_health(c).state);
     if (out.ready) {
         out.ready[2 * i] = e.tilt_ready;
         out.ready[2 * i + 1] = e.heading_ready;
@@ -64,7 +65,9 @@ hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const doubl
     hnav_status status = push_row(f, t_s, rate, gyro);
     if (status == HNAV_OK) status = push_row(f, t_s, force, accel);
     if (status == HNAV_OK) status = push_row(f, t_s, field, mag);
-    return status == HNAV_OK ? advance(f, t_s) : status;
+    if (status != HNAV_OK) return status;
+    const bool empty = is_missing(rate) && is_missing(force) && is_missing(field);
+    return advanced(f, t_s, empty ? f->advance(clock_time(t_s)) : f->advance_row(clock_time(t_s)));
 }
 
 // ------------------------------------------------------------------------------------------------ smoothing
@@ -85,6 +88,7 @@ public:
         const double* rate = rate_row < n_ ? row(input_.rate_b_rad_s, rate_row) : nullptr;
         double signed_rate[3];
         for (int k = 0; rate && k < 3; ++k) signed_rate[k] = rate_sign * rate[k];
+        before_s_ = filter_->newest_time_s();
         status_ = take_row(filter_, t_s, rate ? signed_rate : nullptr, row(input_.force_b_m_s2, i), row(input_.field_b_tesla, i));
         if (status_ != HNAV_OK) status_ = in_row(filter_, status_, i);
         return status_ == HNAV_OK;
@@ -114,8 +118,11 @@ public:
         if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
         if (output_.gyro_bias_sigma_rad_s)
             store(Vector3(honest_variances(e.bias_variance).cwiseSqrt()), output_.gyro_bias_sigma_rad_s + 3 * i);
-        if (output_.accel_nis) output_.accel_nis[i] = nis_at(filter_, accel, t_s(i));
-        if (output_.mag_nis) output_.mag_nis[i] = nis_at(filter_, mag, t_s(i));
+        if (output_.accel_nis) output_.accel_nis[i] = nis_after(filter_, accel, before_s_);
+        if (output_.mag_nis) output_.mag_nis[i] = nis_after(filter_, mag, before_s_);
+        if (output_.health)
+            for (const int c : {gyro, accel, mag})
+                output_.health[3 * i + c] = static_cast<uint8_t>(filter_->sensor_health(c).state);
         if (output_.ready) {
             output_.ready[2 * i] = e.tilt_ready;
             output_.ready[2 * i + 1] = e.heading_ready;
@@ -127,6 +134,7 @@ private:
     size_t n_;
     const hnav_run_input input_;
     const hnav_run_output output_;
+    double before_s_ = 0; // newest_time_s before the last row
     hnav_status status_ = HNAV_OK;
 };
 
@@ -149,10 +157,10 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
     for (size_t i = 0; i < n; ++i) {
-        const double t_s = in.t_s[i];
-        status = take_row(filter, t_s, row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
+        const double before_s = filter->newest_time_s();
+        status = take_row(filter, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
         if (status != HNAV_OK) return in_row(filter, status, i);
-        write_row(filter, t_s, out, i);
+        write_row(filter, before_s, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

@@ -105,14 +105,17 @@ inline hnav_status push_vector(hnav_filter* f, double t_s, const double* value, 
     return status == HNAV_OK ? push(f, sample) : status;
 }
 
-inline hnav_status advance(hnav_filter* f, double t_s) {
-    switch (f->advance(t_s)) {
+// What an advance to t_s came to.
+inline hnav_status advanced(hnav_filter* f, double t_s, Outcome outcome) {
+    switch (outcome) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::backwards:
         return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->now_s());
     default: return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     }
 }
+
+inline hnav_status advance(hnav_filter* f, double t_s) { return advanced(f, t_s, f->advance(t_s)); }
 
 // ------------------------------------------------------------------------------------------------ estimate
 

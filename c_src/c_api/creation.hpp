@@ -29,6 +29,14 @@ StartSettings<double> start_of(const Options& o, const Frames& frames) {
     return s;
 }
 
+// In the order of the channels. The smallest ranges are those of chips that one can buy: 125 deg/s and 2 g.
+template <class Options>
+void set_checks(const Options& o, SensorCheckSettings<double>* check) {
+    check[gyro] = {o.outlier_rate_rad_s, o.gyro_range_rad_s, 1.7};
+    check[accel] = {o.outlier_force_m_s2, o.accel_range_m_s2, 18};
+    check[mag] = {0, o.mag_range_tesla, max_reading};
+}
+
 struct Creation : CallersMessage {
     const OptionList& list;
 
@@ -51,6 +59,7 @@ struct Creation : CallersMessage {
     template <class Model, class Options>
     hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
         typename Filter<Model>::Settings e;
+        e.time_jump_limit_s = o.time_jump_limit_s;
         e.closed_form = o.solver == HNAV_SOLVER_CLOSED_FORM;
         e.propagator.integrator = o.solver == HNAV_SOLVER_ADAMS   ? Integrator::adams
                                   : o.solver == HNAV_SOLVER_EULER ? Integrator::euler

@@ -202,7 +202,7 @@ hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor
     const hnav::Innovation& i = filter->innovation(sensor);
     if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
     hnav_innovation result{};
-    result.t_s = i.t_s;
+    result.t_s = filter->stamp_of(i.t_s);
     std::memcpy(result.value, i.value, sizeof i.value);
     std::memcpy(result.S, i.S, sizeof i.S);
     result.nis = i.nis;
@@ -242,6 +242,14 @@ hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics*
     hnav_diagnostics result{};
     filter->diagnostics(&result);
     hand_out(result, diagnostics);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_health(const hnav_filter* filter, hnav_health* health) {
+    REQUIRE_STRUCT(filter, health, hnav_health);
+    hnav_health result{};
+    filter->health(&result);
+    hand_out(result, health);
     return HNAV_OK;
 }
 

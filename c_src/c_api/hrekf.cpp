@@ -41,6 +41,7 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     s.gate_nis[hnav::accel] = o.accel_gate_nis;
     s.gate_nis[hnav::mag] = o.mag_gate_nis;
     s.gate_nis[hnav::heading] = o.heading_gate_nis;
+    hnav::set_checks(o, s.check);
     s.ready_tilt_rad = o.ready_tilt_rad;
     s.ready_heading_rad = o.ready_heading_rad;
     return s;

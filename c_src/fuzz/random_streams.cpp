@@ -173,8 +173,14 @@ private:
     void adds_up() const {
         const auto s = diagnostics();
         HOLDS(s.late == counts_.late && s.non_finite == counts_.non_finite && s.zero == counts_.zero);
-        for (std::size_t i = 0; i < 4; ++i)
-            HOLDS(counts_.dropped || s.waiting > 0 ? s.used[i] <= counts_.accepted[i] : s.used[i] == counts_.accepted[i]);
+        auto h = hnav_sized<hnav_health>();
+        HOLDS(hnav_filter_health(filter_, &h) == HNAV_OK);
+        for (std::size_t i = 0; i < 4; ++i) {
+            const std::uint64_t seen = s.used[i] + h.sensor[i].left_out;
+            HOLDS(counts_.dropped || s.waiting > 0 ? seen <= counts_.accepted[i] : seen == counts_.accepted[i]);
+            HOLDS(h.sensor[i].late <= s.late && h.sensor[i].state >= HNAV_SENSOR_STATE_OK &&
+                  h.sensor[i].state <= HNAV_SENSOR_STATE_MISSING);
+        }
     }
 
     void command() {

@@ -86,6 +86,12 @@ constexpr double defaults[] = {
     0.13, // accel_gate_nis
     13.9, // mag_gate_nis
     8.8, // heading_gate_nis
+    0, // gyro_range_rad_s
+    0, // accel_range_m_s2
+    0, // mag_range_tesla
+    8, // outlier_rate_rad_s
+    100, // outlier_force_m_s2
+    1, // time_jump_limit_s
     0.034906585039886591, // ready_tilt_rad
     0.087266462599716474, // ready_heading_rad
     0, // navigation_frame
@@ -263,50 +269,80 @@ const hnav_option_info rows[] = {
      "99.7 % of chi square with 1 degree of freedom.",
      nullptr, nullptr, defaults + 37, offsetof(hnav_hrekf_options, heading_gate_nis),
      0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gyro_range_rad_s", "fault", "rad/s",
+     "Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat",
+     "A sensor with noise shows its range by repeating it; one without noise, or a low-pass behind the range, does not.",
+     nullptr, nullptr, defaults + 38, offsetof(hnav_hrekf_options, gyro_range_rad_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"accel_range_m_s2", "fault", "m/s2",
+     "Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat",
+     "As for the gyroscope.",
+     nullptr, nullptr, defaults + 39, offsetof(hnav_hrekf_options, accel_range_m_s2),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"mag_range_tesla", "fault", "T",
+     "Field at which an axis of the magnetometer saturates; 0 = not known",
+     "Usual ranges are far above any field that steers a heading.",
+     nullptr, nullptr, defaults + 40, offsetof(hnav_hrekf_options, mag_range_tesla),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"outlier_rate_rad_s", "fault", "rad/s",
+     "A single sample further from the last than this, and than ten usual changes, is left out; 0 = none is",
+     "No recorded movement changes the rate so much from one sample to the next; half of it turns by two degrees at 100 Hz.",
+     nullptr, nullptr, defaults + 41, offsetof(hnav_hrekf_options, outlier_rate_rad_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"outlier_force_m_s2", "fault", "m/s2",
+     "The same of the specific force; 0 = none is",
+     "Taps on a table change it by so much; less would leave out what the body really felt.",
+     nullptr, nullptr, defaults + 42, offsetof(hnav_hrekf_options, outlier_force_m_s2),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"time_jump_limit_s", "fault", "s",
+     "A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0 = never",
+     "Longer than samples are late, shorter than a clock is ever set.",
+     nullptr, nullptr, defaults + 43, offsetof(hnav_hrekf_options, time_jump_limit_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"ready_tilt_rad", "ready", "rad",
      "Tilt is ready when its sigma is below this and as much information has been gained",
      "What an attitude display or a levelled heading needs.",
-     nullptr, nullptr, defaults + 38, offsetof(hnav_hrekf_options, ready_tilt_rad),
+     nullptr, nullptr, defaults + 44, offsetof(hnav_hrekf_options, ready_tilt_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_heading_rad", "ready", "rad",
      "Heading is ready when its sigma is below this and as much information has been gained",
      "The room's field itself is off by a few degrees: a smaller sigma of heading would be a claim.",
-     nullptr, nullptr, defaults + 39, offsetof(hnav_hrekf_options, ready_heading_rad),
+     nullptr, nullptr, defaults + 45, offsetof(hnav_hrekf_options, ready_heading_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"navigation_frame", "frame", "",
      "Navigation frame of the outputs and of start_q_nb: north-east-down or east-north-up",
      "The usual frame of navigation.",
-     navigation_frame_names, navigation_frame_meanings, defaults + 40, offsetof(hnav_hrekf_options, navigation_frame),
+     navigation_frame_names, navigation_frame_meanings, defaults + 46, offsetof(hnav_hrekf_options, navigation_frame),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"declination_rad", "frame", "rad",
      "Magnetic declination: true heading = magnetic heading + declination",
      "The place is not known: north is magnetic until a declination is given.",
-     nullptr, nullptr, defaults + 41, offsetof(hnav_hrekf_options, declination_rad),
+     nullptr, nullptr, defaults + 47, offsetof(hnav_hrekf_options, declination_rad),
      -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"q_body_sensor", "frame", "",
      "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use",
      "Body axes are the sensor's.",
-     nullptr, nullptr, defaults + 42, offsetof(hnav_hrekf_options, q_body_sensor),
+     nullptr, nullptr, defaults + 48, offsetof(hnav_hrekf_options, q_body_sensor),
      -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"solver", "solver", "",
      "Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler",
      "Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow.",
-     solver_names, solver_meanings, defaults + 46, offsetof(hnav_hrekf_options, solver),
+     solver_names, solver_meanings, defaults + 52, offsetof(hnav_hrekf_options, solver),
      0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"solver_rtol", "solver", "",
      "Relative tolerance of ERKStep and Adams",
      "The integrator's error stays far below that of any sensor.",
-     nullptr, nullptr, defaults + 47, offsetof(hnav_hrekf_options, solver_rtol),
+     nullptr, nullptr, defaults + 53, offsetof(hnav_hrekf_options, solver_rtol),
      1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver_atol", "solver", "",
      "Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state",
      "As solver_rtol: every state is as exact as its own size asks for.",
-     nullptr, nullptr, defaults + 48, offsetof(hnav_hrekf_options, solver_atol),
+     nullptr, nullptr, defaults + 54, offsetof(hnav_hrekf_options, solver_atol),
      1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"euler_step_s", "solver", "s",
      "Sub-step of Euler",
      "The paper's two steps for each sample at 100 Hz.",
-     nullptr, nullptr, defaults + 49, offsetof(hnav_hrekf_options, euler_step_s),
+     nullptr, nullptr, defaults + 55, offsetof(hnav_hrekf_options, euler_step_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
 };
 
@@ -326,17 +362,19 @@ constexpr PresetValue paper_values[] = {
     {30, 0, 0}, // accel_gate_nis
     {31, 0, 0}, // mag_gate_nis
     {32, 0, 0}, // heading_gate_nis
-    {38, 0, 3}, // solver
+    {36, 0, 0}, // outlier_rate_rad_s
+    {37, 0, 0}, // outlier_force_m_s2
+    {44, 0, 3}, // solver
 };
 
 constexpr Preset presets[] = {
     {{"default", "Real sensors: one setting for all, found on recordings of the BROAD benchmark.", 0}, nullptr, 0},
-    {{"paper", "The paper's: Q = 1e-6 I7, R = 1e-2 I6 at 100 Hz, P0 = 1e-6 I7, L = I, two Euler steps per sample. P0 and the rate of gamma are fitted: with them the ratios of the paper's Table 1 come back.", 1}, paper_values, 15},
+    {{"paper", "The paper's: Q = 1e-6 I7, R = 1e-2 I6 at 100 Hz, P0 = 1e-6 I7, L = I, two Euler steps per sample. P0 and the rate of gamma are fitted: with them the ratios of the paper's Table 1 come back.", 1}, paper_values, 17},
 };
 
 } // namespace
 
 const OptionList hrekf_options = {
-    "hnav_hrekf_defaults", 1, sizeof(hnav_hrekf_options), rows, 42, presets, 2};
+    "hnav_hrekf_defaults", 1, sizeof(hnav_hrekf_options), rows, 48, presets, 2};
 
 } // namespace hnav

@@ -441,7 +441,8 @@ TEST(Law, RealignForgetsTheAttitudeAndKeepsTheBias) {
     EXPECT_LT(total_error(f.posterior().q_nb, truth.back()), 0.5 * deg);
 }
 
-TEST(Law, ASecondSampleAtTheSameTimeCarriesNoSecondInformation) {
+// Two samples that share each stamp are spread over the time since the one before: each stands for half of it.
+TEST(Law, SamplesThatShareAStampShareItsInformation) {
     const auto rows = tilted_motion(1, {{0, 0, 0}}, 1);
     Handle once(precise()), twice(precise());
     for (const Row& row : rows) {
@@ -452,7 +453,7 @@ TEST(Law, ASecondSampleAtTheSameTimeCarriesNoSecondInformation) {
         twice.advance(row.t_s);
     }
     const hnav_posterior a = once.posterior(), b = twice.posterior();
-    for (int i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(a.sigma[i], b.sigma[i]);
+    for (int i = 0; i < 6; ++i) EXPECT_NEAR(b.sigma[i] / a.sigma[i], 1, 0.01);
     EXPECT_EQ(twice.diagnostics().used[HNAV_SENSOR_ACCEL], 2 * rows.size());
 }
 
@@ -651,6 +652,7 @@ TEST(BadInput, AGapThatNoIntegratorCanFollowIsCrossedByTheClosedForm) {
     for (int solver : {HNAV_SOLVER_ERKSTEP, HNAV_SOLVER_ADAMS, HNAV_SOLVER_EULER}) {
         hnav_hrekf_options o = precise();
         o.solver = HNAV_SOLVER_CLOSED_FORM;
+        o.time_jump_limit_s = 0; // or the first stamp after the gap would be left out
         Handle exact(o);
         o.solver = solver;
         Handle f(o);

@@ -52,13 +52,14 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     MeanField<R> mean{Vector3R(s.field_sum) / s.field_count};
     choose_reference(s, c, mean);
     const FieldRows rows(s, mean);
-    const FieldVerdict verdict = judge_field(s, c, rows);
+    const R away = deviation(s, c, rows);
+    const FieldVerdict verdict = judge_field(s, c, away);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c.P);
     const Matrix3R HPHt = rows.HPHt(PHt);
     const Vector3R innovation = rows.residual - rows.of(c.error);
     const Vector3R noise = field_noise(s);
-    const R inflation = noise_inflation(verdict, rows);
+    const R inflation = noise_inflation(verdict, away);
     record_field(s, t_s, innovation, HPHt, noise, inflation);
     confirm_heading(s, verdict);
     if (verdict == FieldVerdict::reject) return;
@@ -119,10 +120,20 @@ void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
     diagonal<2>(P, reference).setConstant(sigma * sigma);
 }
 
+// In gates' worth of intensity. While the heading is known, an azimuth far from it speaks against the field too.
+template <class R>
+R AhrsModelOf<R>::deviation(const State& s, const Correction& c, const FieldRows& rows) const {
+    const R ready = settings_.ready_heading_rad;
+    const R variance = rows.H * rows.H * c.P(rotation + 2, rotation + 2);
+    if (!(settings_.azimuth_gate > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return rows.deviation();
+    const R limit = settings_.azimuth_gate * std::sqrt(variance + field_noise(s)[1]);
+    return std::fmax(rows.deviation(), settings_.field.gate * std::fabs(rows.residual[1]) / limit);
+}
+
 // The gate. A reference that has long been contradicted is to be learnt again.
 template <class R>
-FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, const FieldRows& rows) const {
-    const FieldVerdict verdict = s.field.judge(settings_.field, rows.deviation(), s.field_s);
+FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const {
+    const FieldVerdict verdict = s.field.judge(settings_.field, away, s.field_s);
     s.verdict = static_cast<std::uint64_t>(verdict);
     if (verdict == FieldVerdict::inflate_anew) {
         forget_reference(c.P, settings_.sigma.reference);
@@ -141,9 +152,9 @@ Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
 
 // A field outside the gate that is taken in all the same counts as much less as it lies further outside.
 template <class R>
-R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, const FieldRows& rows) const {
+R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
     if (verdict == FieldVerdict::accept || verdict == FieldVerdict::reject) return 1;
-    const R gates = rows.deviation() / settings_.field.gate;
+    const R gates = deviation / settings_.field.gate;
     return gates * gates;
 }
 

@@ -11,15 +11,19 @@ extern template bool repair<20>(Square<20, Scalar>& P); // repair.cpp
 
 template <class R>
 void AhrsModelOf<R>::correct(State& s, const Event& event) const {
+    constexpr R runaway_heading_rad = R(0.2); // what tilts the horizon may have turned the heading too
     Correction c{unpack<errors>(s.P)};
-    account_for_gap(s, event);
+    s.gap_rotation += gap_variance(s, event);
     propagate(c.P, s);
     inflate_tilt(s, c.P);
 
-    if (s.force_s > 0) correct_velocity(s, c, event.t_s);
-    if (s.rest.at_rest(settings_.rest)) correct_rest(s, c);
-    if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
-    correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
+    if (s.lost) find_attitude(s, c);
+    else if (s.force_s > 0 && !correct_velocity(s, c, event.t_s)) lose_attitude(s, c, runaway_heading_rad);
+    if (!s.lost) {
+        if (s.rest.at_rest(settings_.rest)) correct_rest(s, c);
+        if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
+        correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
+    }
 
     apply(s, c.error);
     keep(s, c);

@@ -43,29 +43,26 @@ void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
     s.x[13] += T;
 }
 
-// How fast the rate changes tells how far off the turn may be while samples of it are missing.
 template <class R>
 void AhrsModelOf<R>::hold(State& s, const Event& event) {
-    constexpr R memory_s = 2; // longer than a swing of the arm
     const Vector3R rate = vector_of<R>(event, gyro);
     const R T = R(event.t_s - s.last_s[gyro]);
-    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) {
-        const R power = (rate - Vector3R(s.rate)).squaredNorm() / (3 * T * T);
-        s.rate_change_power += T / (T + memory_s) * (power - s.rate_change_power);
-    }
+    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) s.rate_change.note(rate - Vector3R(s.rate), T);
     Eigen::Map<Vector3R>(s.rate) = rate;
     s.has_rate = 1;
 }
 
 template <class R>
 void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
-    if (!settings_.backward_hold || !event.has(gyro)) return;
+    examine(s, event);
+    s.gap_too_long = is_gap_too_long(s, event);
+    if (!settings_.backward_hold || !s.has(event, gyro)) return;
     // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
     // too, it takes its place; if samples of rate are missing in between, the mean of both does.
     const R went_on_s = R(s.last_event_s - s.last_s[gyro]);
     const Vector3R before = turn_rate(s);
     hold(s, event);
-    if (s.started && went_on_s > 0) {
+    if (s.started && went_on_s > 0 && !s.gap_too_long) {
         const Vector3R now = turn_rate(s);
         const Vector3R after = s.is_gap(gyro, event.t_s) ? Vector3R(R(0.5) * (now + before)) : now;
         const QuaternionR back = rotation_quaternion<R>(before * -went_on_s), on = rotation_quaternion<R>(after * went_on_s);
@@ -75,8 +72,7 @@ void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
 
 template <class R>
 void AhrsModelOf<R>::rehold(State& s, const Event& event, double T) const {
-    if (!settings_.backward_hold || !event.has(gyro)) return;
-    const bool flowed = s.started && T > 0 && !std::isinf(T);
+    const bool flowed = settings_.backward_hold && event.has(gyro) && s.started && T > 0 && !std::isinf(T);
     if (flowed) flow_exactly(s, -T);
     before_flow(s, event);
     if (flowed) flow_exactly(s, T);

@@ -7,23 +7,25 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::jump(State& s, const Event& event) const {
-    for (int c = 0; c < channel_count; ++c) s.used[c] += event.has(c);
+    for (int c = 0; c < channel_count; ++c) s.used[c] += s.has(event, c);
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
+        if (s.gap_too_long) pass_gap(s, event.t_s);
+        if (event.begins_time_base()) widen_after_clock_jump(s);
         take_turn(s);
     }
-    if (event.has(gyro) && !settings_.backward_hold) hold(s, event);
+    if (s.has(event, gyro) && !settings_.backward_hold) hold(s, event);
     if (!s.started) {
         start(s, event);
     } else {
         gather(s, event);
         // At the sample nearest to the interval, whatever its jitter.
-        const double half_sample_s = event.has(gyro) ? 0.5 * double(interval(s, gyro, event.t_s)) : 0;
+        const double half_sample_s = s.has(event, gyro) ? 0.5 * double(interval(s, gyro, event.t_s)) : 0;
         const double since_s = event.t_s - s.last_correction_s;
         if (since_s + half_sample_s >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
-        if (event.has(c)) s.note_time(c, event.t_s);
+        if (s.has(event, c)) s.note_time(c, event.t_s);
     s.last_event_s = event.t_s;
 }
 

@@ -56,7 +56,7 @@ public:
     void turn_back(State& s, double t_s) const;
 
     // flow.hpp
-    bool flows(const State& s) const { return s.started != 0; }
+    bool flows(const State& s) const { return s.started != 0 && !s.gap_too_long; }
     bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.bias); }
     void normalise(State& s) const { restore_length(s.x); }
     void nominal(R* x) const; // sizes that absolute tolerances are relative to
@@ -129,6 +129,22 @@ private:
 
     static void hold(State& s, const Event& event); // flow.hpp
 
+    // faults.hpp
+    void examine(State& s, const Event& event) const;
+    static void disbelieve(State& s, int channel) {
+        s.disbelieved |= std::uint64_t{1} << channel;
+        ++s.check[channel].left_out;
+    }
+    void lose_rate(State& s, double t_s) const;
+
+    // recovery.hpp
+    void lose_attitude(State& s, Correction& c, R heading_sigma) const;
+    void find_attitude(State& s, Correction& c) const;
+    void forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const;
+    static void widen_after_clock_jump(State& s);
+    void pass_gap(State& s, double t_s) const;
+    bool is_gap_too_long(const State& s, const Event& event) const;
+
     // start.hpp
     void forget_attitude(State& s) const;
     static void start_covariance(State& s, const Sigmas& start);
@@ -141,7 +157,7 @@ private:
     // preintegration.hpp
     static void forget_window(State& s);
     static void take_turn(State& s);
-    void account_for_gap(State& s, const Event& event) const;
+    R gap_variance(const State& s, const Event& event) const;
     void gather(State& s, const Event& event) const;
     void gather_force(State& s, const Event& event, const Matrix3R& R_bn) const;
     void gather_field(State& s, const Event& event, const Matrix3R& R_bn) const;
@@ -160,7 +176,7 @@ private:
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
-    void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
+    bool correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
     void correct_rest(const State& s, Correction& c) const;           // correct_rest.hpp
 
     // How the aid of one channel corrects, defined in a file of its own: correct_heading.cpp. Nobody else sees it, so that a
@@ -179,9 +195,10 @@ private:
     void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
-    FieldVerdict judge_field(State& s, Correction& c, const FieldRows& rows) const;
+    R deviation(const State& s, const Correction& c, const FieldRows& rows) const;
+    FieldVerdict judge_field(State& s, Correction& c, R deviation) const;
     Vector3R field_noise(const State& s) const;
-    R noise_inflation(FieldVerdict verdict, const FieldRows& rows) const;
+    R noise_inflation(FieldVerdict verdict, R deviation) const;
     static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
                              R inflation);
     void confirm_heading(State& s, FieldVerdict verdict) const;

@@ -12,6 +12,7 @@ void AhrsModelOf<R>::forget_window(State& s) {
     for (R& v : s.turned) v = 0;
     s.rate_power = s.turned_s = 0;
     for (int i = 0; i < 3; ++i) s.field_sum[i] = s.turn_sum[i] = 0;
+    s.velocity_down = 0;
     s.field_count = s.field_s = s.force_s = s.force_gap_s = s.gap_rotation = 0;
 }
 
@@ -31,22 +32,18 @@ void AhrsModelOf<R>::take_turn(State& s) {
             for (int j = 0; j < 3; ++j) *out++ += turn(i, l) * y[j];
 }
 
-// While samples of rate are missing the turn is not known: after T seconds to within a T^2 / 2 by the last rate, and to
-// a T^2 / 8 by the mean of the last and the next, with an angular acceleration a as it was before.
 template <class R>
-void AhrsModelOf<R>::account_for_gap(State& s, const Event& event) const {
-    if (!s.is_gap(gyro, event.t_s)) return;
-    const R T = R(event.t_s - s.last_s[gyro]);
-    const R share = (event.has(gyro) ? R(0.125) : R(0.5)) * settings_.gap_turn_factor * T * T;
-    s.gap_rotation += share * share * s.rate_change_power;
+R AhrsModelOf<R>::gap_variance(const State& s, const Event& event) const {
+    if (!s.is_gap(gyro, event.t_s)) return 0;
+    return s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), s.has(event, gyro), settings_.gap_turn_factor);
 }
 
 template <class R>
 void AhrsModelOf<R>::gather(State& s, const Event& event) const {
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
-    if (event.has(gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), interval(s, gyro, event.t_s));
-    if (event.has(accel)) gather_force(s, event, R_bn);
-    if (!event.has(mag)) return;
+    if (s.has(event, gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), interval(s, gyro, event.t_s));
+    if (s.has(event, accel)) gather_force(s, event, R_bn);
+    if (!s.has(event, mag)) return;
     if (s.has_reference) gather_field(s, event, R_bn);
     else initialise_heading_by_field(s, vector_of<R>(event, mag));
 }
@@ -58,6 +55,7 @@ void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& 
     const Vector3R force_n = R_bn * force_b;
     s.velocity[0] += force_n[0] * T;
     s.velocity[1] += force_n[1] * T;
+    s.velocity_down += force_n[2] * T;
     s.force_s += T;
     if (since > T) s.force_gap_s += since - T;
     s.rest.note_force(settings_.rest, force_b, T);

@@ -44,7 +44,7 @@ template <class R>
 void AhrsModelOf<R>::forget_attitude(State& s) const {
     for (R& v : s.x) v = 0;
     s.x[0] = 1;
-    s.started = 0;
+    s.started = s.lost = s.gap_too_long = 0;
     s.start.clear();
     s.field = {};
     s.velocity[0] = s.velocity[1] = 0;

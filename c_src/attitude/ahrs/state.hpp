@@ -4,9 +4,11 @@
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/ahrs/rest_detector.hpp"
 #include "attitude/common/estimate.hpp"
+#include "attitude/common/rate_change.hpp"
 #include "attitude/common/readiness.hpp"
 #include "attitude/common/robust_law.hpp"
 #include "attitude/common/sampling.hpp"
+#include "attitude/common/sensor_check.hpp"
 #include "attitude/common/start.hpp"
 
 namespace hnav {
@@ -37,6 +39,9 @@ struct AhrsSettings {
     R azimuth_density2, intensity_density2; // of the field, 1/Hz
     R rest_field_factor; // of their variances at rest
     R rest_bias_density2; // (rad/s)^2/Hz
+    R velocity_gate_nis;  // 0: never
+    R azimuth_gate;       // in sigmas, while the heading is known; 0: never
+    SensorCheckSettings<R> check[heading];
     double correction_interval_s;
     double max_interval_s;
     R gap_acceleration_m_s2; // that may go by while samples of force are missing
@@ -62,7 +67,7 @@ struct AhrsState {
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
     R bias[3], calibration[9], velocity[2], reference[2], latency;
     R rate[3];           // held, as measured
-    R rate_change_power; // running mean square of its change per second, of one axis
+    RateChange<R> rate_change;
     R strength;          // of the field, T
     // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
     R rate_moment[27], rate_power, turned[9], turned_s;
@@ -70,6 +75,13 @@ struct AhrsState {
     RestDetector<R> rest;
     MagneticReference<R> field;
     StartSamples<R> start;
+    SensorCheck<R> check[heading];
+    std::uint64_t disbelieved;    // bit c: of the present event, the sample of channel c
+    R level_force[3], level_s;    // force in navigation axes times the time it acted, and that time, while the attitude is lost
+    R velocity_down;              // since the last correction
+    R azimuth_rejected_s;
+    std::uint64_t gap_too_long;     // before the present event
+    std::uint64_t lost, times_lost; // the attitude is to be found again
     double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the usual time between two
     double last_event_s, last_correction_s;
     AngleInformation<R> information;
@@ -81,6 +93,8 @@ struct AhrsState {
     std::uint64_t started, has_rate, has_reference;
     std::uint64_t verdict;           // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
+
+    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((disbelieved >> channel) & 1); }
 
     // The time since the last sample of a channel shows that some are missing.
     bool is_gap(int channel, double t_s) const { return hnav::is_gap(t_s - last_s[channel], spacing_s[channel]); }

@@ -26,9 +26,9 @@ inline Vector3Of<R> field_in_units(const AttitudeEvent& event, R strength) {
 
 template <class R>
 void HrekfModelOf<R>::correct_directions(State& s, const Event& event) const {
-    const R T_accel = event.has(accel) ? interval(s, accel, event.t_s) : 0;
-    R T_mag = event.has(mag) ? interval(s, mag, event.t_s) : 0;
-    if (event.has(mag) && !s.has_reference) { // started without a field: this one becomes the reference
+    const R T_accel = s.has(event, accel) ? interval(s, accel, event.t_s) : 0;
+    R T_mag = s.has(event, mag) ? interval(s, mag, event.t_s) : 0;
+    if (s.has(event, mag) && !s.has_reference) { // started without a field: this one becomes the reference
         learn(s, QuaternionR(s.x).normalized(), vector_of<R>(event, mag));
         T_mag = 0;
     }

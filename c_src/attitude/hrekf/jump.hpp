@@ -7,7 +7,16 @@ namespace hnav {
 
 template <class R>
 void HrekfModelOf<R>::jump(State& s, const Event& event) const {
-    for (int c = 0; c < channel_count; ++c) s.used[c] += event.has(c);
+    if (!settings_.backward_hold) examine(s, event);
+    for (int c = 0; c < channel_count; ++c) s.used[c] += s.has(event, c);
+    if (s.started && is_lost(s, event)) {
+        realign(s);
+        for (R& f : s.mean_force) f = 0;
+        s.lost = 1;
+        ++s.times_lost;
+    }
+    if (s.started && is_gap(event.t_s - s.last_s[gyro], s.spacing_s)) widen_for_gap(s, event);
+    if (s.started && event.begins_time_base()) widen(s, Vector3R(R(0.01), R(0.01), R(0.04)).asDiagonal());
     if (!s.started) {
         collect_for_start(s, event);
     } else {
@@ -15,9 +24,12 @@ void HrekfModelOf<R>::jump(State& s, const Event& event) const {
         correct_directions(s, event);
         if (event.has(heading)) correct_heading(s, event);
     }
+    if (s.has(event, gyro)) {
+        s.spacing_s = usual_interval(event.t_s - s.last_s[gyro], s.spacing_s);
+        hold(s, event);
+    }
     for (int c = 0; c < channel_count; ++c)
-        if (event.has(c)) s.last_s[c] = event.t_s;
-    if (event.has(gyro)) hold(s, event);
+        if (s.has(event, c)) s.last_s[c] = event.t_s;
 }
 
 } // namespace hnav

@@ -60,7 +60,9 @@ public:
     static constexpr bool reholds = false;
 
     void before_flow(State& s, const Event& event) const {
-        if (settings_.backward_hold && event.has(gyro)) hold(s, event);
+        if (!settings_.backward_hold) return;
+        examine(s, event);
+        if (s.has(event, gyro)) hold(s, event);
     }
     void jump(State& s, const Event& event) const; // jump.hpp
 
@@ -83,7 +85,10 @@ private:
     static void put_q(State& s, const QuaternionR& q) { Eigen::Map<QuaternionR>(s.x) = q; }
 
     static void hold(State& s, const Event& event) {
-        Eigen::Map<Vector3R>(s.rate) = vector_of<R>(event, gyro);
+        const Vector3R rate = vector_of<R>(event, gyro);
+        const R T = R(event.t_s - s.last_s[gyro]);
+        if (s.has_rate && T > 0 && !is_gap(T, s.spacing_s)) s.rate_change.note(rate - Vector3R(s.rate), T);
+        Eigen::Map<Vector3R>(s.rate) = rate;
         s.has_rate = 1;
     }
 
@@ -92,6 +97,13 @@ private:
         if (!s.has_rate) return Vector3R::Zero();
         return {s.rate[0] - x[4], s.rate[1] - x[5], s.rate[2] - x[6]};
     }
+
+    // faults.hpp
+    void examine(State& s, const Event& event) const;
+    void lose_rate(State& s, double t_s) const;
+    void widen(State& s, const Matrix3R& rotation_covariance) const;
+    void widen_for_gap(State& s, const Event& event) const;
+    bool is_lost(State& s, const Event& event) const;
 
     // start.hpp
     void forget_attitude(State& s) const;

@@ -60,6 +60,7 @@ void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     s.error_map.begin(event.t_s, found.q, P);
     s.last_correction_s = event.t_s;
     s.started = 1;
+    s.lost = 0;
 }
 
 template <class R>

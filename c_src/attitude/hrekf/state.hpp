@@ -2,8 +2,10 @@
 #pragma once
 
 #include "attitude/common/estimate.hpp"
+#include "attitude/common/rate_change.hpp"
 #include "attitude/common/readiness.hpp"
 #include "attitude/common/robust_law.hpp"
+#include "attitude/common/sensor_check.hpp"
 #include "attitude/common/start.hpp"
 #include "attitude/hrekf/error_map.hpp"
 #include "attitude/hrekf/noise_adaptation.hpp"
@@ -30,6 +32,7 @@ struct HrekfSettings {
     bool reference_given;
     ReferenceFieldOf<R> reference;
     R gate_nis[channel_count]; // 0: never
+    SensorCheckSettings<R> check[heading];
     R ready_tilt_rad, ready_heading_rad;
 };
 
@@ -51,6 +54,15 @@ struct HrekfState {
     std::uint64_t used[channel_count], gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired, adaptations;
     std::uint64_t started, has_rate, has_reference;
+    SensorCheck<R> check[heading];
+    std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c
+    RateChange<R> rate_change;
+    double spacing_s;          // usual time between two rates
+    R mean_force[3];           // in navigation axes, of the last second
+    std::uint64_t force_changes; // the newest force lies away from that
+    std::uint64_t lost, times_lost; // started anew, or waiting for that
+
+    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((disbelieved >> channel) & 1); }
 };
 
 // The covariance by its blocks, to and from the packed upper triangle.

@@ -96,6 +96,7 @@ typedef struct hnav_run_output {
     double* accel_nis;             /* n; NaN where no sample was used */
     double* mag_nis;               /* n */
     uint8_t* ready;                /* n x 2: tilt, heading */
+    uint8_t* health;               /* n x 3: hnav_sensor_state of gyro, accel, mag */
 } hnav_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */
@@ -215,6 +216,41 @@ typedef struct hnav_diagnostics {
     double decay_rate_1_s;
 } hnav_diagnostics;
 HNAV_API hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics* diagnostics);
+
+/* ------------------------------------------------------------------------------------------------ health */
+
+/* What a sensor is taken to be. Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used,
+ * outliers apart, because nothing better is known, and the sigma of the attitude grows by what they may have missed. */
+typedef enum hnav_sensor_state {
+    HNAV_SENSOR_STATE_OK = 0,
+    HNAV_SENSOR_STATE_LATE = 1,      /* within the last second a sample was refused: older than the committed estimate */
+    HNAV_SENSOR_STATE_OUTLIER = 2,   /* within the last second a sample lay far from those beside it */
+    HNAV_SENSOR_STATE_STUCK = 3,     /* an axis repeats one value although the body moves */
+    HNAV_SENSOR_STATE_SATURATED = 4, /* an axis is at the end of its range */
+    HNAV_SENSOR_STATE_MISSING = 5    /* no sample yet, or none for a second and ten of its usual intervals */
+} hnav_sensor_state;
+
+typedef struct hnav_sensor_health {
+    double since_s;     /* time at which the state began; NaN when it has been so from the first */
+    uint64_t outliers;  /* samples so far */
+    uint64_t stuck;
+    uint64_t saturated;
+    uint64_t late;
+    uint64_t left_out;  /* taken in and not used: outliers, stuck, saturated, stamps far ahead */
+    int32_t state;      /* hnav_sensor_state */
+    int32_t axes;       /* stuck or saturated now: bit 0 for x, 1 for y, 2 for z of the sensor's axes turned to the body */
+} hnav_sensor_health;
+
+typedef struct hnav_health {
+    size_t size;                                 /* of this struct; set by the caller */
+    hnav_sensor_health sensor[HNAV_SENSOR_COUNT];
+    uint64_t times_lost;                         /* the attitude was found wrong, or a gap was too long, and it was found anew */
+    uint64_t clock_jumps;                        /* stamps ran back: a new time base began */
+    uint64_t stamps_left_out;                    /* samples whose stamp lay far ahead of all others */
+    int32_t lost;                                /* the attitude is being found anew: nothing is ready */
+    int32_t reserved;                            /* 0 */
+} hnav_health;
+HNAV_API hnav_status hnav_filter_health(const hnav_filter* filter, hnav_health* health);
 
 /* ------------------------------------------------------------------------------------------------ save, load */
 

@@ -67,7 +67,7 @@ typedef struct hnav_ahrs_options {
      * [0, 1e6] m/s2, default 2. A brisk movement of a hand. */
     double gap_acceleration_m_s2;
     /* Angular acceleration in a gap between samples of the gyroscope, in units of its running root mean square.
-     * [0, 1e6], default 1.5. A gap may fall into the fastest part of a turn. */
+     * [0, 1e6], default 2.5. A gap may fall into the fastest part of a turn. */
     double gap_turn_factor;
     /* How much older than the newest used sample a sample may be.
      * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
@@ -115,6 +115,15 @@ typedef struct hnav_ahrs_options {
     /* A field is rejected no longer than this times the time for which the reference has served.
      * [0, 1e6], default 3. A reference of a few seconds may itself be the wrong one. */
     double mag_gate_share;
+    /* An azimuth of the field so many sigmas off is rejected too, while the heading's sigma is that of a ready one; 0 =
+     * never.
+     * [0, 1e6], default 4. A room turns the field by less; a magnetometer whose axes are swapped or held turns it by more
+     * and keeps its intensities. */
+    double mag_azimuth_gate_sigmas;
+    /* Normalised square of a velocity that ran away: beyond it the attitude is taken for lost and the horizon found anew;
+     * 0 = never.
+     * [0, 1e12], default 9. Five times what the fastest recorded hand reaches. */
+    double velocity_gate_nis;
     /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
      * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
     double heading_gate_nis;
@@ -226,6 +235,31 @@ typedef struct hnav_ahrs_options {
     /* Standard deviation of the gyro misalignments at the start.
      * (0, 10] rad, default 0.8e-3. Half the scale factor's, as in most calibrated sensors. */
     double start_sigma_gyro_misalignment_rad;
+
+    /* ------------------------ fault
+     * Sensors that saturate, samples and stamps beyond belief. */
+
+    /* Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat.
+     * [0, 1e6] rad/s, default 0. A sensor with noise shows its range by repeating it; one without noise, or a low-pass
+     * behind the range, does not. */
+    double gyro_range_rad_s;
+    /* Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat.
+     * [0, 1e6] m/s2, default 0. As for the gyroscope. */
+    double accel_range_m_s2;
+    /* Field at which an axis of the magnetometer saturates; 0 = not known.
+     * [0, 1e6] T, default 0. Usual ranges are far above any field that steers a heading. */
+    double mag_range_tesla;
+    /* A single sample further from the last than this, and than ten usual changes, is left out; 0 = none is.
+     * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
+     * turns by two degrees at 100 Hz. */
+    double outlier_rate_rad_s;
+    /* The same of the specific force; 0 = none is.
+     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
+    double outlier_force_m_s2;
+    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
+     * = never.
+     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    double time_jump_limit_s;
 
     /* ------------------------ ready
      * When tilt and heading are called ready. */

@@ -157,6 +157,31 @@ typedef struct hnav_hrekf_options {
      * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
     double heading_gate_nis;
 
+    /* ------------------------ fault
+     * Sensors that saturate, samples and stamps beyond belief. */
+
+    /* Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat.
+     * [0, 1e6] rad/s, default 0. A sensor with noise shows its range by repeating it; one without noise, or a low-pass
+     * behind the range, does not. */
+    double gyro_range_rad_s;
+    /* Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat.
+     * [0, 1e6] m/s2, default 0. As for the gyroscope. */
+    double accel_range_m_s2;
+    /* Field at which an axis of the magnetometer saturates; 0 = not known.
+     * [0, 1e6] T, default 0. Usual ranges are far above any field that steers a heading. */
+    double mag_range_tesla;
+    /* A single sample further from the last than this, and than ten usual changes, is left out; 0 = none is.
+     * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
+     * turns by two degrees at 100 Hz. */
+    double outlier_rate_rad_s;
+    /* The same of the specific force; 0 = none is.
+     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
+    double outlier_force_m_s2;
+    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
+     * = never.
+     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    double time_jump_limit_s;
+
     /* ------------------------ ready
      * When tilt and heading are called ready. */
 

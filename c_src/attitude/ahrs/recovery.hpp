@@ -1,0 +1,96 @@
+// An attitude that is lost is found again: by a velocity that runs away, or after a gap in which the body may have turned
+// to anywhere. What was learnt of the sensors stays.
+//
+// While it is lost nothing is corrected. Force is gathered in navigation axes, which the gyroscope keeps, until it is gravity
+// in the mean; then the horizon is turned by the angle between the two, unless it is small enough for the usual corrections.
+#pragma once
+
+#include "attitude/ahrs/correction.hpp"
+
+namespace hnav {
+
+// heading_sigma: what the heading becomes uncertain by.
+template <class R>
+void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
+    constexpr R any_tilt_rad = 1;
+    const R any_heading = R(M_PI * M_PI / 3);
+    const R heading_variance = std::fmin(any_heading, c.heading_variance() + heading_sigma * heading_sigma);
+    forget_rotation(c.P, any_tilt_rad * any_tilt_rad, heading_variance);
+    c.error.setZero();
+    s.velocity[0] = s.velocity[1] = 0;
+    for (R& f : s.level_force) f = 0;
+    s.level_s = 0;
+    s.information = {};
+    s.times_lost += !s.lost;
+    s.lost = 1;
+}
+
+// Attitude and velocity as at a start: nothing about them follows from what was known of the sensors.
+template <class R>
+void AhrsModelOf<R>::forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const {
+    rows<2>(P, velocity).setZero();
+    columns<2>(P, velocity).setZero();
+    rows<3>(P, rotation).setZero();
+    columns<3>(P, rotation).setZero();
+    diagonal<2>(P, velocity).setConstant(settings_.sigma.velocity * settings_.sigma.velocity);
+    diagonal<3>(P, rotation) = Vector3R(tilt_variance, tilt_variance, heading_variance);
+}
+
+// A gap so long that the turn in it may have been anything.
+template <class R>
+bool AhrsModelOf<R>::is_gap_too_long(const State& s, const Event& event) const {
+    return s.started && gap_variance(s, event) > 1;
+}
+
+// The attitude stays as it was before the gap: it may be the clock that jumped, not the body that turned.
+template <class R>
+void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
+    Correction c{unpack<errors>(s.P)};
+    const R bias_variance = settings_.sigma.bias * settings_.sigma.bias;
+    const R walked = settings_.bias_walk_psd * R(t_s - s.last_s[gyro]);
+    for (int i = bias; i < bias + 3; ++i) c.P(i, i) = std::fmax(c.P(i, i), std::fmin(bias_variance, c.P(i, i) + walked));
+    lose_attitude(s, c, R(M_PI));
+    keep(s, c);
+    forget_window(s);
+    s.last_correction_s = t_s;
+    for (double& last : s.last_s)
+        if (!std::isnan(last)) last = t_s;
+    s.gap_too_long = 0;
+}
+
+// The clock was set: the body has hardly moved, but nobody knows for how long the samples were away.
+template <class R>
+void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
+    constexpr R tilt_rad = R(0.1), heading_rad = R(0.2);
+    s.P[packed(rotation, rotation)] += tilt_rad * tilt_rad;
+    s.P[packed(rotation + 1, rotation + 1)] += tilt_rad * tilt_rad;
+    s.P[packed(rotation + 2, rotation + 2)] += heading_rad * heading_rad;
+}
+
+template <class R>
+void AhrsModelOf<R>::find_attitude(State& s, Correction& c) const {
+    constexpr R gathered_s = R(0.3), far_rad = R(0.35), found_rad = R(0.2);
+    const Vector3R sum = Vector3R(s.velocity[0], s.velocity[1], s.velocity_down);
+    s.velocity[0] = s.velocity[1] = s.velocity_down = 0;
+    Eigen::Map<Vector3R> gathered(s.level_force);
+    gathered += sum;
+    s.level_s += s.force_s;
+    const R g = R(gravity_m_s2);
+    const bool violent = !(sum.norm() < 2 * g * s.force_s); // a shock goes on
+    const Vector3R up = gathered / s.level_s;
+    if (!violent && s.level_s < gathered_s) return;
+    gathered.setZero();
+    s.level_s = 0;
+    if (violent || !(std::fabs(up.norm() - g) < R(0.4) * g)) return;
+    const Vector3R axis = up.cross(Vector3R(0, 0, -1));
+    const R angle = std::atan2(axis.norm(), -up[2]);
+    if (angle > far_rad) {
+        const Vector3R about = axis.norm() > 0 ? Vector3R(axis.normalized()) : Vector3R(1, 0, 0);
+        Eigen::Map<QuaternionR> q(s.x);
+        q = multiply<R>(rotation_quaternion<R>(about * angle), QuaternionR(q)).normalized();
+    }
+    forget_rotation(c.P, found_rad * found_rad, c.heading_variance());
+    s.lost = 0;
+}
+
+} // namespace hnav

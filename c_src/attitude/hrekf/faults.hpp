@@ -1,0 +1,79 @@
+// Sensors at fault and an attitude that is lost: what is believed, what becomes less certain, and when the filter starts anew.
+#pragma once
+
+#include "attitude/hrekf/model.hpp"
+
+namespace hnav {
+
+// Before anything acts on the event. Samples that are not believed are as if they were missing; the rate of a faulty axis is
+// taken as it stands, and the rotation about it is known less and less.
+template <class R>
+void HrekfModelOf<R>::examine(State& s, const Event& event) const {
+    constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
+    s.disbelieved = 0;
+    SensorCheck<R>* check = s.check;
+    const bool noisy = check[gyro].has_noise();
+    for (const int c : {gyro, accel, mag}) {
+        if (!event.has(c)) continue;
+        const R rate = c == gyro ? R(0) : Vector3R(s.rate).squaredNorm();
+        // Whether the body moves while its gyroscope repeats a value, force tells.
+        const bool moves = c == gyro ? s.force_changes != 0 : rate > turns_rad_s * turns_rad_s;
+        check[c].examine(settings_.check[c], vector_of<R>(event, c), interval(s, c, event.t_s), event.t_s, moves, noisy);
+        if (check[c].fault == SensorFault::outlier || (c != gyro && check[c].fault != SensorFault::none)) {
+            s.disbelieved |= std::uint64_t{1} << c;
+            ++check[c].left_out;
+        }
+    }
+    if (event.has(gyro) && check[gyro].axes && check[gyro].fault != SensorFault::outlier) lose_rate(s, event.t_s);
+}
+
+// The rotation about the axes at fault, with a rate that may be anything a hand does.
+template <class R>
+void HrekfModelOf<R>::lose_rate(State& s, double t_s) const {
+    if (!s.started) return;
+    const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x).normalized());
+    Matrix3R lost = Matrix3R::Zero();
+    for (int axis = 0; axis < 3; ++axis)
+        lost += s.check[gyro].lost_rotation(axis, interval(s, gyro, t_s), t_s) * R_bn.col(axis) * R_bn.col(axis).transpose();
+    widen(s, lost);
+}
+
+// Adds to the covariance of the rotation error about the navigation axes.
+template <class R>
+void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const {
+    const Matrix34Of<R> T = rotation_from_error<R>(QuaternionR(s.x).normalized());
+    Blocks P(s.x + 7);
+    P.qq += T.transpose() * rotation_covariance * T / 16;
+    P.write(s.x + 7);
+    s.information = {};
+}
+
+// Once, with the rate that ends the gap; the flow went through it under one rate.
+template <class R>
+void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
+    constexpr R factor = R(2.5); // a gap may fall into the fastest part of a turn
+    if (!s.has(event, gyro)) return;
+    const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), settings_.backward_hold, factor);
+    widen(s, Matrix3R(variance * Matrix3R::Identity()));
+}
+
+// The mean force lies far from the vertical although it is as large as gravity; or there was a gap in which the body may have
+// turned to anywhere.
+template <class R>
+bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
+    constexpr R mean_s = 1, far_cosine = R(0.76); // 40 deg
+    constexpr R g = R(9.80665), still_m_s2 = R(0.5);
+    constexpr double max_gap_s = 1;
+    const double since_s = event.t_s - s.last_s[gyro];
+    if (is_gap(since_s, s.spacing_s) && since_s > max_gap_s) return true;
+    if (!s.has(event, accel)) return false;
+    const R T = interval(s, accel, event.t_s);
+    Eigen::Map<Vector3R> mean(s.mean_force);
+    const Vector3R away = rotation_matrix<R>(QuaternionR(s.x).normalized()) * vector_of<R>(event, accel) - mean;
+    mean += T / (mean_s + T) * away;
+    s.force_changes = away.squaredNorm() > still_m_s2 * still_m_s2;
+    const R size = mean.norm();
+    return std::fabs(size - g) < R(0.4) * g && -mean[2] < far_cosine * size;
+}
+
+} // namespace hnav

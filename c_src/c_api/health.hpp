@@ -1,0 +1,43 @@
+// How each sensor does, from what the checks of the samples and the stamps have seen.
+#pragma once
+
+#include "attitude/common/sensor_check.hpp"
+#include "hnav/hnav.h"
+
+#include <cmath>
+
+namespace hnav {
+
+// A verdict about single samples is shown for so long.
+constexpr double shown_s = 1;
+
+// check: null for a sensor whose samples are not looked at. now_s and all times: the filter's.
+template <class Stamps>
+hnav_sensor_health sensor_health(const SensorCheck<double>* check, const Stamps& stamps, int channel, double now_s) {
+    constexpr double missing_intervals = 10;
+    hnav_sensor_health h{};
+    h.late = stamps.late(channel);
+    h.left_out = stamps.left_out(channel) + (check ? check->left_out : 0);
+    h.since_s = std::numeric_limits<double>::quiet_NaN();
+    const auto is = [&](hnav_sensor_state state, double since_s) {
+        h.state = state;
+        h.since_s = since_s;
+    };
+    if (h.late > 0 && now_s - stamps.late_s(channel) <= shown_s) is(HNAV_SENSOR_STATE_LATE, stamps.late_s(channel));
+    if (check) {
+        h.outliers = check->outliers;
+        h.stuck = check->stuck;
+        h.saturated = check->saturated;
+        h.axes = static_cast<int32_t>(check->axes);
+        if (h.state == HNAV_SENSOR_STATE_OK && check->outliers + check->stuck + check->saturated > 0) h.since_s = check->since_s;
+        if (check->outliers > 0 && now_s - check->outlier_s <= shown_s) is(HNAV_SENSOR_STATE_OUTLIER, check->outlier_s);
+        if (check->fault == SensorFault::stuck) is(HNAV_SENSOR_STATE_STUCK, check->since_s);
+        if (check->fault == SensorFault::saturated) is(HNAV_SENSOR_STATE_SATURATED, check->since_s);
+    }
+    const double last_s = stamps.last_s(channel) + stamps.offset_s();
+    if (std::isinf(last_s)) is(HNAV_SENSOR_STATE_MISSING, std::numeric_limits<double>::quiet_NaN());
+    else if (now_s - last_s > shown_s + missing_intervals * stamps.interval_s(channel)) is(HNAV_SENSOR_STATE_MISSING, last_s);
+    return h;
+}
+
+} // namespace hnav

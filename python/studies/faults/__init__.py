@@ -1,0 +1,1 @@
+"""What a fault of sensors or time stamps costs: simulated events with exact truth, and recordings damaged on purpose."""
