@@ -107,6 +107,7 @@ TEST(Sized, ResultsOfAnAttitudeFilter) {
     of("hnav_posterior", hnav_sized<hnav_posterior>(), hnav_filter_posterior);
     of("hnav_field", hnav_sized<hnav_field>(), hnav_filter_field);
     of("hnav_diagnostics", hnav_sized<hnav_diagnostics>(), hnav_filter_diagnostics);
+    of("hnav_health", hnav_sized<hnav_health>(), hnav_filter_health);
     of("hnav_innovation", hnav_sized<hnav_innovation>(),
        [](const hnav_filter* filter, hnav_innovation* i) { return hnav_filter_innovation(filter, HNAV_SENSOR_MAG, i); });
     hnav_filter_destroy(f);

@@ -60,8 +60,10 @@ typedef enum hnav_sensor {
 enum { HNAV_SENSOR_COUNT = 4 };
 
 /* Samples may come in any order within one instant and between two advance calls, and up to horizon_s late after.
- * Samples of equal time are corrected together: rate, force, field, heading. A second sample of one sensor at the
- * same time follows the first. Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE, LATE_SAMPLE, QUEUE_FULL. */
+ * Samples of equal time are corrected together: rate, force, field, heading. Samples of one sensor that share a stamp, as
+ * a FIFO hands them over, are spread over the time since the stamp before; the first burst tells how many there are. A
+ * sensor whose stamps run back by more than time_jump_limit_s begins a new time base; a single stamp ten times as far
+ * ahead is left out (OK, and counted in hnav_health). Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE, LATE_SAMPLE, QUEUE_FULL. */
 HNAV_API hnav_status hnav_filter_push_gyro(hnav_filter* filter, double t_s, const double rate_b_rad_s[3]);
 HNAV_API hnav_status hnav_filter_push_accel(hnav_filter* filter, double t_s, const double force_b_m_s2[3]);
 HNAV_API hnav_status hnav_filter_push_mag(hnav_filter* filter, double t_s, const double field_b_tesla[3]);
