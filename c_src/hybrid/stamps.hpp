@@ -52,37 +52,21 @@ public:
         channel_[channel].late_s = now_s;
     }
 
-    // newest_s: of all samples and of the time shown. closed_s: samples before it are late. limit_s: 0 for no new time base.
-    Placed place(int channel, double stamp_s, double newest_s, double closed_s, double limit_s) {
+    // newest(): the time of the newest of all samples and of what is shown. closed_s: samples before it are late.
+    // limit_s: 0 for no new time base.
+    template <class Newest>
+    Placed place(int channel, double stamp_s, double shown_s, double closed_s, double limit_s, Newest&& newest) {
         Channel& c = channel_[channel];
-        last_ = Place::stamped;
-        if (limit_s > 0 && is_far_ahead(stamp_s, newest_s, limit_s)) {
-            ++c.left_out;
-            return {stamp_s, last_ = Place::left_out};
-        }
-        const double since_s = stamp_s - c.last_s;
-        if (since_s > 0) {
-            c.expected = c.count;
-            c.count = 1;
-            if (c.expected > 1) c.spread_s = c.interval_s > 0 ? std::min(since_s, max_spread * c.interval_s) : since_s;
-            if (c.interval_s == 0 || since_s < max_spread * c.interval_s) c.interval_s = since_s < max_interval_s ? since_s : 0;
-            else c.interval_s = std::min(max_spread * c.interval_s, max_interval_s);
+        const double t_s = stamp_s + offset_s_, since_s = stamp_s - c.last_s;
+        // What almost every sample is: the next one after its usual interval, alone at its stamp.
+        if (c.alone && since_s > 0 && since_s < max_spread * c.interval_s &&
+            (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
+            c.interval_s = since_s;
             c.last_s = stamp_s;
-        } else if (since_s == 0) {
-            c.count += 1;
-        } else if (limit_s > 0 && since_s < -limit_s && stamp_s + offset_s_ < newest_s - limit_s) {
-            offset_s_ = newest_s + c.interval_s - stamp_s;
-            ++jumps_;
-            c.last_s = stamp_s;
-            c.count = 1;
-            c.expected = 0;
-            return {newest_s + c.interval_s, last_ = Place::jumped};
-        } else {
-            return {stamp_s + offset_s_, last_};
+            last_ = Place::stamped;
+            return {t_s, last_};
         }
-        if (c.expected <= 1 || c.count > c.expected) return {stamp_s + offset_s_, last_};
-        last_ = Place::spread;
-        return {std::max(closed_s, stamp_s + offset_s_ - c.spread_s * (1 - c.count / c.expected)), last_};
+        return place_with_care(c, stamp_s, closed_s, limit_s, newest());
     }
 
 private:
@@ -91,6 +75,7 @@ private:
     static constexpr double max_interval_s = 1; // between two stamps, as far as it is a usual one
 
     struct Channel {
+        std::uint64_t alone; // one sample a stamp, now and before
         double last_s;          // stamp
         double interval_s;      // usual one between two stamps; 0: not known
         double count, expected; // samples of the present stamp, and of the one before
@@ -100,6 +85,42 @@ private:
     };
 
     explicit Stamps(int) : offset_s_(0), ahead_s_(0), jumps_(0), last_(Place::stamped), channel_{} {}
+
+    Placed place_with_care(Channel& c, double stamp_s, double closed_s, double limit_s, double newest_s) {
+        last_ = Place::stamped;
+        if (limit_s > 0 && is_far_ahead(stamp_s, newest_s, limit_s)) {
+            ++c.left_out;
+            return {stamp_s, last_ = Place::left_out};
+        }
+        const double since_s = stamp_s - c.last_s;
+        if (since_s > 0) begin_stamp(c, stamp_s, since_s);
+        else if (since_s == 0) c.count += 1;
+        else if (limit_s > 0 && since_s < -limit_s && stamp_s + offset_s_ < newest_s - limit_s)
+            return begin_time_base(c, stamp_s, newest_s);
+        else return {stamp_s + offset_s_, last_};
+        c.alone = c.count == 1 && c.expected <= 1;
+        if (c.expected <= 1 || c.count > c.expected) return {stamp_s + offset_s_, last_};
+        last_ = Place::spread;
+        return {std::max(closed_s, stamp_s + offset_s_ - c.spread_s * (1 - c.count / c.expected)), last_};
+    }
+
+    static void begin_stamp(Channel& c, double stamp_s, double since_s) {
+        c.expected = c.count;
+        c.count = 1;
+        c.spread_s = c.interval_s > 0 ? std::min(since_s, max_spread * c.interval_s) : since_s;
+        if (c.interval_s == 0 || since_s < max_spread * c.interval_s) c.interval_s = since_s < max_interval_s ? since_s : 0;
+        else c.interval_s = std::min(max_spread * c.interval_s, max_interval_s);
+        c.last_s = stamp_s;
+    }
+
+    Placed begin_time_base(Channel& c, double stamp_s, double newest_s) {
+        offset_s_ = newest_s + c.interval_s - stamp_s;
+        ++jumps_;
+        c.last_s = stamp_s;
+        c.count = 1;
+        c.expected = 0;
+        return {newest_s + c.interval_s, last_ = Place::jumped};
+    }
 
     // The first of its kind; a later one that follows it is believed.
     bool is_far_ahead(double stamp_s, double newest_s, double limit_s) {

@@ -11,21 +11,22 @@ template <class R>
 void AhrsModelOf<R>::examine(State& s, const Event& event) const {
     constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
     s.disbelieved = 0;
-    SensorCheck<R>* check = s.check;
-    const bool noisy = check[gyro].has_noise();
+    SensorCheck<R>& rate = s.check[gyro];
+    const double t_s = event.t_s;
     if (event.has(gyro)) {
+        const Vector3R y = vector_of<R>(event, gyro);
+        rate.note_course(y);
         const bool moves = !(s.rest.force_still > 0);
-        check[gyro].examine(settings_.check[gyro], vector_of<R>(event, gyro), interval(s, gyro, event.t_s), event.t_s, moves,
-                            noisy);
-        if (check[gyro].fault == SensorFault::outlier) disbelieve(s, gyro);
-        else if (check[gyro].axes) lose_rate(s, event.t_s);
+        if (rate.examine(settings_.check[gyro], y, R(t_s - s.last_s[gyro]), t_s, moves, rate.has_noise())) {
+            if (rate.fault == SensorFault::outlier) disbelieve(s, gyro);
+            else lose_rate(s, t_s);
+        }
     }
-    for (const int c : {accel, mag}) {
-        if (!event.has(c)) continue;
-        const bool moves = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
-        check[c].examine(settings_.check[c], vector_of<R>(event, c), interval(s, c, event.t_s), event.t_s, moves, noisy);
-        if (check[c].fault != SensorFault::none) disbelieve(s, c);
-    }
+    const bool turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
+    for (const int c : {accel, mag})
+        if (event.has(c) &&
+            s.check[c].examine(settings_.check[c], vector_of<R>(event, c), R(t_s - s.last_s[c]), t_s, turns, rate.has_noise()))
+            disbelieve(s, c);
 }
 
 // The rotation about the axes at fault.

@@ -11,20 +11,23 @@ template <class R>
 void HrekfModelOf<R>::examine(State& s, const Event& event) const {
     constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
     s.disbelieved = 0;
-    SensorCheck<R>* check = s.check;
-    const bool noisy = check[gyro].has_noise();
+    SensorCheck<R>& rate = s.check[gyro];
+    const bool turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
     for (const int c : {gyro, accel, mag}) {
         if (!event.has(c)) continue;
-        const R rate = c == gyro ? R(0) : Vector3R(s.rate).squaredNorm();
+        const Vector3R y = vector_of<R>(event, c);
+        if (c == gyro) rate.note_course(y);
         // Whether the body moves while its gyroscope repeats a value, force tells.
-        const bool moves = c == gyro ? s.force_changes != 0 : rate > turns_rad_s * turns_rad_s;
-        check[c].examine(settings_.check[c], vector_of<R>(event, c), interval(s, c, event.t_s), event.t_s, moves, noisy);
-        if (check[c].fault == SensorFault::outlier || (c != gyro && check[c].fault != SensorFault::none)) {
+        const bool moves = c == gyro ? s.force_changes != 0 : turns;
+        SensorCheck<R>& check = s.check[c];
+        if (!check.examine(settings_.check[c], y, interval(s, c, event.t_s), event.t_s, moves, rate.has_noise())) continue;
+        if (c == gyro && check.fault != SensorFault::outlier) {
+            lose_rate(s, event.t_s);
+        } else {
             s.disbelieved |= std::uint64_t{1} << c;
-            ++check[c].left_out;
+            ++check.left_out;
         }
     }
-    if (event.has(gyro) && check[gyro].axes && check[gyro].fault != SensorFault::outlier) lose_rate(s, event.t_s);
 }
 
 // The rotation about the axes at fault, with a rate that may be anything a hand does.

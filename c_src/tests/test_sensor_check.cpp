@@ -1,0 +1,129 @@
+// What the samples of one sensor tell about its health.
+#include "attitude/common/sensor_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+using hnav::SensorCheck, hnav::SensorCheckSettings, hnav::SensorFault, hnav::Vector3;
+
+namespace {
+
+constexpr double interval_s = 0.01;
+
+// A gyroscope with noise in a hand that turns; `noise` 0 is a simulated one.
+class Gyro {
+public:
+    explicit Gyro(double noise = 0.003) : noise_(noise) {}
+
+    Vector3 sample() {
+        const double t = interval_s * count_++;
+        return Vector3(std::sin(3 * t), std::cos(2 * t), 0.5 * std::sin(5 * t)) +
+               noise_ * Vector3(normal_(r_), normal_(r_), normal_(r_));
+    }
+
+    SensorFault take(const Vector3& y, bool moves = true) {
+        const double t_s = interval_s * count_;
+        check.note_course(y);
+        check.examine(settings, y, interval_s, t_s, moves, check.has_noise());
+        return check.fault;
+    }
+
+    void run(int count) {
+        for (int k = 0; k < count; ++k) EXPECT_EQ(take(sample()), SensorFault::none) << k;
+    }
+
+    SensorCheck<double> check{};
+    SensorCheckSettings<double> settings{8, 0, 1.7};
+
+private:
+    double noise_;
+    int count_ = 0;
+    std::mt19937 r_{1};
+    std::normal_distribution<double> normal_;
+};
+
+} // namespace
+
+TEST(SensorCheck, AHealthySensorIsWell) {
+    Gyro gyro;
+    gyro.run(5000);
+    EXPECT_TRUE(gyro.check.has_noise());
+    EXPECT_EQ(gyro.check.outliers + gyro.check.stuck + gyro.check.saturated, 0u);
+}
+
+TEST(SensorCheck, ASpikeIsAnOutlierAndAStepIsNot) {
+    Gyro gyro;
+    gyro.run(200);
+    const Vector3 far(35, 0, 0);
+    EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::outlier);
+    EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none);
+    EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::outlier);
+    EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::none); // a second one beside it is believed
+    EXPECT_EQ(gyro.check.outliers, 2u);
+}
+
+TEST(SensorCheck, WithoutALimitNothingIsAnOutlier) {
+    Gyro gyro;
+    gyro.settings.outlier = 0;
+    gyro.run(200);
+    EXPECT_EQ(gyro.take({1e5, 0, 0}), SensorFault::none);
+}
+
+TEST(SensorCheck, AnAxisThatRepeatsIsStuckWhileTheBodyMoves) {
+    for (const bool moves : {true, false}) {
+        Gyro gyro;
+        gyro.run(200);
+        SensorFault fault{};
+        for (int k = 0; k < 50; ++k) {
+            Vector3 y = gyro.sample();
+            y[2] = 0;
+            fault = gyro.take(y, moves);
+        }
+        EXPECT_EQ(fault, moves ? SensorFault::stuck : SensorFault::none);
+        EXPECT_EQ(gyro.check.is_at_fault(2), moves);
+        EXPECT_FALSE(gyro.check.is_at_fault(0));
+        EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none); // and is well again with the first that differs
+    }
+}
+
+TEST(SensorCheck, ASensorWithoutNoiseMayRepeatWhatIsConstant) {
+    Gyro gyro(0);
+    gyro.run(200);
+    for (int k = 0; k < 500; ++k) EXPECT_EQ(gyro.take({3, 0, 0}), SensorFault::none);
+    for (int k = 0; k < 500; ++k) EXPECT_EQ(gyro.take({0, 0, 0}), SensorFault::none);
+}
+
+TEST(SensorCheck, ARangeShowsItselfByRepeatingAndAStatedOneAtOnce) {
+    Gyro found, stated;
+    stated.settings.range = 2;
+    int found_after = 0, stated_after = 0;
+    found.run(200);
+    stated.run(200);
+    for (int k = 1; k <= 20; ++k) {
+        Vector3 y = found.sample();
+        y[0] = 2;
+        if (found.take(y) == SensorFault::saturated && !found_after) found_after = k;
+        if (stated.take(y) == SensorFault::saturated && !stated_after) stated_after = k;
+    }
+    EXPECT_EQ(stated_after, 1);
+    EXPECT_GT(found_after, 1);
+    EXPECT_LE(found_after, 10);
+    EXPECT_EQ(found.check.limit, 2);
+    found.take({2.5, 0, 0}); // it was no limit
+    EXPECT_EQ(found.check.limit, 0);
+}
+
+TEST(SensorCheck, WhatAFaultyAxisMissedGrowsWithTime) {
+    Gyro gyro;
+    gyro.run(200);
+    double variance = 0;
+    for (int k = 0; k < 100; ++k) {
+        Vector3 y = gyro.sample();
+        y[1] = 0;
+        gyro.take(y);
+        variance += gyro.check.lost_rotation(1, interval_s, gyro.check.since_s + 1);
+        EXPECT_EQ(gyro.check.lost_rotation(0, interval_s, 0), 0);
+    }
+    EXPECT_GT(variance, 1); // rad^2 within a second: nothing is known of the turn
+}

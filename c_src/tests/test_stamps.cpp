@@ -1,0 +1,96 @@
+// From stamps to the time of a filter: bursts, clocks that are set, stamps beyond belief.
+#include "hybrid/stamps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+using hnav::Stamps;
+
+namespace {
+
+constexpr double limit_s = 1, interval_s = 0.01;
+
+// A filter that uses each sample at once and shows its time.
+struct Clock {
+    Stamps<2> stamps;
+    double newest_s = -std::numeric_limits<double>::infinity();
+
+    Stamps<2>::Placed take(int channel, double stamp_s) {
+        const auto placed = stamps.place(channel, stamp_s, newest_s, newest_s, limit_s, [this] { return newest_s; });
+        if (placed.how != Stamps<2>::Place::left_out) newest_s = std::fmax(newest_s, placed.t_s);
+        return placed;
+    }
+
+    void run(double from_s, int count) {
+        for (int k = 0; k < count; ++k) take(0, from_s + k * interval_s);
+    }
+};
+
+} // namespace
+
+TEST(Stamps, OrdinaryOnesAreTheTimeBitForBit) {
+    Clock clock;
+    for (int k = 0; k < 100; ++k) {
+        const double t_s = 1.7e9 + 0.0031 * k;
+        EXPECT_EQ(clock.take(0, t_s).t_s, t_s);
+        EXPECT_EQ(clock.take(1, t_s).t_s, t_s);
+    }
+    EXPECT_EQ(clock.stamps.offset_s(), 0);
+}
+
+TEST(Stamps, ABurstIsSpreadOverTheTimeSinceTheOneBefore) {
+    Clock clock;
+    std::vector<double> times;
+    for (int burst = 1; burst <= 4; ++burst)
+        for (int k = 0; k < 5; ++k) times.push_back(clock.take(0, 0.1 * burst).t_s);
+    for (std::size_t i = 5; i < times.size(); ++i)
+        EXPECT_NEAR(times[i], 0.1 + 0.02 * (double(i) - 4), 1e-12) << i; // from the second on
+}
+
+TEST(Stamps, AfterABurstSingleSamplesHaveTheirStampsAgain) {
+    Clock clock;
+    for (int burst = 1; burst <= 3; ++burst)
+        for (int k = 0; k < 5; ++k) clock.take(0, 0.1 * burst);
+    clock.take(0, 0.4);
+    EXPECT_EQ(clock.take(0, 0.5).t_s, 0.5);
+    EXPECT_EQ(clock.take(0, 0.6).t_s, 0.6);
+}
+
+TEST(Stamps, AClockThatIsSetBackBeginsATimeBaseAndLosesNothing) {
+    Clock clock;
+    clock.run(1000, 50);
+    const double before_s = clock.newest_s;
+    const auto placed = clock.take(0, 0);
+    EXPECT_EQ(placed.how, Stamps<2>::Place::jumped);
+    EXPECT_NEAR(placed.t_s, before_s + interval_s, 1e-9);
+    EXPECT_NEAR(clock.take(0, interval_s).t_s, before_s + 2 * interval_s, 1e-9);
+    EXPECT_EQ(clock.stamps.jumps(), 1u);
+}
+
+TEST(Stamps, ASensorThatIsAlwaysLateBeginsNoTimeBase) {
+    Clock clock;
+    for (int k = 0; k < 500; ++k) {
+        clock.take(0, k * interval_s);
+        EXPECT_EQ(clock.take(1, k * interval_s - 2).how, Stamps<2>::Place::stamped);
+    }
+    EXPECT_EQ(clock.stamps.jumps(), 0u);
+}
+
+TEST(Stamps, ASingleStampFarAheadIsLeftOutAndASecondOneIsBelieved) {
+    Clock clock;
+    clock.run(0, 50);
+    EXPECT_EQ(clock.take(0, 3600).how, Stamps<2>::Place::left_out);
+    EXPECT_EQ(clock.take(0, 0.5).how, Stamps<2>::Place::stamped);
+    EXPECT_EQ(clock.take(0, 3601).how, Stamps<2>::Place::stamped);
+    EXPECT_EQ(clock.stamps.left_out(0), 1u);
+}
+
+TEST(Stamps, WithoutALimitStampsAreTakenAsTheyStand) {
+    Stamps<1> stamps;
+    const auto newest = [] { return 5.0; };
+    EXPECT_EQ(stamps.place(0, 5, 5, 5, 0, newest).t_s, 5);
+    EXPECT_EQ(stamps.place(0, 1e9, 5, 5, 0, newest).t_s, 1e9);
+    EXPECT_EQ(stamps.place(0, 0, 5, 5, 0, newest).t_s, 0);
+    EXPECT_EQ(stamps.jumps(), 0u);
+}
