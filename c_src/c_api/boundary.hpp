@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 namespace hnav::boundary {
 
@@ -124,14 +123,6 @@ inline hnav_status not_started(const hnav_filter* f) {
 }
 
 inline bool near_singular(const Quaternion& q) { return std::fabs(roll_pitch_yaw(q)[1]) > near_singular_pitch; }
-
-// A variance beside others of its kind. Rounding of the largest, or an integrator as coarse as Euler's, may leave it at or below
-// zero: nothing is known better than rounding tells, and one clearly below is as far off as it is below. So no sigma is 0.
-inline Vector3 honest_variances(const Vector3& variance) {
-    using Number = std::numeric_limits<double>;
-    const Vector3 size = variance.cwiseAbs();
-    return size.cwiseMax(std::fmax(Number::min(), Number::epsilon() * size.sum()));
-}
 
 // Variances of the rotation about the user's navigation axes, from their covariance about the internal ones.
 inline Vector3 rotation_variances(const hnav_filter* f, const Matrix3& internal) {

@@ -7,6 +7,7 @@
 
 using hnav::AttitudeSample;
 using hnav::hand_out;
+using hnav::honest_variances;
 using hnav::max_reading;
 using hnav::Outcome;
 using hnav::Vector3;

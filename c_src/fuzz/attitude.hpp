@@ -112,7 +112,8 @@ inline void look(const hnav_filter* filter) {
     auto field = hnav_sized<hnav_field>();
     HOLDS(hnav_filter_field(filter, &field) == HNAV_OK);
     HOLDS(std::isnan(field.strength_tesla) || (field.strength_tesla > 0 && std::fabs(field.dip_rad) <= M_PI / 2));
-    HOLDS(std::isfinite(field.latency_s) && std::isfinite(field.evidence_s) && std::isfinite(field.heading_trust_s));
+    HOLDS(std::isfinite(field.latency_s) && std::isfinite(field.latency_sigma_s) && field.latency_sigma_s >= 0);
+    HOLDS(std::isfinite(field.evidence_s) && std::isfinite(field.heading_trust_s));
     double matrix[9], matrix_sigma[9];
     HOLDS(hnav_filter_gyro_calibration(filter, matrix, matrix_sigma) == HNAV_OK);
     HOLDS(finite(matrix, 9) && finite(matrix_sigma, 9) && not_negative(matrix_sigma, 9));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <limits>
 #include <type_traits>
 
 namespace hnav {
@@ -28,6 +30,15 @@ template <int n, class R>
 inline void symmetrise(Square<n, R>& P) {
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) P(i, j) = P(j, i) = R(0.5) * (P(i, j) + P(j, i));
+}
+
+// A variance beside others of its kind. Rounding of the largest, or an integrator as coarse as Euler's, may leave it at or below
+// zero: nothing is known better than rounding tells, and one clearly below is as far off as it is below. So no sigma is 0.
+template <class Vector>
+inline typename Vector::PlainObject honest_variances(const Eigen::MatrixBase<Vector>& variances) {
+    using R = typename Vector::Scalar;
+    const typename Vector::PlainObject size = variances.cwiseAbs();
+    return size.cwiseMax(std::max(std::numeric_limits<R>::min(), std::numeric_limits<R>::epsilon() * size.sum()));
 }
 
 } // namespace hnav

@@ -55,6 +55,15 @@ TEST(Repair, TakesNegativeEigenvaluesOutAndKeepsTheOthers) {
     EXPECT_EQ(distance(P, P.transpose()), 0);
 }
 
+TEST(Variances, AreAsTheyAreAndNeverCertain) {
+    const Vector3 sound(1e-6, 2, 1e-14), broken(4, -0.25, 0);
+    EXPECT_EQ(distance(honest_variances(sound), sound), 0);
+    EXPECT_EQ(distance(honest_variances(broken).head<2>(), Vector3(4, 0.25, 0).head<2>()), 0);
+    EXPECT_GT(honest_variances(broken)[2], 0);
+    EXPECT_LT(honest_variances(broken)[2], 1e-14);
+    EXPECT_GT(honest_variances(Vector3(Vector3::Zero())).minCoeff(), 0);
+}
+
 TEST(Eigenvalues, AreThoseThatTheMatrixWasMadeOfAtAnyScale) {
     const Matrix3 V = rotation_matrix(test::Random(4).quaternion());
     for (const double scale : {1e-200, 1.0, 1e200}) {

@@ -74,7 +74,7 @@ FieldEstimate AhrsModelOf<R>::field_estimate(const State& s) const {
     f.strength_tesla = s.strength * std::hypot(s.reference[0], s.reference[1]);
     f.dip_rad = std::atan2(s.reference[1], s.reference[0]);
     f.latency_s = s.latency;
-    f.latency_sigma_s = std::sqrt(s.P[packed(latency, latency)]);
+    f.latency_sigma_s = std::sqrt(honest_variances(Square<1, R>(s.P[packed(latency, latency)]))[0]);
     f.evidence_s = s.field.evidence_s;
     f.heading_trust_s = s.field.heading_trust_s;
     f.reference_changes = static_cast<int>(s.field.changes);
@@ -89,9 +89,12 @@ FieldEstimate AhrsModelOf<R>::field_estimate(const State& s) const {
 
 template <class R>
 void AhrsModelOf<R>::gyro_calibration(const State& s, double* S, double* sigma) const {
+    Eigen::Matrix<R, 9, 1> variances;
+    for (int i = 0; i < 9; ++i) variances[i] = s.P[packed(calibration + i, calibration + i)];
+    variances = honest_variances(variances);
     for (int i = 0; i < 9; ++i) {
         S[i] = s.calibration[i];
-        sigma[i] = std::sqrt(s.P[packed(calibration + i, calibration + i)]);
+        sigma[i] = std::sqrt(variances[i]);
     }
 }
 
