@@ -18,7 +18,7 @@ from hnav import (
     Options,
 )  # fmt: skip
 from hnav.filters import attitude, calibration, ins_error
-from hnav.filters.attitude import FILTERS, option_table, parse_setting
+from hnav.filters.attitude import FILTERS, SENSOR_STATES, option_table, parse_setting
 from hnav.native.library import ffi
 from hnav.native.options import OptionInfo, OptionSet
 from hnav.simulation import imu_mag_sensor, turntable
@@ -221,7 +221,8 @@ def test_results_are_equal_when_their_numbers_are(started):
 def test_the_results_have_the_fields_of_the_structs():
     told = {
         attitude.Attitude: "hnav_attitude", attitude.Posterior: "hnav_posterior", attitude.Innovation: "hnav_innovation",
-        attitude.Field: "hnav_field", attitude.Diagnostics: "hnav_diagnostics", ins_error.InsErrorInfo: "hnav_ins_error_info",
+        attitude.Field: "hnav_field", attitude.Diagnostics: "hnav_diagnostics", attitude.Health: "hnav_health",
+        attitude.SensorHealth: "hnav_sensor_health", ins_error.InsErrorInfo: "hnav_ins_error_info",
         calibration.MagnetometerCalibration: "hnav_magnetometer_calibration", turntable.Truth: "hnav_truth",
         imu_mag_sensor.Reading: "hnav_reading",
     }  # fmt: skip
@@ -240,7 +241,9 @@ def test_a_run_becomes_a_table(motion):
     np.testing.assert_array_equal(table["yaw_rad"], run.euler_rad[:, 2])
     np.testing.assert_array_equal(table["gyro_bias_sigma_z_rad_s"], run.gyro_bias_sigma_rad_s[:, 2])
     np.testing.assert_array_equal(table["mag_nis"], run.mag_nis)
-    assert table["heading_ready"].dtype == bool and table.shape[1] == 20
+    assert table["heading_ready"].dtype == bool and table.shape[1] == 23
+    assert list(table["gyro_health"].cat.categories) == list(SENSOR_STATES)
+    np.testing.assert_array_equal(table["mag_health"], np.array(SENSOR_STATES)[run.health[:, 2]])
 
 
 @pytest.mark.parametrize("filter", FILTERS)

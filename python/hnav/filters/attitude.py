@@ -28,7 +28,20 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.native.arrays import Array, BoolArray, Counted, Named, Record, Shaped, address, doubles, times
+from hnav.native.arrays import (
+    Array,
+    BoolArray,
+    ByteArray,
+    Counted,
+    Each,
+    Letters,
+    Named,
+    Record,
+    Shaped,
+    address,
+    doubles,
+    times,
+)
 from hnav.native.library import PRESETS, SENSORS, StatefulObject, enumerators, ffi, new
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.renamed import now_called
@@ -41,6 +54,12 @@ FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 
 VERDICTS = enumerators("hnav_field_gate", "HNAV_FIELD_")
 """What the filter made of a field."""
+
+SENSOR_STATES = enumerators("hnav_sensor_state", "HNAV_SENSOR_STATE_")
+"""What a sensor is taken to be: ok, late, outlier, stuck, saturated, missing; Run.health counts them from 0."""
+
+HEALTH_SENSORS = SENSORS[:3]
+"""The sensors of the columns of Run.health: gyro, accel, mag."""
 
 # --------------------------------------------------------------------------------------------- options
 
@@ -230,6 +249,50 @@ class Diagnostics(Record):
     before the first correction, and of the AHRS."""
 
 
+@dataclass(frozen=True, eq=False)
+class SensorHealth(Record):
+    """What a sensor is taken to be at the time of the last advance, and the samples that were not believed so far.
+
+    Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used, outliers apart, because nothing
+    better is known, and the sigma of the attitude grows by what they may have missed.
+    """
+
+    state: Annotated[str, Named(SENSOR_STATES)]
+    """ok; late: within the last second a sample was refused as older than the committed estimate; outlier: within the last
+    second one lay far from those beside it; stuck: an axis repeats one value although the body moves; saturated: an axis is at
+    the end of its range; missing: no sample yet, or none for a second and ten of its usual intervals."""
+    since_s: float
+    """Time at which the state began; NaN when it has been so from the first."""
+    axes: Annotated[str, Letters("xyz")]
+    """Stuck or saturated now: "" or some of "xyz", of the sensor's axes turned to the body."""
+    outliers: int
+    """Samples so far."""
+    stuck: int
+    """Samples so far."""
+    saturated: int
+    """Samples so far."""
+    late: int
+    """Samples so far."""
+    left_out: int
+    """Taken in and not used: outliers, stuck, saturated, stamps far ahead."""
+
+
+@dataclass(frozen=True, eq=False)
+class Health(Record):
+    """How the sensors do, and how often the filter had to begin anew."""
+
+    sensor: Annotated[dict[str, SensorHealth], Each(SENSORS, SensorHealth)]
+    """By sensor: gyro, accel, mag, heading."""
+    times_lost: int
+    """The attitude was found wrong, or a gap was too long, and it was found anew."""
+    clock_jumps: int
+    """Stamps ran back: a new time base began."""
+    stamps_left_out: int
+    """Samples whose stamp lay far ahead of all others."""
+    lost: bool
+    """The attitude is being found anew: nothing is ready."""
+
+
 @dataclass
 class Run:
     """Arrays of a batch run, one row for each instant; NaN before the start and where no sample was used."""
@@ -252,15 +315,19 @@ class Run:
     """n: of the field."""
     ready: BoolArray
     """n x 2: tilt, heading."""
+    health: ByteArray
+    """n x 3: gyro, accel, mag as places in SENSOR_STATES, 0 for ok; np.array(SENSOR_STATES)[run.health] are the words."""
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name."""
+        """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name; those
+        of health hold words."""
         import pandas as pd
 
         columns: dict[str, Any] = {}
         for name, axes in _COLUMNS.items():
             values = getattr(self, name)
             columns |= {axes[0]: values} if len(axes) == 1 else {column: values[:, i] for i, column in enumerate(axes)}
+        columns |= {name: pd.Categorical.from_codes(columns[name], list(SENSOR_STATES)) for name in _COLUMNS["health"]}
         return pd.DataFrame(columns, index=pd.Index(self.t_s, name="t_s"))
 
 
@@ -277,15 +344,17 @@ _COLUMNS = {
     "accel_nis": ("accel_nis",),
     "mag_nis": ("mag_nis",),
     "ready": ("tilt_ready", "heading_ready"),
+    "health": tuple(f"{sensor}_health" for sensor in HEALTH_SENSORS),
 }
 
 
 def empty_run(t_s: Array) -> Run:
-    """A Run of these instants that knows nothing yet."""
+    """A Run of these instants that knows nothing yet: every sensor is missing."""
     n = len(t_s)
     arrays = {name: np.full((n, len(axes)) if len(axes) > 1 else n, np.nan) for name, axes in _COLUMNS.items()}
     ready = np.zeros((n, 2), bool)
-    return Run(t_s, **(arrays | {"ready": ready}))
+    health = np.full((n, len(HEALTH_SENSORS)), SENSOR_STATES.index("missing"), np.uint8)
+    return Run(t_s, **(arrays | {"ready": ready, "health": health}))
 
 
 # --------------------------------------------------------------------------------------------- the filter
@@ -445,6 +514,10 @@ class Filter(StatefulObject):
     def diagnostics(self) -> Diagnostics:
         """Counts of samples and corrections, and figures of the last correction."""
         return Diagnostics.read(self._filled("diagnostics", "hnav_diagnostics"))
+
+    def health(self) -> Health:
+        """How each sensor does, and how often attitude and time base had to begin anew."""
+        return Health.read(self._filled("health", "hnav_health"))
 
     # ----------------------------------------------------------------------------------------- hybrid view
 

@@ -13,6 +13,7 @@ from hnav.native.library import ffi, new
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+ByteArray = npt.NDArray[np.uint8]
 R = TypeVar("R", bound="Record")
 
 
@@ -85,6 +86,27 @@ class Counted:
 
     def __call__(self, counts: Any) -> dict[str, int]:
         return dict(zip(self.names, counts))
+
+
+class Each:
+    """Annotates a field of a Record that has a Record of this class for each of these names."""
+
+    def __init__(self, names: tuple[str, ...], record: type[Record]):
+        self.names = names
+        self.record = record
+
+    def __call__(self, structs: Any) -> dict[str, Record]:
+        return dict(zip(self.names, map(self.record.read, structs)))
+
+
+class Letters:
+    """Annotates a field of a Record whose bits, the lowest first, stand for these letters: those that are set."""
+
+    def __init__(self, letters: str):
+        self.letters = letters
+
+    def __call__(self, bits: int) -> str:
+        return "".join(letter for i, letter in enumerate(self.letters) if bits >> i & 1)
 
 
 class Record:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ LOST_S = 0.05  # of every second
 HOUR_S = 3600.0
 
 
-def _with(recording: Recording, **rows: np.ndarray) -> Recording:
+def _with(recording: Recording, **rows: Any) -> Recording:
     return replace(recording, **rows)
 
 
