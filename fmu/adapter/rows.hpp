@@ -50,6 +50,12 @@ inline Variable output(const char* name, Type type, const char* text) {
     return variable(name, type, Causality::output, Variability::discrete, text);
 }
 
+inline Variable output(const char* name, const Choices& choices, const char* text) {
+    Variable v = output(name, Type::enumeration, text);
+    v.choices = choices;
+    return v;
+}
+
 // Of what flows between samples.
 inline Variable flow(const char* name, const char* unit, const char* display, DependsOn depends_on, const char* text) {
     Variable v = quantity(name, Causality::output, Variability::continuous, unit, display, text);

@@ -8,7 +8,16 @@
 namespace hnav::fmu {
 
 // Calls of the C API that outputs are read from, so that a step costs only what is asked for.
-enum Group { attitude_group, bias_group, posterior_group, innovation_group, covariance_group, diagnostics_group, field_group };
+enum Group {
+    attitude_group,
+    bias_group,
+    posterior_group,
+    innovation_group,
+    covariance_group,
+    diagnostics_group,
+    health_group,
+    field_group
+};
 
 class FilterOutputs {
 public:
@@ -22,6 +31,7 @@ public:
         describe_sensor<HNAV_SENSOR_MAG, 3>(table, "mag", "", "");
         describe_sensor<HNAV_SENSOR_HEADING, 1>(table, "heading", "rad", "deg");
         describe_diagnostics(table);
+        describe_health(table);
         describe_covariance(table);
         if (Kind::has_field) describe_field(table);
     }
@@ -52,6 +62,11 @@ public:
             hnav_filter_diagnostics(filter, s);
             s->missed = missed;
         });
+        health_.refresh(groups, values, [&](Health* h) {
+            h->size = sizeof(hnav_health);
+            hnav_filter_health(filter, h);
+            h->start_s = start_s;
+        });
         field_.refresh(groups, values, [&](Field* f) {
             double sigma[9];
             f->size = sizeof(hnav_field);
@@ -69,6 +84,9 @@ private:
     };
     struct Diagnostics : hnav_diagnostics {
         double missed;
+    };
+    struct Health : hnav_health {
+        double start_s;
     };
     struct Field : hnav_field {
         double gyro_calibration[9];
@@ -184,6 +202,66 @@ private:
             table, output("solver.rhs_evals", Type::integer, "Evaluations of the flow by the integrator inside"));
     }
 
+    void describe_health(Table& table) {
+        using namespace rows;
+        describe_sensor_health<HNAV_SENSOR_GYRO>(table, "gyro");
+        describe_sensor_health<HNAV_SENSOR_ACCEL>(table, "accel");
+        describe_sensor_health<HNAV_SENSOR_MAG>(table, "mag");
+        health_.add<&Health::lost>(table,
+                                   output("health.lost", Type::boolean, "The attitude is being found anew: nothing is ready"));
+        health_.add<&Health::times_lost>(
+            table, output("health.times_lost", Type::integer, "Times that the attitude was found wrong, or a gap too long"));
+        health_.add<&Health::clock_jumps>(
+            table, output("health.clock_jumps", Type::integer, "Times that stamps ran back and a new time base began"));
+        health_.add<&Health::stamps_left_out>(
+            table, output("health.stamps_left_out", Type::integer, "Samples left out: their stamp lay far ahead of all others"));
+    }
+
+    template <int sensor>
+    void describe_sensor_health(Table& table, const char* name) {
+        using namespace rows;
+        const auto row = [&](const char* ending) { return Name("health", name, ending); };
+        health_.add(
+            table,
+            output(row(".state"), {sensor_state, nullptr, HNAV_SENSOR_STATE_MISSING + 1}, "What the sensor is taken to be"),
+            [](const Health& h, double* row) { *row = h.sensor[sensor].state; });
+        health_.add(
+            table,
+            output(row(".since"), "s", "", "Time at which the state began; the start time when it has been so from the first"),
+            [](const Health& h, double* row) {
+                const double since_s = h.sensor[sensor].since_s;
+                *row = std::isnan(since_s) ? h.start_s : since_s;
+            });
+        health_.add(table,
+                    output(row(".axes"), Type::integer, "Axes stuck or saturated now: the sum of 1 for x, 2 for y, 4 for z"),
+                    [](const Health& h, double* row) { *row = h.sensor[sensor].axes; });
+        describe_health_count<sensor, &hnav_sensor_health::outliers>(table, row(".outliers"),
+                                                                     "Samples that lay far from those beside them");
+        describe_health_count<sensor, &hnav_sensor_health::stuck>(table, row(".stuck"), "Samples with an axis that was stuck");
+        describe_health_count<sensor, &hnav_sensor_health::saturated>(table, row(".saturated"),
+                                                                      "Samples with an axis at the end of its range");
+        describe_health_count<sensor, &hnav_sensor_health::late>(table, row(".late"), "Samples refused as too old");
+        describe_health_count<sensor, &hnav_sensor_health::left_out>(table, row(".left_out"), "Samples taken in and not used");
+    }
+
+    template <int sensor, auto count>
+    void describe_health_count(Table& table, const char* name, const char* text) {
+        health_.add(table, rows::output(name, Type::integer, text),
+                    [](const Health& h, double* row) { *row = static_cast<double>(h.sensor[sensor].*count); });
+    }
+
+    static Choice sensor_state(const void*, int k) {
+        constexpr Choice states[] = {
+            {"ok", "Its samples are believed"},
+            {"late", "Within the last second a sample was refused: older than the committed estimate"},
+            {"outlier", "Within the last second a sample lay far from those beside it"},
+            {"stuck", "An axis repeats one value although the body moves"},
+            {"saturated", "An axis is at the end of its range"},
+            {"missing", "No sample yet, or none for a second and ten of its usual intervals"},
+        };
+        return states[k];
+    }
+
     // The upper triangle, row by row.
     void describe_covariance(Table& table) {
         const int first = table.add_triangle(
@@ -242,6 +320,7 @@ private:
     Innovation innovation_[HNAV_SENSOR_HEADING + 1]; // none of the gyro
     Outputs<Covariance, covariance_group> covariance_;
     Outputs<Diagnostics, diagnostics_group, 32> diagnostics_;
+    Outputs<Health, health_group, 32> health_;
     Outputs<Field, field_group> field_;
 };
 

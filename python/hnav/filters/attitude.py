@@ -327,7 +327,8 @@ class Run:
         for name, axes in _COLUMNS.items():
             values = getattr(self, name)
             columns |= {axes[0]: values} if len(axes) == 1 else {column: values[:, i] for i, column in enumerate(axes)}
-        columns |= {name: pd.Categorical.from_codes(columns[name], list(SENSOR_STATES)) for name in _COLUMNS["health"]}
+        words = pd.CategoricalDtype(list(SENSOR_STATES))
+        columns |= {name: pd.Categorical.from_codes(columns[name], dtype=words) for name in _COLUMNS["health"]}
         return pd.DataFrame(columns, index=pd.Index(self.t_s, name="t_s"))
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.filters.attitude import FILTERS, Filter, Options, Run, empty_run
+from hnav.filters.attitude import FILTERS, HEALTH_SENSORS, SENSOR_STATES, Filter, Options, Run, empty_run
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
 from hnav.renamed import now_called
@@ -105,6 +105,8 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
         if seen[i, 2]:
             attitude_filter.push_mag(measured_s[i], field[i])
         attitude_filter.advance(t_s)
+        sensors = attitude_filter.health().sensor
+        run.health[i] = [SENSOR_STATES.index(sensors[name].state) for name in HEALTH_SENSORS]
         started = started or attitude_filter.diagnostics().started
         if started:
             _note(attitude_filter, run, i)

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hnav.filters.attitude import Options
+from hnav.filters.attitude import HEALTH_SENSORS, Options, empty_run
 from hnav.filters.rotations import euler_rad
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.fmi.points import check_points
@@ -32,6 +32,7 @@ COUNTS = (
 OUTPUTS = (("post.q", 4), ("post.bias", 3), ("post.sigma", 6))
 Q, BIAS, SIGMA, BIAS_SIGMA, NIS = slice(0, 4), slice(4, 7), slice(7, 10), slice(10, 13), slice(13, 15)
 READY = ("align.tilt_ready", "align.heading_ready")
+HEALTH = tuple(f"health.{sensor}.state" for sensor in HEALTH_SENSORS)
 PROGRESS_POINTS = 500
 
 
@@ -137,15 +138,19 @@ class _Estimates:
         names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]
         self._fmu, self._references, self._outputs = fmu, fmu.references(names), (C.c_double * len(names))()
         self._ready_references, self._ready_now = fmu.references(READY), (fmu.boolean_type * len(READY))()
+        self._health_references, self._health_now = fmu.references(HEALTH), (fmu.enumeration_type * len(HEALTH))()
         self._view = np.ctypeslib.as_array(self._outputs)
         self._table = np.full((n, len(names)), np.nan)
         self._ready = np.zeros((n, len(READY)), bool)
+        self._health = empty_run(np.empty(n)).health
 
     def note(self, row: int) -> None:
         self._fmu.get_reals(self._references, self._outputs)
         self._fmu.get_booleans(self._ready_references, self._ready_now)
+        self._fmu.get_enumerations(self._health_references, self._health_now)
         self._table[row] = self._view
         self._ready[row] = self._ready_now
+        self._health[row] = self._health_now
 
     def result(
         self, recording: Recording, present: np.ndarray, engine: str, us_per_sample: float, counts: dict[str, int]
@@ -161,7 +166,7 @@ class _Estimates:
         return Result(
             t_s=recording.t_s, q_nb=table[:, Q], euler_rad=euler_rad(table[:, Q]), sigma_rad=table[:, SIGMA],
             gyro_bias_rad_s=table[:, BIAS], gyro_bias_sigma_rad_s=table[:, BIAS_SIGMA], accel_nis=nis[:, 0], mag_nis=nis[:, 1],
-            ready=self._ready, engine=engine, us_per_sample=us_per_sample, counts=counts,
+            ready=self._ready, health=self._health, engine=engine, us_per_sample=us_per_sample, counts=counts,
         )  # fmt: skip
 
 

@@ -29,7 +29,12 @@ MODEL_EXCHANGE_RTOL = 1e-8
 # fmpy moves the working directory, which all threads share, while it loads a library.
 _LOADING = threading.Lock()
 # What FMI 2 and FMI 3 call a type of ours in the names of their functions.
-_TYPES = {"real": ("Real", "Float64"), "integer": ("Integer", "Int32"), "boolean": ("Boolean", "Boolean")}
+_TYPES = {
+    "real": ("Real", "Float64"),
+    "integer": ("Integer", "Int32"),
+    "boolean": ("Boolean", "Boolean"),
+    "enumeration": ("Integer", "Int64"),
+}
 _SINGLE = ("Real", "Float64", "Boolean", "String", "Int32")
 
 
@@ -171,6 +176,15 @@ class Fmu:
     def get_booleans(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
         """values: of the type boolean_type."""
         self._many("Get", "boolean", references, values)
+
+    def get_enumerations(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
+        """values: of the type enumeration_type."""
+        self._many("Get", "enumeration", references, values)
+
+    @property
+    def enumeration_type(self) -> Any:
+        """What many enumerations at once are made of: c_int64 in FMI 3, c_int32 in FMI 2."""
+        return C.c_int64 if self.fmi3 else C.c_int32
 
     @property
     def boolean_type(self) -> Any:

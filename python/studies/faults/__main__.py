@@ -1,0 +1,124 @@
+"""The command: which part, by which filter, and the table of each.
+
+    ./run study faults [DIR] --seeds 100 --filter ahrs --part events
+
+Part events: what a few seconds cost a simulated body that is held in a hand (studies.faults.events). Part recordings: BROAD
+trials damaged on purpose (studies.faults.recordings); DIR is where the trials lie. Without --part both, as far as there is DIR.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, show
+from hnav.cli.parameters import FilterName, Settings, parse_settings
+from hnav.cli.words import UsageError
+from hnav.io.recordings import find_trial, read_recording
+from studies.command import study
+from studies.faults.events import EVENTS
+from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment
+from studies.faults.recordings import FAULTS
+
+PARTS = ("events", "recordings")
+SHOWN_SHARE = 0.01  # what a sensor was for less of the time is not told
+
+
+def command(
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", envvar="BROAD_DIR", help="BROAD trials")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Simulated runs of each event")] = 100,
+    filter: FilterName = "ahrs",
+    settings: Settings = None,
+    part: Annotated[str | None, typer.Option(help=" or ".join(PARTS))] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes")] = min(2, os.cpu_count() or 1),
+) -> None:
+    """Tells how long faults of sensors and stamps leave a filter wrong, and whether it says so."""
+    if part not in (None, *PARTS):
+        raise UsageError(f"--part {part}: choose one of {', '.join(PARTS)}")
+    if part == "recordings" and folder is None:
+        raise UsageError("--part recordings: name the folder of the BROAD trials, or set BROAD_DIR")
+    chosen = parse_settings(settings)
+    if part != "recordings":
+        show(event_table(events(seeds, filter, chosen, workers), f"{filter}, {seeds} runs of each event"), width=150)
+    if part != "events" and folder is not None:
+        title = f"{filter}, BROAD trials {', '.join(map(str, TRIALS))}, means over the trials"
+        show(recording_table(recordings(folder, filter, chosen), title), width=150)
+
+
+def events(seeds: int, filter: str, settings: dict[str, str], workers: int) -> dict[str, list[Recovery]]:
+    """By event. Raises HnavError."""
+    found: dict[str, list[Recovery]] = {event: [] for event in EVENTS}
+    with bar() as progress:
+        task = progress.add_task("events", total=seeds * len(EVENTS))
+        for event, some in experiment(seeds, filter, settings, workers):
+            found[event] += some
+            progress.advance(task, len(some))
+    return found
+
+
+def recordings(folder: Path, filter: str, settings: dict[str, str]) -> dict[str, list[Damage]]:
+    """By fault. Raises HnavError."""
+    trials = [read_recording(find_trial(folder, number)) for number in TRIALS]
+    found: dict[str, list[Damage]] = {}
+    with bar() as progress:
+        task = progress.add_task("faults", total=len(FAULTS))
+        for fault in FAULTS:
+            found[fault] = [damage_of(trial, fault, i, filter, settings) for i, trial in enumerate(trials)]
+            progress.advance(task)
+    return found
+
+
+def event_table(found: dict[str, list[Recovery]], title: str) -> Table:
+    """A row for each event: seconds after its end, and after its begin for the flag."""
+    table = Table(title=f"{title}: seconds until the angle stays within 5 deg", title_justify="left")
+    table.add_column("event")
+    table.add_column("angle")
+    for head in ("median", "worst", "complementary: median", "worst", "ready and false", "worst run", "flag down after"):
+        table.add_column(head, justify="right")
+    for event, runs in found.items():
+        own, peer = [run.settled_s for run in runs], [run.peer_settled_s for run in runs]
+        false = [run.false_share for run in runs]
+        table.add_row(
+            event, "heading" if EVENTS[event].heading else "tilt", _seconds(np.median(own)), _seconds(max(own)), _seconds(np.median(peer)),
+            _seconds(max(peer)), f"{np.mean(false):.1%}", f"{max(false):.1%}", _seconds(np.median([run.noticed_s for run in runs]), 2),
+        )  # fmt: skip
+    return table
+
+
+def recording_table(found: dict[str, list[Damage]], title: str) -> Table:
+    """A row for each fault."""
+    table = Table(title=title, title_justify="left")
+    table.add_column("fault")
+    heads = ("total RMSE, deg", "VQF", "beyond 3 sigma, ready: inclination", "heading", "ready: tilt", "heading")
+    for head in heads:
+        table.add_column(head, justify="right")
+    table.add_column("not ok, share of the time")
+    for fault, of_trials in found.items():
+        total, peer = (np.mean([getattr(d, name) for d in of_trials]) for name in ("total_deg", "peer_deg"))
+        shares = np.mean([[*d.beyond, *d.ready] for d in of_trials], axis=0)
+        cells = [f"{share:.1%}" for share in shares[:2]] + [f"{share:.0%}" for share in shares[2:]]
+        table.add_row(fault, f"{total:.2f}", "-" if np.isnan(peer) else f"{peer:.2f}", *cells, _said(of_trials))
+    return table
+
+
+def _said(of_trials: Sequence[Damage]) -> str:
+    names = dict.fromkeys(name for damage in of_trials for name in damage.said)
+    shares = {name: float(np.mean([damage.said.get(name, 0.0) for damage in of_trials])) for name in names}
+    shown = sorted((name for name in names if shares[name] >= SHOWN_SHARE), key=lambda name: -shares[name])
+    return ", ".join(f"{name} {shares[name]:.0%}" for name in shown)
+
+
+def _seconds(value: float, digits: int = 1) -> str:
+    return "-" if np.isnan(value) else "never" if np.isinf(value) else f"{value:.{digits}f}"
+
+
+main = study("faults", command)
+
+if __name__ == "__main__":
+    main()

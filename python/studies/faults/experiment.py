@@ -1,0 +1,138 @@
+"""A filter over events and over damaged recordings: how long it is wrong, and what it says meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from hnav.filters.attitude import Filter, Options, Run
+from hnav.filters.health import findings
+from hnav.io.recordings import Recording
+from hnav.reports.scores import errors_rad, score
+from studies.bench.peers import PEERS, run_peer
+from studies.faults.complementary import tilt_errors_rad
+from studies.faults.events import BEFORE_S, EVENTS, Samples, simulated
+from studies.faults.recordings import FAULTS
+from studies.readiness.starts import RATE_HZ
+
+SETTLED_DEG = 5.0  # within it an angle is found again
+WRONG_SIGMAS = 5.0  # and beyond SETTLED_DEG: a ready angle is false
+WATCHED_S = 60.0  # after an event
+BAND_SIGMAS = 3.0
+CHUNK = 10  # seeds that a worker takes at a time
+PEER = "vqf"
+TRIALS = (3, 9, 15, 29)
+
+
+def options_of(filter: str, settings: Mapping[str, str]) -> Options:
+    """Rates of these sensors are means of the interval before a sample. Raises HnavError."""
+    return Options(filter, **({"gyro_hold": "backward"} | dict(settings) | {"navigation_frame": "enu"}))
+
+
+# --------------------------------------------------------------------------------------------- events
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """How one seed of an event went; times in s, infinite for never."""
+
+    seed: int
+    settled_s: float  # from the event's end until the error stays within SETTLED_DEG
+    peer_settled_s: float  # of the complementary filter; NaN when it is the heading that suffers
+    false_share: float  # of the samples from the event's begin to WATCHED_S after its end
+    noticed_s: float  # from the event's begin until the flag was down
+
+
+def settled_s(error_deg: np.ndarray, end: int) -> float:
+    """error_deg: n, of which the event's last row is end - 1. NaN is an error."""
+    wrong = np.flatnonzero(~(error_deg[end - 1 :] <= SETTLED_DEG))
+    if len(wrong) and wrong[-1] == len(error_deg) - end:
+        return np.inf
+    return float(wrong[-1] / RATE_HZ) if len(wrong) else 0.0
+
+
+def judge(samples: Samples, run: Run, heading: bool) -> tuple[float, float, float]:
+    """Settled after, share of false samples, noticed after."""
+    _, heading_rad, inclination_rad = errors_rad(run.q_nb, samples.attitude.as_quat()[:, [3, 0, 1, 2]])
+    error_deg = np.degrees(heading_rad if heading else inclination_rad)
+    sigma_deg = np.degrees(run.sigma_rad[:, 2] if heading else run.sigma_rad[:, :2].max(axis=1))
+    ready = run.ready[:, int(heading)]
+    begin, end = round(BEFORE_S * RATE_HZ), int(np.flatnonzero(samples.during)[-1]) + 1
+    watched = slice(begin, end + round(WATCHED_S * RATE_HZ))
+    false = ready & (error_deg > SETTLED_DEG) & (error_deg > WRONG_SIGMAS * sigma_deg)
+    down = np.flatnonzero(~ready[begin:])
+    return settled_s(error_deg, end), float(false[watched].mean()), float(down[0] / RATE_HZ) if len(down) else np.inf
+
+
+def recoveries(seeds: Sequence[int], event: str, filter: str, settings: Mapping[str, str]) -> list[Recovery]:
+    """The event for each seed. Raises HnavError."""
+    heading, options = EVENTS[event].heading, options_of(filter, settings)
+    given = [simulated(event, seed) for seed in seeds]
+    runs = (Filter(options).run(s.t_s, s.rate, s.force, s.field, only=("q_nb", "sigma_rad", "ready")) for s in given)
+    judged = [judge(samples, run, heading) for samples, run in zip(given, runs)]
+    peers = [np.nan] * len(given) if heading else _complementary(given)
+    return [Recovery(seed, settled, peer, *rest) for seed, peer, (settled, *rest) in zip(seeds, peers, judged)]
+
+
+def _complementary(given: Sequence[Samples]) -> list[float]:
+    ups = [np.asarray(s.attitude.apply(np.tile([0.0, 0.0, 1.0], (len(s.t_s), 1)), inverse=True)) for s in given]
+    arrays = (np.stack(rows) for rows in zip(*((s.t_s, s.rate, s.force, up) for s, up in zip(given, ups))))
+    errors_deg = np.degrees(tilt_errors_rad(*arrays))
+    return [settled_s(error, int(np.flatnonzero(s.during)[-1]) + 1) for error, s in zip(errors_deg, given)]
+
+
+def experiment(seeds: int, filter: str, settings: Mapping[str, str], workers: int = 1) -> Iterator[tuple[str, list[Recovery]]]:
+    """Event after event, some seeds at a time; the same whatever the number of workers. Raises HnavError."""
+    options_of(filter, settings)
+    shares = [range(first, min(first + CHUNK, seeds)) for first in range(0, seeds, CHUNK)]
+    with ProcessPoolExecutor(workers) as pool:
+        for event in EVENTS:
+            run = partial(recoveries, event=event, filter=filter, settings=settings)
+            for found in pool.map(run, shares) if workers > 1 else map(run, shares):
+                yield event, found
+
+
+# --------------------------------------------------------------------------------------------- recordings
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What a fault came to on one recording: errors in deg, shares of the scored rows."""
+
+    total_deg: float
+    peer_deg: float  # NaN where the peer is not installed
+    beyond: tuple[float, float]  # BAND_SIGMAS while ready: inclination, heading
+    ready: tuple[float, float]  # tilt, heading
+    said: dict[str, float]  # share of the time for which a sensor was not ok: "gyro stuck" and the like
+
+
+def damage_of(recording: Recording, fault: str, index: int, filter: str, settings: Mapping[str, str]) -> Damage:
+    """index: of the recording among those of the study, for the random numbers. Raises HnavError."""
+    damaged = FAULTS[fault](recording, np.random.default_rng([15, index]))
+    reference, movement = damaged.needed("reference_q_nb"), damaged.movement
+    run = Filter(options_of(filter, settings)).run(damaged.t_s, damaged.rate_b_rad_s, damaged.force_b_m_s2, damaged.field_b_tesla)
+    _, heading, inclination = errors_rad(run.q_nb, reference)
+    known = np.isfinite(inclination) if movement is None else np.isfinite(inclination) & movement
+    errors = np.stack([inclination, heading], axis=1)
+    sigmas = np.stack([np.linalg.norm(run.sigma_rad[:, :2], axis=1), run.sigma_rad[:, 2]], axis=1)
+    beyond, ready = ((errors > BAND_SIGMAS * sigmas) & run.ready)[known].mean(axis=0), run.ready[known].mean(axis=0)
+    length_s = np.diff(recording.t_s).sum()
+    return Damage(
+        score(run.q_nb, reference, movement).total,
+        _peer_deg(recording, damaged),
+        (float(beyond[0]), float(beyond[1])),
+        (float(ready[0]), float(ready[1])),
+        {f"{found.sensor} {found.state}": found.lasted_s / length_s for found in findings(damaged.t_s, run.health)},
+    )
+
+
+def _peer_deg(recording: Recording, damaged: Recording) -> float:
+    """Of the peer, which is told the recording's true rate and takes no stamps."""
+    if not PEERS[PEER].installed():
+        return np.nan
+    q_nb, _ = run_peer(PEER, damaged, float(1 / np.median(np.diff(recording.t_s))))
+    return score(q_nb, damaged.needed("reference_q_nb"), damaged.movement).total
