@@ -10,6 +10,7 @@ import pytest
 
 from command_line import hnav, hnav_process
 from hnav import __version__
+from motion import tilted_motion
 
 
 @pytest.fixture
@@ -120,3 +121,24 @@ def test_score_prints_all_trials_and_writes_json(broad_trials, tmp_path):
     assert len(figures["trials"]) == len(broad_trials)
     assert figures["mean"]["total"] < 4.0
     assert "undisturbed" in done.stdout and "NEES/3" in done.stdout
+
+
+def test_sensors_that_were_not_ok_are_told_with_the_cure(tmp_path):
+    m = tilted_motion(12).recording
+    path, out = tmp_path / "clipped.csv", tmp_path / "out.csv"
+    field = m.field_b_tesla * 1e6
+    field[500:] = field[500]
+    table = np.column_stack([m.t_s, m.rate_b_rad_s.clip(-4.5, 4.5), m.force_b_m_s2, field])
+    np.savetxt(path, table, delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+    done = hnav("filter", path, "--mag-unit", "uT", "--out", out)
+    assert done.returncode == 0, done.stderr
+    _, gyro, mag = done.stdout.strip().splitlines()
+    assert gyro.startswith("gyro saturated for ") and "--set gyro_range_rad_s=..." in gyro
+    assert mag.startswith("mag stuck for ") and "cable" in mag
+    written = np.genfromtxt(out, delimiter=",", names=True)
+    assert set(written["gyro_health"]) == {0, 4} and set(written["mag_health"]) == {0, 3} and set(written["accel_health"]) == {0}
+
+
+def test_sensors_that_were_ok_are_not_spoken_of(flight, tmp_path):
+    done = hnav("filter", flight, "--mag-unit", "uT", "--out", tmp_path / "out.csv")
+    assert len(done.stdout.strip().splitlines()) == 1

@@ -5,6 +5,7 @@ for finding in findings(run.t_s, run.health): print(finding)            # gyro s
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES
 from hnav.native.arrays import Array
 
 LONGEST_ROW_S = 1.0  # no row stands for more: what happened in a gap is not known
+STARTING_S = 1.0  # a sensor that is missing for less has not sent its first sample yet
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Finding:
 def findings(t_s: Array, health: npt.NDArray[np.integer]) -> list[Finding]:
     """By sensor, the longest state first. t_s: n; health: n x 3 as Run.health.
 
-    A sensor of which no row has anything is not there, and no finding.
+    A sensor of which no row has anything is not there, and no finding; nor is one that sends its first sample within a second.
     """
     lasts_s = np.minimum(np.diff(t_s, append=t_s[-1:]), LONGEST_ROW_S).clip(0)
     missing = SENSOR_STATES.index("missing")
@@ -50,4 +52,12 @@ def findings(t_s: Array, health: npt.NDArray[np.integer]) -> list[Finding]:
             if number and (rows := states == number).any()
         ]
         found += sorted(of_sensor, key=lambda finding: -finding.lasted_s)
-    return found
+    return [f for f in found if f.state != SENSOR_STATES[missing] or f.lasted_s > STARTING_S]
+
+
+def spells(t_s: Array, states: npt.NDArray[np.integer]) -> Iterator[tuple[str, float, float]]:
+    """(state, begin, end) of each stretch of rows in which a sensor is in one state other than ok; t_s, states: n."""
+    begins = np.flatnonzero(np.diff(states, prepend=-1))
+    for begin, end in zip(begins, [*begins[1:], len(t_s) - 1]):
+        if states[begin]:
+            yield SENSOR_STATES[states[begin]], float(t_s[begin]), float(t_s[end])

@@ -24,12 +24,13 @@ try:
     from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
     from hnav.reports.certificate_panel import certificate_panel
     from hnav.reports.flight_panels import FLIGHT_PANELS
+    from hnav.reports.health_panel import health_panel
     from hnav.reports.panels import Panel, colour_of
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: pip install 'hnav[report]'") from None
 
 # In the order of the page; what they cost comes last.
-PANELS: tuple[Panel, ...] = (*ATTITUDE_PANELS, certificate_panel, *FLIGHT_PANELS, timing_panel)
+PANELS: tuple[Panel, ...] = (*ATTITUDE_PANELS, health_panel, certificate_panel, *FLIGHT_PANELS, timing_panel)
 STYLE = "page.css"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 LAYOUT = dict(
@@ -138,7 +139,9 @@ def section(panel: Panel, run: Run) -> str:
     body = drawn.to_html(
         full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%"
     )
-    return f'<section id="{panel.name}"><h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{body}</section>'
+    said = "".join(f"<li>{escape(line)}</li>" for line in panel.lines(run))
+    head = f'<h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{f"<ul>{said}</ul>" if said else ""}'
+    return f'<section id="{panel.name}">{head}{body}</section>'
 
 
 def style(figure: go.Figure) -> None:

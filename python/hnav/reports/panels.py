@@ -6,7 +6,7 @@ apart, named in every legend as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,18 +26,27 @@ ROW_PX = 190
 
 @dataclass(frozen=True)
 class Panel:
-    """title and note (how to read it) stand above the figure that draw makes of a run for which applies is true."""
+    """title, note (how to read it) and lines (what the run says) stand above the figure that draw makes of a run for which
+    applies is true."""
 
     name: str
     title: str
     note: str
     applies: Callable[[Run], bool]
     draw: Callable[[Run], go.Figure]
+    lines: Callable[[Run], Sequence[str]]
 
 
-def panel(name: str, title: str, note: str, applies: Callable[[Run], bool]) -> Callable[[Callable[[Run], go.Figure]], Panel]:
+def no_lines(run: Run) -> Sequence[str]:
+    """Of a panel whose figure says all."""
+    return ()
+
+
+def panel(
+    name: str, title: str, note: str, applies: Callable[[Run], bool], lines: Callable[[Run], Sequence[str]] = no_lines
+) -> Callable[[Callable[[Run], go.Figure]], Panel]:
     """Decorator: the panel whose figure the function below draws."""
-    return lambda draw: Panel(name, title, note, applies, draw)
+    return lambda draw: Panel(name, title, note, applies, draw, lines)
 
 
 def colour_of(run: Run, name: str) -> str:

@@ -21,6 +21,8 @@ from matplotlib.figure import Figure as Figure
 from matplotlib.ticker import FuncFormatter
 
 from hnav.errors import HnavValueError
+from hnav.filters.attitude import HEALTH_SENSORS
+from hnav.filters.health import findings, spells
 from hnav.filters.rotations import euler_rad
 from hnav.io.outputs import write_files
 from hnav.systems.statistics import chi_square_interval
@@ -28,6 +30,7 @@ from hnav.systems.statistics import chi_square_interval
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
 AXIS_COLOURS = (VERMILION, GREEN, BLUE)
+STATE_COLOURS = {"late": SKY, "outlier": ORANGE, "stuck": PURPLE, "saturated": VERMILION, "missing": FAINT}
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.5,
@@ -237,6 +240,27 @@ def draw_nis(axes: Axes, t_s: np.ndarray, nis: dict[str, np.ndarray], dimension:
     axes.set_ylim(max(10.0 ** np.floor(np.log10(floor)), NIS_FLOOR), 1e2)
     axes.set_ylabel("NIS / 1")
     legend_above(axes)
+
+
+def draw_health(axes: Axes, t_s: np.ndarray, health: np.ndarray) -> list[str]:
+    """A band for each sensor with a finding, drawn where it was not ok; returns the findings, a line each.
+
+    health: n x 3 as Run.health.
+    """
+    found = findings(t_s, health)
+    sensors = list(dict.fromkeys(finding.sensor for finding in found))
+    for level, sensor in enumerate(sensors):
+        for state, begin, end in spells(t_s, health[:, HEALTH_SENSORS.index(sensor)]):
+            # A single sample is a line that can be seen.
+            axes.broken_barh([(begin, end - begin)], (level - 0.35, 0.7), color=STATE_COLOURS[state], lw=0.6)
+    for state in dict.fromkeys(finding.state for finding in found):
+        axes.bar(np.nan, 0.0, color=STATE_COLOURS[state], label=state)
+    axes.set_yticks(range(len(sensors)), sensors)
+    axes.set_ylim(len(sensors) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")
+    axes.set_ylabel("not ok")
+    legend_above(axes)
+    return [str(finding) for finding in found]
 
 
 def legend_above(axes: Axes) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hnav.filters.health import findings
 from hnav.reports import plots
 from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
 
@@ -14,9 +15,13 @@ def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:
     """One column a recording: attitude, differences in the filter's own 3 sigma, NIS, gyro bias, over time in s."""
     compared = any(run.reference for run in runs)
     names = ["attitude"] + (["heading", "inclination"] if compared else ["sigma"]) + ["nis", "bias"]
+    heights = [1.5] + [1.0] * (len(names) - 1)
+    if any(findings(run.result.t_s, run.result.health) for run in runs):
+        names.append("health")
+        heights.append(0.6)
     with plots.styled():
-        fig = plots.figure(850 * len(runs), 320 + 230 * len(names))
-        grid = fig.subplots(len(names), len(runs), squeeze=False, sharex="col", height_ratios=[1.5] + [1.0] * (len(names) - 1))
+        fig = plots.figure(850 * len(runs), 205 + round(230 * sum(heights)))
+        grid = fig.subplots(len(names), len(runs), squeeze=False, sharex="col", height_ratios=heights)
         for column, run in enumerate(runs):
             _draw_column(dict(zip(names, grid[:, column], strict=True)), run)
         fig.align_ylabels()
@@ -46,5 +51,9 @@ def _draw_column(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
     panels["nis"].set_title("Innovations")
     plots.draw_bias(panels["bias"], t_s, np.degrees(result.gyro_bias_rad_s), np.degrees(result.gyro_bias_sigma_rad_s))
     panels["bias"].set_title("Gyro bias")
-    panels["bias"].set_xlabel("time / s")
-    panels["bias"].set_xlim(t_s[0], t_s[-1])
+    if "health" in panels:
+        said = plots.draw_health(panels["health"], t_s, result.health)
+        panels["health"].set_title("\n".join(said) or "Every sensor was ok")
+    last = list(panels.values())[-1]
+    last.set_xlabel("time / s")
+    last.set_xlim(t_s[0], t_s[-1])

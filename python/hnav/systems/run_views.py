@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hnav.filters.attitude import HEALTH_SENSORS
 from hnav.filters.rotations import rotation_error_rad
 from hnav.systems.simulation import Run
 from hnav.systems.statistics import finite_mean
@@ -70,6 +71,14 @@ class Estimate:
             "ni,ni->n", self.error_rad[known], np.linalg.solve(P[known], self.error_rad[known][:, :, None])[:, :, 0]
         )
         return values
+
+    @cached_property
+    def health(self) -> np.ndarray | None:
+        """n x 3: the states of gyro, accel and mag as places in SENSOR_STATES; None in a run that does not hold them."""
+        names = [f"health.{sensor}.state" for sensor in HEALTH_SENSORS]
+        if not self.run.has(self.name, *names):
+            return None
+        return np.stack([self.run[f"{self.name}.{name}"] for name in names], axis=1).astype(np.uint8)
 
     def sampled(self, sensor: str) -> np.ndarray:
         """Rows at which a sample of the sensor (accel, mag) was used; between them its outputs are held."""

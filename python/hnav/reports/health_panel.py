@@ -1,0 +1,77 @@
+"""The panel of the report about sensors that were not ok: a band for each, coloured and named by what was wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+
+from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.health import Finding, findings, spells
+from hnav.reports.panels import panel, thinned
+from hnav.reports.plots import STATE_COLOURS
+from hnav.systems.run_views import Estimate, estimates
+from hnav.systems.simulation import Run
+
+ROW_PX = 34
+
+
+def _found(estimate: Estimate) -> list[Finding]:
+    return [] if estimate.health is None else findings(estimate.run.t_s, estimate.health)
+
+
+def was_not_ok(run: Run) -> bool:
+    """Whether any filter found any sensor other than ok."""
+    return any(_found(estimate) for estimate in estimates(run))
+
+
+def lines(run: Run) -> list[str]:
+    """One for each finding."""
+    return [f"{estimate.name}: {finding}" for estimate in estimates(run) for finding in _found(estimate)]
+
+
+@panel("health", "Health of the sensors", "What each filter took its sensors for, where that was not ok. Samples that are outliers, stuck or "
+       "saturated are left out; those of a gyroscope are used, outliers apart, and sigma grows by what they may have missed.", was_not_ok, lines)  # fmt: skip
+def health_panel(run: Run) -> go.Figure:
+    figure, rows = go.Figure(), []
+    named: set[str] = set()
+    for estimate in estimates(run):
+        for sensor in dict.fromkeys(finding.sensor for finding in _found(estimate)):
+            rows.append(f"{estimate.name}  {sensor}")
+            assert estimate.health is not None, "what was found was found in it"
+            _draw(figure, rows[-1], run.t_s, estimate.health[:, HEALTH_SENSORS.index(sensor)], named)
+    figure.update_yaxes(categoryorder="array", categoryarray=rows[::-1], showgrid=False)
+    figure.update_xaxes(title_text="time / s")
+    figure.update_layout(
+        barmode="overlay", bargap=0.25, height=130 + ROW_PX * len(rows), uniformtext=dict(minsize=10, mode="hide")
+    )
+    return figure
+
+
+def _draw(figure: go.Figure, row: str, t_s: np.ndarray, states: np.ndarray, named: set[str]) -> None:
+    # The worst of each block: no state of a single row falls between the drawn points.
+    starts = np.arange(0, len(t_s), thinned(len(t_s)).step)
+    drawn = list(spells(t_s[starts], np.maximum.reduceat(states, starts)))
+    for state in SENSOR_STATES[1:]:
+        begins = np.array([begin for name, begin, _ in drawn if name == state])
+        ends = np.array([end for name, _, end in drawn if name == state])
+        if not len(begins):
+            continue
+        figure.add_trace(
+            go.Bar(
+                base=begins,
+                x=ends - begins,
+                y=[row] * len(begins),
+                orientation="h",
+                name=state,
+                legendgroup=state,
+                showlegend=state not in named,
+                marker=dict(color=STATE_COLOURS[state], line=dict(width=0)),
+                text=state,
+                textposition="inside",
+                insidetextanchor="start",
+                textangle=0,
+                customdata=ends,
+                hovertemplate=f"{state}, %{{base:.2f}} to %{{customdata:.2f}} s<extra>{row}</extra>",
+            )
+        )
+        named.add(state)
