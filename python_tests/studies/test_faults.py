@@ -1,0 +1,84 @@
+"""The table of faults: damage that is what it is called, figures that can be counted by hand, rows for all."""
+
+import numpy as np
+import pytest
+
+from command_line import answered
+from hnav.filters.rotations import quaternion_product
+from hnav.io.recordings import Recording
+from motion import tilted_motion
+from studies.bench.peers import Peer
+from studies.faults import __main__ as program
+from studies.faults import experiment
+from studies.faults.events import AFTER_S, BEFORE_S, CLIP_RAD_S, EVENTS, simulated
+from studies.faults.experiment import damage_of, recoveries, settled_s
+from studies.faults.recordings import FAULTS
+
+SHORT = ("16 g on one axis for 1 s", "field stuck for 20 s")
+
+
+@pytest.fixture(scope="module")
+def moving() -> Recording:
+    recording = tilted_motion(30).recording
+    # Recordings of the study are east-north-up; these samples were made for north-east-down.
+    half = np.sqrt(0.5)
+    recording.reference_q_nb[:] = quaternion_product(np.array([0, half, half, 0]), recording.reference_q_nb)
+    return recording
+
+
+def test_an_event_damages_its_own_rows_alone():
+    clean, shocked = simulated("gap of 60 s", 4), simulated(SHORT[0], 4)
+    begin = round(100 * BEFORE_S)
+    np.testing.assert_array_equal(clean.rate[:begin], shocked.rate[:begin])
+    assert np.flatnonzero(np.abs(shocked.force).max(axis=1) > 100).tolist() == list(range(begin, begin + 100))
+    clipped = simulated("gyro clipped for 10 s of fast motion", 4)
+    assert np.abs(clipped.rate[clipped.during]).max() == CLIP_RAD_S
+    assert clipped.t_s[-1] == pytest.approx(BEFORE_S + 10 + AFTER_S, abs=0.02)
+
+
+def test_settled_counts_from_the_end_of_the_event_to_the_last_wrong_row():
+    error = np.zeros(1000)
+    assert settled_s(error, 100) == 0
+    error[50:90] = 20
+    assert settled_s(error, 100) == 0
+    error[300] = 20
+    assert settled_s(error, 100) == pytest.approx(2.01)
+    error[-1] = np.nan
+    assert settled_s(error, 100) == np.inf
+
+
+@pytest.mark.parametrize("event", SHORT)
+def test_three_seeds_of_an_event(event):
+    found = recoveries(range(3), event, "ahrs", {})
+    assert [run.seed for run in found] == [0, 1, 2]
+    assert all(run.settled_s < 20 and run.false_share < 0.2 for run in found)
+    assert np.isnan([run.peer_settled_s for run in found]).all() == EVENTS[event].heading
+    assert found == recoveries(range(3), event, "ahrs", {})
+
+
+def test_the_table_has_a_row_for_each_event(monkeypatch):
+    for module in (experiment, program):
+        monkeypatch.setattr(module, "EVENTS", {name: EVENTS[name] for name in SHORT})
+    done = answered(program.main, "--part", "events", "--seeds", "1", "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    assert all(name in done.stdout for name in SHORT)
+
+
+def test_what_is_wrong_and_what_was_noticed_on_a_damaged_recording(moving, monkeypatch):
+    monkeypatch.setattr(Peer, "installed", lambda self: False)
+    clean, stuck = (damage_of(moving, fault, 0, "ahrs", {}) for fault in ("none", "magnetometer stuck from 1/3"))
+    assert clean.said == {} and np.isnan(clean.peer_deg)
+    assert stuck.said["mag stuck"] == pytest.approx(2 / 3, abs=0.1)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_damaged_recording_is_as_long_as_its_stamps(fault, moving):
+    damaged = FAULTS[fault](moving, np.random.default_rng(0))
+    lengths = {len(damaged.t_s), len(damaged.rate_b_rad_s), len(damaged.force_b_m_s2), len(damaged.needed("reference_q_nb"))}
+    assert len(lengths) == 1 and (fault == "none") == (damaged is moving)
+
+
+def test_what_cannot_be_is_refused_in_one_line(monkeypatch):
+    monkeypatch.delenv("BROAD_DIR", raising=False)
+    assert "choose one of events, recordings" in answered(program.main, "--part", "all").stderr
+    assert "set BROAD_DIR" in answered(program.main, "--part", "recordings").stderr
