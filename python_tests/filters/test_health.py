@@ -72,6 +72,14 @@ def test_a_clock_that_is_set_back_is_counted(motion):
     assert f.health().clock_jumps == 1 and f.health().stamps_left_out == 0
 
 
+def test_a_gap_in_which_the_body_may_have_turned_to_anywhere_is_counted(motion):
+    f, recording = Filter("ahrs"), motion.recording
+    f.run(*samples(recording))
+    assert f.health().times_lost == 0
+    f.run(*samples(replace(recording, t_s=recording.t_s + 86400)))
+    assert f.health().times_lost == 1
+
+
 def test_findings_are_by_sensor_the_longest_state_first():
     number = SENSOR_STATES.index
     health = np.zeros((100, 3), np.uint8)

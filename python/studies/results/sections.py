@@ -67,6 +67,21 @@ SECTIONS = {
         "--scenarios nominal,gyro_drift,outliers,magnetic_disturbance,iron_residual,matched",
         False,
     ),
+    "faults": Section(
+        "Faults: what a few seconds cost",
+        "A simulated body held in a hand, exact truth, 100 runs of each event: seconds from the event's end until the tilt, or the "
+        "heading where the field is at fault, stays within 5 deg; beside it a complementary filter of 3 s. Ready and false: samples "
+        "from the event's begin to 60 s after its end that are called ready with an error beyond 5 sigma and 5 deg.",
+        "study faults --seeds 100 --part events",
+        False,
+    ),
+    "damaged": Section(
+        "Faults: recordings damaged on purpose",
+        "BROAD trials 3, 9, 15 and 29, each with one fault (`python -m pydoc studies.faults.recordings`). VQF is given the true rate "
+        "and rows that are lost put back. What the gyroscope did not see is lost to every filter: there sigma has to say so.",
+        f"study faults {TRIALS} --part recordings",
+        True,
+    ),
     "interrupted": Section(
         "Interrupted commands",
         "simulate, filter, montecarlo and report, each killed 100 times while it overwrites an older output, half of the times while "
