@@ -87,6 +87,22 @@ TEST(SensorCheck, AnAxisThatRepeatsIsStuckWhileTheBodyMoves) {
     }
 }
 
+TEST(SensorCheck, ASensorThatSticksASecondTimeIsFoundAgain) {
+    Gyro gyro;
+    gyro.run(200);
+    for (int spell = 0; spell < 5; ++spell) {
+        SensorFault fault{};
+        for (int k = 0; k < 500; ++k) {
+            Vector3 y = gyro.sample();
+            y[2] = 0;
+            fault = gyro.take(y);
+        }
+        EXPECT_EQ(fault, SensorFault::stuck) << spell;
+        gyro.take(gyro.sample());
+        gyro.run(1000);
+    }
+}
+
 TEST(SensorCheck, ASensorWithoutNoiseMayRepeatWhatIsConstant) {
     Gyro gyro(0);
     gyro.run(200);

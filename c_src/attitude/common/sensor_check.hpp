@@ -132,20 +132,28 @@ private:
         if (limit > 0 && y.cwiseAbs().maxCoeff() > limit) limit = 0; // it was none
         for (int i = 0; i < 3; ++i) {
             const R size = std::fabs(y[i]);
-            if (change[i] != 0) {
-                if (run[i] > 0) usual_run += R(0.2) * (run[i] - usual_run);
-                run[i] = 0;
-            } else {
-                running = 1;
-                if (moves || size > settings.min_range) run[i] += 1;
-            }
+            count_run(i, change[i] == 0, moves || size > settings.min_range);
             if (settings.range <= 0 && noisy && run[i] >= min_saturated && size > settings.min_range) limit = size;
             if (size >= ceiling(settings)) mark(i, SensorFault::saturated);
-            else if (noisy && run[i] >= std::fmax(min_stuck, stuck_runs * usual_run) && run[i] * interval_s >= min_stuck_s)
-                mark(i, SensorFault::stuck);
+            else if (noisy && is_stuck(i, interval_s)) mark(i, SensorFault::stuck);
         }
         stuck += fault == SensorFault::stuck;
         saturated += fault == SensorFault::saturated;
+    }
+
+    // What a run may be by itself is learnt from those that were too short to be a fault.
+    void count_run(int axis, bool repeats, bool moves) {
+        if (repeats) {
+            running = 1;
+            if (moves) run[axis] += 1;
+        } else {
+            if (run[axis] > 0) usual_run += R(0.2) * (std::fmin(run[axis], min_stuck) - usual_run);
+            run[axis] = 0;
+        }
+    }
+
+    bool is_stuck(int axis, R interval_s) const {
+        return run[axis] >= std::fmax(min_stuck, stuck_runs * usual_run) && run[axis] * interval_s >= min_stuck_s;
     }
 
     void mark(int axis, SensorFault what) {

@@ -249,11 +249,12 @@ typedef struct hnav_ahrs_options {
     /* Field at which an axis of the magnetometer saturates; 0 = not known.
      * [0, 1e6] T, default 0. Usual ranges are far above any field that steers a heading. */
     double mag_range_tesla;
-    /* A single sample further from the last than this, and than ten usual changes, is left out; 0 = none is.
+    /* A single sample of the rate further from the last than this, and than ten usual changes, is left out; 0 = none is.
      * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
      * turns by two degrees at 100 Hz. */
     double outlier_rate_rad_s;
-    /* The same of the specific force; 0 = none is.
+    /* A single sample of the specific force further from the last than this, and than ten usual changes, is left out; 0 =
+     * none is.
      * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
     double outlier_force_m_s2;
     /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
