@@ -246,11 +246,11 @@ typedef struct hnav_sensor_health {
 typedef struct hnav_health {
     size_t size;                                 /* of this struct; set by the caller */
     hnav_sensor_health sensor[HNAV_SENSOR_COUNT];
-    uint64_t times_lost;                         /* the attitude was found wrong, or a gap was too long, and it was found anew */
-    uint64_t clock_jumps;                        /* stamps ran back: a new time base began */
-    uint64_t stamps_left_out;                    /* samples whose stamp lay far ahead of all others */
-    int32_t lost;                                /* the attitude is being found anew: nothing is ready */
-    int32_t reserved;                            /* 0 */
+    uint64_t times_lost; /* the attitude was found wrong, or a gap was too long, and it was found anew */
+    uint64_t clock_jumps; /* stamps ran back: a new time base began */
+    uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
+    int32_t lost; /* the attitude is being found anew: nothing is ready */
+    int32_t reserved; /* 0 */
 } hnav_health;
 HNAV_API hnav_status hnav_filter_health(const hnav_filter* filter, hnav_health* health);
 
