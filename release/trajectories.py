@@ -31,6 +31,7 @@ from platforms import PLATFORMS, Platform
 
 TOLERANCE = 1e-9
 # Types by FMI version, in the order of the plan: reals, integers, booleans.
+LEFT_OUT = "left out"
 TYPES = {2: ("Real", "Integer", "Boolean"), 3: ("Float64", "Int32", "Boolean")}
 # What an input is at time t of a drive that ends at T, by its name: the first that fits counts. Aid and realign take the
 # attitude filters, missing channels and reset the error filters where the example input does not lead.
@@ -84,12 +85,19 @@ def read_plan(folder: Path) -> Plan:
 
 
 def grouped(description: ModelDescription, causality: str, types: tuple[str, ...]) -> list[list[ScalarVariable]]:
-    """The variables of this causality, a list for each type."""
-    variables = [v for v in description.modelVariables if v.causality == causality]
+    """The variables of this causality, a list for each type. Enumerations are integers of FMI 2; those of FMI 3 have 64 bits,
+    for which a plan has no place, and are left out."""
+    variables = [v for v in description.modelVariables if v.causality == causality and kind_of(v, types) != LEFT_OUT]
     for v in variables:
-        if v.type not in types:
+        if kind_of(v, types) not in types:
             sys.exit(f"trajectories: {description.modelName}: {v.name} is of type {v.type}, a plan has {', '.join(types)}")
-    return [[v for v in variables if v.type == kind] for kind in types]
+    return [[v for v in variables if kind_of(v, types) == kind] for kind in types]
+
+
+def kind_of(variable: ScalarVariable, types: tuple[str, ...]) -> str:
+    if variable.type != "Enumeration":
+        return str(variable.type)
+    return "Integer" if "Integer" in types else LEFT_OUT
 
 
 def references(groups: list[list[ScalarVariable]]) -> tuple[list[int], ...]:
