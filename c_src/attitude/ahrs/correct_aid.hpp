@@ -1,7 +1,7 @@
 // What the files of the aids share: correct_by, which they instantiate for their own.
 #pragma once
 
-#include "attitude/ahrs/correction.hpp"
+#include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 

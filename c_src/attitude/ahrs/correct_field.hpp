@@ -4,7 +4,7 @@
 // but not corrected: no magnet may tilt the horizon.
 #pragma once
 
-#include "attitude/ahrs/correction.hpp"
+#include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 

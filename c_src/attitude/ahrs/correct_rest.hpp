@@ -1,7 +1,7 @@
 // Correction at rest: the mean rate is the bias of the gyroscope.
 #pragma once
 
-#include "attitude/ahrs/correction.hpp"
+#include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 

@@ -2,7 +2,7 @@
 // velocity far beyond that bound says that the horizon is wrong, or the force.
 #pragma once
 
-#include "attitude/ahrs/correction.hpp"
+#include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 

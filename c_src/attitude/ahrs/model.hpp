@@ -170,6 +170,8 @@ private:
     // correction.hpp
     void correct(State& s, const Event& event) const;
     void inflate_tilt(State& s, Covariance& P) const;
+
+    // condition.hpp
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                           const Eigen::Matrix<R, m, 1>& innovation);

@@ -5,7 +5,7 @@
 // in the mean; then the horizon is turned by the angle between the two, unless it is small enough for the usual corrections.
 #pragma once
 
-#include "attitude/ahrs/correction.hpp"
+#include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 
