@@ -1,5 +1,5 @@
 """Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base; in Python
-studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters, io -> native.
+studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters -> io -> native.
 
 The plain data of include/hnav, types.h and the options, belong to nobody: every room may include them.
 """
@@ -89,7 +89,8 @@ FLOORS = (
     ("reports", "certify"),
     ("systems",),
     ("fmi", "simulation", "reference"),
-    ("filters", "io"),
+    ("filters",),
+    ("io",),
     ("native",),
 )
 # The modules of hnav itself, which every room may know.

@@ -1,6 +1,9 @@
 """Magnetometer calibration from Python and from the command line."""
 
+import errno
 import json
+import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -92,7 +95,7 @@ def test_bad_input_is_named(change, status, named):
 
 @pytest.mark.parametrize("text, named", [
     (None, "cannot be read"),
-    ("not json", "not a JSON file"),
+    ("not json", "no JSON"),
     ("[1, 2]", "not a magnetometer calibration"),
     ('{"hnav": "magnetometer calibration"}', "offset is missing"),
 ])  # fmt: skip
@@ -104,13 +107,40 @@ def test_a_file_that_is_no_calibration_is_named(tmp_path, text, named):
         read_calibration(path)
 
 
-@pytest.mark.parametrize("name, value", [("offset", [1, 2]), ("matrix", [[1, 0, 0]] * 2), ("matrix", "one"), ("unit", "mT")])
+ODD = [("offset", [1, 2]), ("matrix", [[1, 0, 0]] * 2), ("matrix", "one"), ("offset", [10**400, 0, 0]), ("offset", {}), ("unit", "mT"),
+       ("unit", ["T"]), ("unit", {}), ("fit", 3), ("fit", None), ("note", ["a"]), ("strength", 10**400), ("strength", "5"), ("samples", True),
+       ("dip_rad", [1])]  # fmt: skip
+
+
+@pytest.mark.parametrize("name, value", ODD)
 def test_a_calibration_with_a_damaged_field_is_named(tmp_path, tumbled, name, value):
     path = tmp_path / "c.json"
     assert hnav("calibrate", tumbled, "--mag-unit", "uT", "--out", path).returncode == 0
     path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
-    with pytest.raises(HnavError, match=name):
+    with pytest.raises(HnavError, match=f"^{path}: {name} is not [^\n]*$"):
         read_calibration(path)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "", "[]", "\xff", '{"hnav": "magnetometer calibration"}'])
+def test_a_file_that_holds_anything_else_is_one_line(tmp_path, text):
+    path = tmp_path / "c.json"
+    path.write_text(text, encoding="latin-1")
+    with pytest.raises(HnavError, match=f"^{path}: [^\n]*$"):
+        read_calibration(path)
+
+
+def test_a_calibration_that_cannot_be_written_whole_leaves_the_old_one(tmp_path, monkeypatch):
+    found, path = calibrate_magnetometer(turned_about()[0]), tmp_path / "c.json"
+    write_calibration(path, found)
+    before = path.read_bytes()
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(HnavError, match="cannot write .*c.json: no space left"):
+        write_calibration(path, replace(found, strength=1.0))
+    assert path.read_bytes() == before and [file.name for file in tmp_path.iterdir()] == ["c.json"]
 
 
 # --------------------------------------------------------------------------------------------- the command

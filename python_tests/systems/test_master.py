@@ -207,6 +207,15 @@ def test_files_that_are_missing_or_damaged_are_named(turntable, tmp_path):
         write_run(simulate(turntable, stop_s=0.1), tmp_path / "file")
 
 
+def test_a_new_run_is_not_shown_with_the_certificate_of_the_old_one(turntable, tmp_path):
+    write_run(simulate(turntable, stop_s=0.1), tmp_path)
+    (tmp_path / "certificate.json").write_text('{"certified": true, "reason": ""}')
+    assert read_run(tmp_path).about["certificate"]["certified"]
+    write_run(simulate(turntable, stop_s=0.2), tmp_path)
+    assert "certificate" not in read_run(tmp_path).about
+    assert not (tmp_path / "certificate.json").exists()
+
+
 def test_a_full_disk_leaves_the_run_that_was_there(turntable, tmp_path):
     old, new = (simulate(turntable, stop_s=stop_s) for stop_s in (0.1, 0.2))
     out = tmp_path / "out"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +14,7 @@ from hnav.cli.parameters import MagUnit
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
-from hnav.io.outputs import refuse_overwriting, temporary_folder, write_files
+from hnav.io.outputs import refuse_overwriting
 from hnav.io.recordings import read_recording
 from hnav.units import TESLA_PER
 
@@ -47,13 +46,7 @@ def command(
         hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
-        # The filters write to a path of their own and know no other way.
-        scratch = temporary_folder("hnav_calibration_")
-        try:
-            write_calibration(scratch / out.name, found)
-            write_files({out: (scratch / out.name).read_bytes()})
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
+        write_calibration(out, found)
     if picture is not None:
         # Matplotlib takes longer to load than everything else here.
         from hnav.reports.calibration_picture import draw_calibration

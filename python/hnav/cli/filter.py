@@ -13,11 +13,10 @@ from hnav.cli.console import bar, say
 from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import HEALTH_SENSORS
-from hnav.filters.calibration import MagnetometerCalibration, read_calibration
+from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
-from hnav.io.json_file import read_json
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.recordings import read_recording
 from hnav.renamed import new_name
@@ -58,7 +57,7 @@ def command(
     refuse_overwriting([out], [recording, calibration])
     data = read_recording(recording, mag_unit)
     if calibration is not None:
-        data = calibration_of(calibration).apply_to(data)
+        data = read_calibration(calibration).apply_to(data)
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
 
@@ -94,15 +93,6 @@ def cure(finding: Finding) -> str:
         "saturated": f"give --set {RANGES[finding.sensor]}=..., or use a sensor with a wider range",
         "missing": "look for rows without its samples",
     }[finding.state]
-
-
-def calibration_of(file: Path) -> MagnetometerCalibration:
-    """A file by hnav calibrate. Raises HnavError."""
-    read_json(file)  # knows JSON that is nested without end
-    try:
-        return read_calibration(file)
-    except (TypeError, OverflowError):  # an entry of a kind that no calibration has
-        raise UsageError(f"{file}: not a magnetometer calibration by hnav calibrate") from None
 
 
 def write_csv(path: Path, result: Result) -> None:

@@ -21,6 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.io.json_file import read_json
+from hnav.io.outputs import write_files
 from hnav.native.arrays import Array, Named, Record, Shaped, address, rows_of_three
 from hnav.native.library import failure, library, message_buffer, new, text
 from hnav.native.options import OptionInfo, OptionSet, option_rows
@@ -153,41 +155,58 @@ def calibrate_magnetometer(
 
 # --------------------------------------------------------------------------------------------- files
 
+KIND = "magnetometer calibration"
+WORDS = {"fit": FITS, "unit": tuple(TESLA_PER)}
+SHAPES = {"offset": (3,), "matrix": (3, 3)}
+
 
 def write_calibration(path: str | Path, calibration: MagnetometerCalibration) -> None:
-    """As JSON with the names of the fields; what is not known (NaN) becomes null. Raises HnavValueError."""
-    values: dict[str, Any] = {"hnav": "magnetometer calibration"}
+    """As JSON with the names of the fields; what is not known (NaN) becomes null. Raises OutputError; then the old file stays."""
+    values: dict[str, Any] = {"hnav": KIND}
     for name, value in asdict(calibration).items():
         plain = value.tolist() if isinstance(value, np.ndarray) else value
         values[name] = None if isinstance(plain, float) and math.isnan(plain) else plain
-    try:
-        Path(path).write_text(json.dumps(values, indent=1) + "\n")
-    except OSError as error:
-        raise HnavValueError("file", f"{path}: cannot be written: {error.strerror}") from None
+    write_files({Path(path): json.dumps(values, indent=1) + "\n"})
 
 
 def read_calibration(path: str | Path) -> MagnetometerCalibration:
     """What write_calibration wrote. Raises HnavValueError naming the file and what is wrong with it."""
-    try:
-        values = json.loads(Path(path).read_text())
-    except OSError as error:
-        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise HnavValueError("file", f"{path}: not a JSON file") from None
-    if not isinstance(values, dict) or values.pop("hnav", None) != "magnetometer calibration":
+    values = read_json(Path(path))
+    if not isinstance(values, dict) or values.get("hnav") != KIND:
         raise HnavValueError("file", f"{path}: not a magnetometer calibration by hnav calibrate")
+    read = {}
     for field in fields(MagnetometerCalibration):
         if field.name not in values:
             raise HnavValueError("file", f"{path}: {field.name} is missing")
-        if values[field.name] is None:
-            values[field.name] = math.nan
-    for name, shape in {"offset": (3,), "matrix": (3, 3)}.items():
         try:
-            values[name] = np.array(values[name], float)
-        except (TypeError, ValueError):
-            values[name] = np.empty(0)
-        if values[name].shape != shape or not np.isfinite(values[name]).all():
-            raise HnavValueError("file", f"{path}: {name} is not {' x '.join(map(str, shape))} finite numbers")
-    if values["unit"] not in TESLA_PER:
-        raise HnavValueError("file", f"{path}: unit = {values['unit']}: choose one of {', '.join(TESLA_PER)}")
-    return MagnetometerCalibration(**{field.name: values[field.name] for field in fields(MagnetometerCalibration)})
+            read[field.name] = _entry(field.name, values[field.name])
+        except (TypeError, ValueError, OverflowError):
+            raise HnavValueError("file", f"{path}: {field.name} is not {_wanted(field.name)}") from None
+    return MagnetometerCalibration(**read)
+
+
+def _entry(name: str, value: Any) -> Any:
+    """A field of a calibration from what the file has for it. Raises TypeError, ValueError or OverflowError."""
+    if name in WORDS or name == "note":
+        if not isinstance(value, str) or value not in WORDS.get(name, (value,)):
+            raise ValueError
+        return value
+    if name in SHAPES:
+        numbers = np.array(value, float)
+        if numbers.shape != SHAPES[name] or not np.isfinite(numbers).all():
+            raise ValueError
+        return numbers
+    # Only what is null was not known.
+    number = math.nan if value is None else value
+    if isinstance(number, bool) or not isinstance(number, int | float) or math.isinf(float(number)):
+        raise TypeError
+    return number
+
+
+def _wanted(name: str) -> str:
+    """What a field of a calibration has to be, in words."""
+    if name in WORDS:
+        return f"one of {', '.join(WORDS[name])}"
+    return (
+        f"{' x '.join(map(str, SHAPES[name]))} finite numbers" if name in SHAPES else "a text" if name == "note" else "a number"
+    )

@@ -47,11 +47,13 @@ def writing(path: Path | str) -> Iterator[None]:
         raise cannot_write(path, error) from None
 
 
-def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False) -> None:
+def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False, gone: Iterable[Path] = ()) -> None:
     """Writes whole files; text as UTF-8. Raises OutputError; then, and after an interrupt, the old files are what they were.
 
     Of several files the last is the mark that all are whole: every one is complete beside its target before the old mark
     goes, and the new mark comes last. A process that is killed in between leaves the new files without a mark.
+
+    gone: files that tell of the old ones; they go once every new one is complete.
     """
     with ExitStack() as unfinished:
         parts: dict[Path, Path | None] = {}
@@ -66,6 +68,9 @@ def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False
             with writing(mark):
                 _target(mark).unlink(missing_ok=True)
                 _settle(_target(mark).parent)
+        for path in gone:
+            with writing(path):
+                path.unlink(missing_ok=True)
         for path, part in parts.items():
             if part is not None:
                 with writing(path):

@@ -103,9 +103,13 @@ def _outcome(left: Record) -> dict[str, Any]:
 
 
 def write_run(run: Run, folder: Path) -> None:
-    """Makes the folder when it is missing; run.json comes last and marks it as whole. Raises OutputError."""
+    """Makes the folder when it is missing; run.json comes last and marks it as whole. Raises OutputError.
+
+    The certificate of a run that was there before goes with it: it says nothing of this one.
+    """
     about = json.dumps(_plain(run.about), indent=2, allow_nan=False) + "\n"
-    write_files({folder / SIGNALS: _signals(run), folder / ABOUT: about}, make_folders=True)
+    files: dict[Path, bytes | str] = {folder / SIGNALS: _signals(run), folder / ABOUT: about}
+    write_files(files, make_folders=True, gone=[folder / CERTIFICATE])
 
 
 def _plain(value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +13,6 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Folder
 from hnav.cli.words import UsageError
-from hnav.io.outputs import writing
 from hnav.io.recordings import find_trials, read_recording
 from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
@@ -58,9 +57,11 @@ def command(
     for text in [*missing, *findings(rows)]:
         say(text)
     if csv_file:
-        write_file(csv_file, lambda path: write_csv(path, rows))
+        write_csv(csv_file, rows)
+        say(str(csv_file))
     if picture:
-        write_file(picture, lambda path: draw(path, rows, entered))
+        draw(picture, rows, entered)
+        say(str(picture))
 
 
 def split(names: str) -> list[str]:
@@ -110,12 +111,6 @@ def _cells(line: Line, group: Sequence[Line]) -> list[str]:
         best = name != "nees_per_axis" and not np.isnan(value) and value == np.nanmin(rivals)
         cells.append(f"[bold]{text}[/bold]" if best else text)
     return cells
-
-
-def write_file(path: Path, write: Callable[[Path], None]) -> None:
-    with writing(path):
-        write(path)
-    say(str(path))
 
 
 def draw(path: Path, rows: Sequence[Row], entered: Sequence[Contender]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording, is_disturbed
 from hnav.reports.scores import nees, score
 from studies.bench.contenders import Contender, Estimate
@@ -135,12 +137,13 @@ def _line(set_name: str, name: str, rows: list[Row]) -> Line:
 
 
 def write_csv(path: Path, rows: Iterable[Row]) -> None:
-    """One row for each set, filter and trial; empty cells where there is no figure. Raises OSError."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(field.name for field in fields(Row))
-        for row in rows:
-            writer.writerow(_cell(value) for value in vars(row).values())
+    """One row for each set, filter and trial; empty cells where there is no figure. Raises OutputError."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(field.name for field in fields(Row))
+    for row in rows:
+        writer.writerow(_cell(value) for value in vars(row).values())
+    write_files({path: file.getvalue()})
 
 
 def _cell(value: object) -> str:

@@ -6,6 +6,7 @@ python -m studies.compare.frozen CHECKOUT
 from __future__ import annotations
 
 import importlib
+import io
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hnav.io.outputs import write_files
 from studies.compare import attitude, calibration, ins_error
 from studies.compare.fmi import TRUTH, open_fmu
 from studies.compare.fmu import Values
@@ -70,8 +72,9 @@ def sensor(side: Side) -> NDArray[Any]:
 
 def main(checkout: str) -> None:
     found: dict[str, Any] = answers(Side(Path(checkout), Path()))
-    with FILE.open("wb") as file:
-        np.savez_compressed(file, **found)
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **found)
+    write_files({FILE: packed.getvalue()})
     print(f"{FILE}: {len(found)} arrays, {sum(a.size for a in found.values())} numbers, {FILE.stat().st_size} bytes")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Sequence
 from dataclasses import fields
@@ -16,7 +17,7 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
-from hnav.io.outputs import writing
+from hnav.io.outputs import write_files
 from studies.command import study
 from studies.readiness.experiment import Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, MOTIONS
@@ -45,8 +46,7 @@ def command(
     )
     show(table(done, title), width=150)
     if csv_file:
-        with writing(csv_file):
-            write_csv(csv_file, done)
+        write_csv(csv_file, done)
         say(str(csv_file))
 
 
@@ -86,19 +86,20 @@ def table(starts: Sequence[Start], title: str) -> Table:
 
 
 def write_csv(path: Path, starts: Sequence[Start]) -> None:
-    """One row a start; empty cells where the filter never became ready. Raises OSError."""
+    """One row a start; empty cells where the filter never became ready. Raises OutputError."""
     names = [field.name for field in fields(Start)]
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*names, "wrong"])
-        for start in starts:
-            values = (getattr(start, name) for name in names)
-            writer.writerow(
-                [
-                    *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),
-                    int(start.wrong),
-                ]
-            )
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([*names, "wrong"])
+    for start in starts:
+        values = (getattr(start, name) for name in names)
+        writer.writerow(
+            [
+                *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),
+                int(start.wrong),
+            ]
+        )
+    write_files({path: file.getvalue()})
 
 
 main = study("readiness", command)
