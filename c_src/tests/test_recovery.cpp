@@ -137,6 +137,25 @@ TEST(Recovery, TheTiltIsBackWithinSecondsOfAnyFault) {
         }
 }
 
+// A magnetometer whose x and y change their signs, a steady magnet that turns with the body: its strength tells nothing.
+TEST(Recovery, AHeadingThatTheFieldSpeaksAgainstIsNotReady) {
+    for (const bool ahrs : {true, false}) {
+        SCOPED_TRACE(ahrs ? "ahrs" : "hrekf");
+        Hand hand(ahrs, [](Sample& s) { s.field.head<2>() *= -1; });
+        hand.run(60);
+        EXPECT_EQ(hand.attitude().heading_ready, 1);
+        hand.damaged = true;
+        hand.run(5);
+        for (int k = 0; k < 30; ++k) {
+            hand.run(0.5);
+            EXPECT_EQ(hand.attitude().heading_ready, 0) << 5 + 0.5 * k << " s after it began";
+        }
+        hand.damaged = false;
+        hand.run(120);
+        EXPECT_EQ(hand.attitude().heading_ready, 1);
+    }
+}
+
 TEST(Recovery, AGapInWhichTheBodyTurnedIsFoundOut) {
     for (const bool ahrs : {true, false}) {
         Hand hand(ahrs, [](Sample&) {});

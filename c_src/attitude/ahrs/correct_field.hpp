@@ -52,7 +52,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     MeanField<R> mean{Vector3R(s.field_sum) / s.field_count};
     choose_reference(s, c, mean);
     const FieldRows rows(s, mean);
-    const R away = deviation(s, c, rows);
+    const R azimuth_away = azimuth_deviation(s, c, rows), away = std::fmax(rows.deviation(), azimuth_away);
     const FieldVerdict verdict = judge_field(s, c, away);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c.P);
@@ -61,7 +61,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const Vector3R noise = field_noise(s);
     const R inflation = noise_inflation(verdict, away);
     record_field(s, t_s, innovation, HPHt, noise, inflation);
-    confirm_heading(s, verdict);
+    confirm_heading(s, verdict, azimuth_away > settings_.field.gate);
     if (verdict == FieldVerdict::reject) return;
 
     Matrix3R S = HPHt;
@@ -120,14 +120,14 @@ void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
     diagonal<2>(P, reference).setConstant(sigma * sigma);
 }
 
-// In gates' worth of intensity. While the heading is known, an azimuth far from it speaks against the field too.
+// While the heading is known, an azimuth far from it speaks against the field too: in gates' worth of intensity.
 template <class R>
-R AhrsModelOf<R>::deviation(const State& s, const Correction& c, const FieldRows& rows) const {
+R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const {
     const R ready = settings_.ready_heading_rad;
     const R variance = rows.H * rows.H * c.P(rotation + 2, rotation + 2);
-    if (!(settings_.azimuth_gate > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return rows.deviation();
+    if (!(settings_.azimuth_gate > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return 0;
     const R limit = settings_.azimuth_gate * std::sqrt(variance + field_noise(s)[1]);
-    return std::fmax(rows.deviation(), settings_.field.gate * std::fabs(rows.residual[1]) / limit);
+    return settings_.field.gate * std::fabs(rows.residual[1]) / limit;
 }
 
 // The gate. A reference that has long been contradicted is to be learnt again.
@@ -174,12 +174,19 @@ void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovati
     if (i.noise_scale > 1) s.gated[mag] += static_cast<std::uint64_t>(s.field_count);
 }
 
-// Whether nothing has spoken against the reference for long enough.
+// Whether nothing has spoken against the reference for long enough. An azimuth that goes on to lie far from the heading
+// speaks against one of the two, and nobody knows which.
 template <class R>
-void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict) const {
+void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const {
+    constexpr R max_azimuth_rejected_s = 2;
     const R T = s.field_s;
     // One rejection may be noise: it takes back thrice its own time.
     s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
+    s.azimuth_rejected_s = std::fmax(R(0), s.azimuth_rejected_s + (azimuth_is_far ? T : -T));
+    if (s.azimuth_rejected_s > max_azimuth_rejected_s) {
+        s.undisturbed_s = 0;
+        s.heading_confirmed = 0;
+    }
     // A place where the reference has changed before is asked for thrice as long.
     const R needed_s = settings_.ready_undisturbed_s * (s.field.changes > 0 ? 3 : 1);
     if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.heading_confirmed = 1;

@@ -197,13 +197,13 @@ private:
     void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
-    R deviation(const State& s, const Correction& c, const FieldRows& rows) const;
+    R azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const;
     FieldVerdict judge_field(State& s, Correction& c, R deviation) const;
     Vector3R field_noise(const State& s) const;
     R noise_inflation(FieldVerdict verdict, R deviation) const;
     static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
                              R inflation);
-    void confirm_heading(State& s, FieldVerdict verdict) const;
+    void confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const;
 
     Settings settings_;
 };

@@ -53,7 +53,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.last_correction_s = nan;
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
-    s.undisturbed_s = 0;
+    s.undisturbed_s = s.azimuth_rejected_s = 0;
     s.has_reference = settings_.reference_given;
     put_reference(s, settings_.reference);
     start_covariance(s, start_sigmas(settings_.start.sigma_heading));

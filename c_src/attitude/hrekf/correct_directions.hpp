@@ -39,6 +39,7 @@ void HrekfModelOf<R>::correct_directions(State& s, const Event& event) const {
     if (T_accel > 0 && T_mag > 0) correct_by<2>(s, event.t_s, {force, field});
     else if (T_accel > 0) correct_by<1>(s, event.t_s, {force});
     else if (T_mag > 0) correct_by<1>(s, event.t_s, {field});
+    if (T_mag > 0) doubt_heading(s, T_mag);
 }
 
 template <class R>

@@ -79,4 +79,14 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     return std::fabs(size - g) < R(0.4) * g && -mean[2] < far_cosine * size;
 }
 
+// A field that goes on to lie far from the reference speaks against one of the two, or against the heading: it is ready again
+// when enough has been learnt of it after that.
+template <class R>
+void HrekfModelOf<R>::doubt_heading(State& s, R interval_s) {
+    constexpr R far = R(0.5), max_far_s = 2; // of the reference's length: about 30 deg
+    const bool is_far = Eigen::Map<const Vector3R>(s.innovation[mag].value).squaredNorm() > far * far;
+    s.field_far_s = std::fmax(R(0), s.field_far_s + (is_far ? interval_s : -interval_s));
+    if (s.field_far_s > max_far_s) s.information.heading = 0;
+}
+
 } // namespace hnav

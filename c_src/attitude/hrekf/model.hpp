@@ -104,6 +104,7 @@ private:
     void widen(State& s, const Matrix3R& rotation_covariance) const;
     void widen_for_gap(State& s, const Event& event) const;
     bool is_lost(State& s, const Event& event) const;
+    static void doubt_heading(State& s, R interval_s);
 
     // start.hpp
     void forget_attitude(State& s) const;

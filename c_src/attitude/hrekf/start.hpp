@@ -40,6 +40,7 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
     for (double& t : s.last_s) t = nan;
     s.start.clear();
     s.information = {};
+    s.field_far_s = 0;
     s.last_correction_s = nan;
     s.error_map.interval_s = 0;
     s.has_reference = settings_.reference_given;

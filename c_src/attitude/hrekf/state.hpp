@@ -60,6 +60,7 @@ struct HrekfState {
     double spacing_s;          // usual time between two rates
     R mean_force[3];           // in navigation axes, of the last second
     std::uint64_t force_changes; // the newest force lies away from that
+    R field_far_s;               // time for which the field lay far from the reference, less that for which it did not
     std::uint64_t lost, times_lost; // started anew, or waiting for that
 
     bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((disbelieved >> channel) & 1); }
