@@ -6,6 +6,7 @@
 #   FETCHCONTENT_SOURCE_DIR_SUNDIALS        the same, by the name that CMake users expect
 #   the source package of Debian or Ubuntu  by apt-get, with a list and a state folder of our own
 #   HNAV_SUNDIALS_URL                       the upstream release, by its hash
+# HNAV_PINNED=ON, of ./run release: no archive is taken whose SHA-256 does not stand in this file.
 # HNAV_SYSTEM_SUNDIALS=ON takes an installed one instead (find_package). It calls malloc itself, and not all of its own calls
 # look at the answer: out of memory, a create call with one of its solvers may crash. The SUNDIALS that is built here takes
 # its memory from hnav (c_src/hybrid/sundials_memory.hpp).
@@ -17,6 +18,9 @@ set(HNAV_SUNDIALS_URL
     CACHE STRING "Where to download SUNDIALS from when no source package is to be had")
 set(HNAV_SUNDIALS_SHA256 "5f113a1564a9d2d98ff95249f4871a4c815a05dbb9b8866a82b13ab158c37adb"
     CACHE STRING "SHA-256 of HNAV_SUNDIALS_URL")
+option(HNAV_PINNED "Take no archive of SUNDIALS whose SHA-256 is not pinned" OFF)
+# sundials_6.4.1+dfsg1.orig.tar.xz of Debian 12
+set(hnav_sundials_pins c61157f1d4be06c704bea40cb131eb63ba2dada161989071604d0a0959cdf04a ${HNAV_SUNDIALS_SHA256})
 
 add_library(hnav_sundials INTERFACE)
 
@@ -43,9 +47,14 @@ function(hnav_run log)
   endif()
 endfunction()
 
-# Leaves the folder with the sources in ${result}, or an empty string.
-function(hnav_sundials_from_archive archive result)
+# Leaves the folder with the sources in ${result}, or an empty string; origin: where the archive is from, for the list of parts.
+function(hnav_sundials_from_archive archive origin result)
   set(${result} "" PARENT_SCOPE)
+  file(SHA256 "${archive}" hash)
+  if(HNAV_PINNED AND NOT hash IN_LIST hnav_sundials_pins)
+    message(STATUS "SUNDIALS: ${origin} has SHA-256 ${hash}, which is not pinned in cmake/sundials.cmake, and is not taken")
+    return()
+  endif()
   file(REMOVE_RECURSE "${hnav_sundials_work}/source")
   file(MAKE_DIRECTORY "${hnav_sundials_work}/source")
   execute_process(COMMAND ${CMAKE_COMMAND} -E tar xf "${archive}"
@@ -54,6 +63,7 @@ function(hnav_sundials_from_archive archive result)
   if(NOT failed AND folders)
     list(GET folders 0 folder)
     set(${result} "${folder}" PARENT_SCOPE)
+    file(WRITE "${hnav_sundials_work}/origin.txt" "${origin}\n${hash}\n")
   endif()
 endfunction()
 
@@ -69,7 +79,8 @@ function(hnav_sundials_from_apt result)
                   OUTPUT_VARIABLE archive OUTPUT_STRIP_TRAILING_WHITESPACE
                   ERROR_FILE "${hnav_sundials_work}/apt.log" RESULT_VARIABLE failed)
   if(NOT failed AND EXISTS "${archive}")
-    hnav_sundials_from_archive("${archive}" folder)
+    get_filename_component(name "${archive}" NAME)
+    hnav_sundials_from_archive("${archive}" "${name}" folder)
     set(${result} "${folder}" PARENT_SCOPE)
   endif()
 endfunction()
@@ -85,7 +96,7 @@ function(hnav_sundials_from_url result)
     if(NOT hash STREQUAL HNAV_SUNDIALS_SHA256)
       message(FATAL_ERROR "SUNDIALS: ${HNAV_SUNDIALS_URL} has SHA-256 ${hash}, expected ${HNAV_SUNDIALS_SHA256}")
     endif()
-    hnav_sundials_from_archive("${archive}" folder)
+    hnav_sundials_from_archive("${archive}" "${HNAV_SUNDIALS_URL}" folder)
   endif()
   set(${result} "${folder}" PARENT_SCOPE)
 endfunction()

@@ -4,7 +4,8 @@
 
 BUILD/fmus/fmiN/NAME.fmu brings description, documentation, licences and icons; FOLDER/fmiN/NAME.so or .dll are the
 binaries of a platform of release/platforms.py, and DIST/fmiN/NAME.fmu holds those alone. DIST/ssp/NAME.ssp is
-BUILD/ssp/NAME.ssp with these FMUs. Equal content gives equal bytes: the archives carry no time of day.
+BUILD/ssp/NAME.ssp with these FMUs. Each FMU lists what it holds of others (sbom.py) and brings their licences. Equal content
+gives equal bytes: every file carries SOURCE_DATE_EPOCH (source_date.py).
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ import sys
 import zipfile
 from pathlib import Path
 
+import sbom
+import source_date
 from platforms import PLATFORMS
 
-LONG_AGO = (1980, 1, 1, 0, 0, 0)
+# FMI 2 (from 2.0.2) and FMI 3 keep the names of folders in extra by domain.
+SBOM = "extra/org.cyclonedx/sbom.cdx.json"
 
 
 def write_archive(built: Path, added: dict[str, bytes], target: Path) -> None:
@@ -25,7 +29,7 @@ def write_archive(built: Path, added: dict[str, bytes], target: Path) -> None:
         entries = {n.removeprefix("./"): n for n in source.namelist() if not n.endswith("/")}
         files = {name: source.read(entry) for name, entry in entries.items() if not name.startswith("binaries/")} | added
         for name in sorted(files):
-            archive.writestr(zipfile.ZipInfo(name, LONG_AGO), files[name], zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(name, source_date.of_zip()), files[name], zipfile.ZIP_DEFLATED)
 
 
 def collect(name: str, version: int, folders: dict[str, Path]) -> dict[str, bytes]:
@@ -52,7 +56,14 @@ def fmus_of(system: Path, dist: Path) -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in found.items()}
 
 
+def about_parts(name: str, binaries: dict[str, bytes], parts: list[sbom.Part]) -> dict[str, bytes]:
+    """The list of what the FMU's binaries hold, and the licences that want to be with them, by path inside the archive."""
+    licences = {f"documentation/licenses/{part.name}.txt": part.text.read_bytes() for part in parts if part.text}
+    return {SBOM: sbom.document(name, parts, binaries)} | licences
+
+
 def main(build: Path, dist: Path, folders: dict[str, Path]) -> None:
+    parts = sbom.read_parts(build)
     for version in (2, 3):
         fmus = sorted((build / "fmus" / f"fmi{version}").glob("*.fmu"))
         if not fmus:
@@ -60,7 +71,7 @@ def main(build: Path, dist: Path, folders: dict[str, Path]) -> None:
         for fmu in fmus:
             target = dist / f"fmi{version}" / fmu.name
             binaries = collect(fmu.stem, version, folders)
-            write_archive(fmu, binaries, target)
+            write_archive(fmu, binaries | about_parts(fmu.name, binaries, [parts[n] for n in sbom.FMU[version]]), target)
             sizes = ", ".join(f"{path.split('/')[1]} {len(content) / 1e6:.2f}" for path, content in binaries.items())
             print(f"{target.relative_to(dist)}: {target.stat().st_size / 1e6:.2f} MB; binaries in MB: {sizes}")
     for system in sorted((build / "ssp").glob("*.ssp")):

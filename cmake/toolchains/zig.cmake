@@ -16,9 +16,11 @@ set(ENV{HNAV_ZIG} "${HNAV_ZIG}")
 
 # CMake wants a compiler to be one program, so each tool gets a file of its own.
 set(hnav_zig_tools "${CMAKE_BINARY_DIR}/zig-${HNAV_ZIG_TARGET}")
+get_filename_component(hnav_zig_top "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
 foreach(tool cc c++)
-  # Without -g0 zig adds debug information, which is most of a static library.
-  set(hnav_zig_command "${tool} -target ${HNAV_ZIG_TARGET} -g0")
+  # Without -g0 zig adds debug information, which is most of a static library. The same bytes come from every checkout: what a
+  # compiler writes of the place of a file is relative to the top.
+  set(hnav_zig_command "${tool} -target ${HNAV_ZIG_TARGET} -g0 '-ffile-prefix-map=${hnav_zig_top}=.'")
   file(CONFIGURE OUTPUT "${hnav_zig_tools}/${tool}" CONTENT "#!/bin/sh\nexec \"@HNAV_ZIG@\" @hnav_zig_command@ \"$@\"\n" @ONLY)
 endforeach()
 foreach(tool ar ranlib rc)
