@@ -1,7 +1,7 @@
 """MkDocs hook: what lies outside docs/ and is linked from there becomes part of the site.
 
 The Markdown files must read well in the checkout, where links are relative to the file, and in the site, where only docs/
-exists. So README and CHANGELOG are pages of their own, and a source file that a page links is copied as text.
+exists. So README, CHANGELOG and SECURITY are pages of their own, and a source file that a page links is copied as text.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from mkdocs.structure.files import File
 
 TOP = Path(__file__).resolve().parents[2]
-PAGES = {"README.md": "readme.md", "CHANGELOG.md": "changelog.md"}
+PAGES = {"README.md": "readme.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "security.md"}
 # [text](path#anchor), of a path inside the checkout; a picture may stand in for the text.
 LINK = re.compile(r"\[(?P<text>[^\[\]]*)\]\((?P<path>[^)#\s:]+)(?P<anchor>#[^)\s]*)?\)")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)

@@ -18,7 +18,7 @@ from checkout import BUILD, TOP
 from hnav.cli.app import COMMANDS, load
 from motion import tilted_motion
 
-PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md"))]
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", TOP / "SECURITY.md", *sorted((TOP / "docs").glob("*.md"))]
 FMUS = Path(os.environ.get("HNAV_FMUS", BUILD / "fmus"))
 LIBRARY = Path(os.environ.get("HNAV_LIBRARY", BUILD / "c_src" / "libhnav.so"))
 
