@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from hnav.io import device_recordings
-from hnav.io.recordings import Recording, find_trials, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials
+from hnav.io.recordings import Recording
 from motion import Motion, tilted_motion
 
 
@@ -45,7 +47,7 @@ def broad_trials() -> dict:
 
 @pytest.fixture(scope="session")
 def broad_trial(broad_trials) -> Recording:
-    return read_recording(next(iter(broad_trials.values())))
+    return read(next(iter(broad_trials.values())))
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@
 
     import hnav
 
-    recording = hnav.read_recording("walk.csv")
+    recording = hnav.read("walk.csv")
     run = hnav.Filter("ahrs").run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
     run.to_dataframe()
 
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
     from hnav.filters.linear_model import LinearModel
-    from hnav.io.recordings import Recording, read_recording
+    from hnav.io.readers import read
+    from hnav.io.recordings import Recording
 
 __version__ = "0.2.0"
 __all__ = [
@@ -52,8 +53,8 @@ __all__ = [
     "UnknownOptionError",
     "__version__",
     "calibrate_magnetometer",
+    "read",
     "read_calibration",
-    "read_recording",
     "write_calibration",
 ]
 
@@ -68,8 +69,8 @@ _HOME = {
     "Recording": "io.recordings",
     "Run": "filters.attitude",
     "calibrate_magnetometer": "filters.calibration",
+    "read": "io.readers",
     "read_calibration": "filters.calibration",
-    "read_recording": "io.recordings",
     "write_calibration": "filters.calibration",
 }
 

@@ -19,7 +19,9 @@ from rich.table import Table
 from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Folder
 from hnav.filters.attitude import Filter, Options, option_table
-from hnav.io.recordings import Recording, find_trials, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials
+from hnav.io.recordings import Recording
 from hnav.reports.scores import score
 from studies.command import study
 
@@ -61,7 +63,7 @@ def command(
     factor: Annotated[float, typer.Option(min=1.0, help="Each parameter times and divided by this")] = 1.3,
 ) -> None:
     """Prints the mean total error with each parameter times and divided by a factor."""
-    recordings = [read_recording(path) for path in find_trials(folder).values()]
+    recordings = [read(path) for path in find_trials(folder).values()]
     title = f"{filter}: mean total error in deg, {len(recordings)} trials"
     table = Table("parameter", "default", f"x {factor:g}", f"/ {factor:g}", title=title)
     table.add_row("", "", f"{mean_error_deg(recordings, filter):.3f}", "as it is")

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
-from hnav.io.recordings import read_recording
+from hnav.io.readers import read
 
 OFFSET_UT = np.array([12.0, -7.0, 20.0])
 SOFT_IRON = np.array([[1.1, 0.04, -0.03], [0.02, 0.95, 0.05], [-0.04, 0.01, 1.02]])
@@ -209,7 +209,7 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2(tmp_path, tumbled, argu
 def test_on_broad_the_residual_never_grows_and_refusals_say_why(broad_trials):
     answers = 0
     for path in broad_trials.values():
-        data = read_recording(path)
+        data = read(path)
         try:
             found = calibrate_magnetometer(data.field_b_tesla, data.force_b_m_s2, allow_hard_iron_only=1)
         except HnavError as error:
@@ -236,7 +236,7 @@ def test_every_full_fit_on_broad_is_nearer_to_optical_truth_than_the_sensor_as_i
     sphere = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
     improved = 0
     for number, path in broad_trials.items():
-        data = read_recording(path)
+        data = read(path)
         try:
             found = calibrate_magnetometer(data.field_b_tesla * 1e6, data.force_b_m_s2, "uT")
         except HnavError:

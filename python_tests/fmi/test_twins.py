@@ -9,7 +9,7 @@ from hnav.filters.attitude import FILTERS
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.fmi.fmu_run import parameter_values
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.io.recordings import read_recording
+from hnav.io.readers import read
 from hnav.reports.scores import score
 
 OFF_DEFAULT = {
@@ -97,7 +97,7 @@ def test_every_engine_agrees_on_whole_recordings(engine, filter, broad_trials):
     """Co-Simulation bit for bit. In Model Exchange a rounding may open a gate one sample earlier: equal scores."""
     settings = {"navigation_frame": "enu"}
     for path in broad_trials.values():
-        trial = read_recording(path)
+        trial = read(path)
         c, fmu = (run_recording(trial, filter, e, settings=settings) for e in ("c", engine))
         if engine.endswith("cs"):
             assert np.array_equal(c.q_nb, fmu.q_nb, equal_nan=True), trial.name

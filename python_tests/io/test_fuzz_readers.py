@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from fuzzing import bounded, damaged, json_values, places
 from hnav.errors import HnavError
-from hnav.io.recordings import Recording, RecordingError, read_recording
+from hnav.io.readers import read
+from hnav.io.recordings import Recording, RecordingError
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 
 # MATLAB files are read in a process of their own, which takes a second on a busy machine.
@@ -64,7 +65,7 @@ def is_whole(recording: Recording) -> None:
 
 def read_or_say_why(path: Path) -> None:
     try:
-        recording = read_recording(path)
+        recording = read(path)
     except RecordingError as error:
         assert path.name in str(error) and "\n" not in str(error)
     else:

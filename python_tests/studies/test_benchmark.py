@@ -13,7 +13,9 @@ from command_line import answered, hnav
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.attitude import FILTERS
-from hnav.io.recordings import Recording, find_trials, is_disturbed, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials, is_disturbed
+from hnav.io.recordings import Recording
 from hnav.reports.scores import score
 from studies.bench import peers
 from studies.bench.__main__ import main
@@ -279,7 +281,7 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
             ("nees_per_axis", "nees_per_axis"),
         ):
             assert float(mine[ours]) == pytest.approx(trial[theirs], rel=1e-5)
-    trials = [read_recording(path) for path in find_trials(folder).values()]
+    trials = [read(path) for path in find_trials(folder).values()]
     theirs = [float(r["total_deg"]) for r in rows if (r["set"], r["filter"]) == ("BROAD", "vqf")]
     assert np.mean(theirs) == pytest.approx(
         np.mean([score(run_peer("vqf", r)[0], r.reference_q_nb, r.movement).total for r in trials]), rel=1e-5

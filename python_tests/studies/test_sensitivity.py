@@ -11,9 +11,9 @@ from studies.sensitivity import main, mean_error_deg, tuned_options
 
 @pytest.fixture(scope="module")
 def trials(broad_trials):
-    from hnav.io.recordings import read_recording
+    from hnav.io.readers import read
 
-    return [read_recording(path) for path in list(broad_trials.values())[:2]]
+    return [read(path) for path in list(broad_trials.values())[:2]]
 
 
 @pytest.mark.parametrize("filter", ["ahrs", "hrekf"])

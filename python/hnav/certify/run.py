@@ -15,7 +15,8 @@ from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.filters.attitude import Options
 from hnav.io.outputs import write_files
-from hnav.io.recordings import Recording, read_recording
+from hnav.io.readers import read
+from hnav.io.recordings import Recording
 from hnav.systems.turntable_recording import Experiment, Turntable
 
 FILTER = "hrekf"
@@ -65,7 +66,7 @@ def certify_run(
 def _read(path: Path, preset: str | None, mag_unit: str) -> tuple[Recording, str | None, dict[str, str]]:
     """Recording, preset and settings: of a folder without a preset given those of its simulation."""
     if not path.is_dir():
-        return read_recording(path, mag_unit), preset, {}
+        return read(path, mag_unit=mag_unit), preset, {}
     return read_results(path), *((preset, {}) if preset is not None else filter_of_run(path))
 
 

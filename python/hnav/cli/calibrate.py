@@ -15,7 +15,7 @@ from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.recordings import read_recording
+from hnav.io.readers import read
 from hnav.units import TESLA_PER
 
 
@@ -33,7 +33,7 @@ def command(
     mag_unit: MagUnit = "T",
 ) -> None:
     refuse_overwriting([out, picture], [recording])
-    data = read_recording(recording, mag_unit)
+    data = read(recording, mag_unit=mag_unit)
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
     unit = mag_unit if recording.suffix == ".csv" else "uT"  # the unit in the file is the one to answer in

@@ -21,7 +21,8 @@ from hnav.cli.words import UsageError
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.io.device_recordings import PACKAGE, VERSION, find_wheel, read_x_imu, read_xsens
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.recordings import Recording, RecordingError, read_recording
+from hnav.io.readers import read
+from hnav.io.recordings import Recording, RecordingError
 from hnav.reports import plots
 from hnav.reports.page import write_report
 from hnav.reports.recording_picture import draw_recordings
@@ -90,7 +91,7 @@ def device_runs(filter: str, engine: str, settings: dict[str, str]) -> list[Reco
 
 def own_run(file: Path, mag_unit: str, filter: str, engine: str, settings: dict[str, str]) -> RecordingRun:
     """The user's file, against the optical reference if it holds one."""
-    recording = read_recording(file, mag_unit=mag_unit)
+    recording = read(file, mag_unit=mag_unit)
     if len(recording.t_s) < 2:
         raise RecordingError(f"{file}: one row is no recording")
     return run_engine(recording, "" if recording.reference_q_nb is None else "optics", filter, engine, settings)

@@ -18,7 +18,7 @@ from hnav.filters.health import Finding, findings
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting, write_files
-from hnav.io.recordings import read_recording
+from hnav.io.readers import read
 from hnav.renamed import new_name
 
 CSV_HEADER = (
@@ -55,7 +55,7 @@ def command(
         raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
     chosen = {"navigation_frame": frame} | parse_settings(settings)
     refuse_overwriting([out], [recording, calibration])
-    data = read_recording(recording, mag_unit)
+    data = read(recording, mag_unit=mag_unit)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
     with bar() as progress:

@@ -15,7 +15,8 @@ from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, parse_settings
 from hnav.fmi.engines import run_recording
 from hnav.io.outputs import refuse_overwriting, write_files
-from hnav.io.recordings import find_trials, is_disturbed, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.reports.scores import Score, nees, score
 
 
@@ -38,7 +39,7 @@ def command(
     with bar() as progress:
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
-            data = read_recording(path)
+            data = read(path)
             if crop is not None:
                 data = data.cropped(crop)
             result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)

@@ -13,7 +13,8 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Folder
 from hnav.cli.words import UsageError
-from hnav.io.recordings import find_trials, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials
 from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
 from studies.bench.peers import PEERS
@@ -46,7 +47,7 @@ def command(
     entered, missing = contenders(split(filters), list(PEERS) if peers == "all" else [] if peers == "none" else split(peers))
     if not entered:
         raise UsageError("no filter to run: name some in --filters or --peers")
-    recordings = [read_recording(path) for path in find_trials(folder).values()]
+    recordings = [read(path) for path in find_trials(folder).values()]
     rows: list[Row] = []
     with bar() as progress:
         task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in names))

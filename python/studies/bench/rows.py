@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from hnav.io.outputs import write_files
-from hnav.io.recordings import Recording, is_disturbed
+from hnav.io.readers.broad import is_disturbed
+from hnav.io.recordings import Recording
 from hnav.reports.scores import nees, score
 from studies.bench.contenders import Contender, Estimate
 from studies.bench.stress import nominal_rate_hz, variants

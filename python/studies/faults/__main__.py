@@ -20,7 +20,8 @@ from rich.table import Table
 from hnav.cli.console import bar, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
-from hnav.io.recordings import find_trial, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trial
 from studies.command import study
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment
@@ -64,7 +65,7 @@ def events(seeds: int, filter: str, settings: dict[str, str], workers: int) -> d
 
 def recordings(folder: Path, filter: str, settings: dict[str, str]) -> dict[str, list[Damage]]:
     """By fault. Raises HnavError."""
-    trials = [read_recording(find_trial(folder, number)) for number in TRIALS]
+    trials = [read(find_trial(folder, number)) for number in TRIALS]
     found: dict[str, list[Damage]] = {}
     with bar() as progress:
         task = progress.add_task("faults", total=len(FAULTS))

@@ -14,7 +14,8 @@ from PIL import Image
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.io.outputs import writing
-from hnav.io.recordings import find_trials, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials
 from hnav.places import CHECKOUT
 from hnav.reports import plots
 from hnav.reports.flights import channels, draw_flight
@@ -33,7 +34,7 @@ AIRCRAFT, AIRCRAFT_SEED = "aircraft_longitudinal", 3
 def draw_bench(broad: Path) -> plots.Figure:
     """Error and time of all filters on the trials as they are."""
     entered, _ = contenders(DEFAULT_FILTERS, DEFAULT_PEERS)
-    recordings = [read_recording(path) for path in find_trials(broad).values()]
+    recordings = [read(path) for path in find_trials(broad).values()]
     rows = [row for rows in benchmark(recordings, entered, ["BROAD"]) for row in rows]
     return draw_benchmark([line for line in summary(rows) if line.trials], entered)
 

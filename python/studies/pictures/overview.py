@@ -16,7 +16,9 @@ from hnav.filters.attitude import Filter, Options
 from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
-from hnav.io.recordings import Recording, find_trial, read_recording
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trial
+from hnav.io.recordings import Recording
 from hnav.reports import plots
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field
@@ -77,7 +79,7 @@ def corrections_deg(zoom: Zoom) -> np.ndarray:
 
 def draw_overview(broad: Path) -> plots.Figure:
     """The picture, 1600 x 900 pixels, from the BROAD trials in a folder."""
-    recording = read_recording(find_trial(broad, TRIAL))
+    recording = read(find_trial(broad, TRIAL))
     settings = {"navigation_frame": "enu"}
     result = run_recording(recording, "hrekf", "c", settings=settings)
     zoom = look_between(recording, ZOOM_BEGIN_S, ZOOM_S, settings)

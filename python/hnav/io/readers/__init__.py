@@ -1,0 +1,72 @@
+"""Readers of recordings: what a file is, is found by its content, never by its name.
+
+    hnav.read("walk.zip")               # whatever it is
+    hnav.read("log.csv", accel_unit="g", columns={"gx": "rate 1"})
+
+Each family of formats has a module; FORMATS lists them, and the first that recognises a file reads it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hnav.io.readers.formats import FORMATS, reader_of
+from hnav.io.readers.streams import Wishes, recording_of
+from hnav.io.readers.tables import raw_of, table_of
+from hnav.io.recordings import Recording, RecordingError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["FORMATS", "from_dataframe", "read"]
+
+
+def read(
+    path: str | Path,
+    *,
+    format: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    gyro_unit: str | None = None,
+    accel_unit: str | None = None,
+    mag_unit: str | None = None,
+    time_unit: str | None = None,
+    rate_hz: float | None = None,
+    axes: Mapping[str, str] | None = None,
+) -> Recording:
+    """A recording in SI units: a table in text, a folder or zip of tables, a log of PX4 or ROS, Parquet, a trial of BROAD.
+
+    path: file or folder. format: one of FORMATS, where its content does not tell. columns: role (t_s, gx to mz) to the name of
+    its column, before which a minus negates; of a bag, imu and mag to their topics. gyro_unit (rad/s, deg/s, mdeg/s),
+    accel_unit (m/s2, g, mg), mag_unit (T, uT, nT, G, mG, au), time_unit (s, ms, us, ns): go before what the file says.
+    rate_hz: samples are at equal intervals, whatever their times are. axes: by gyro, accel or mag which axes of the file are
+    x, y and z, such as {"mag": "y,x,-z"}.
+
+    Nothing is resampled: sensors of different rates keep their times. Raises RecordingError, a line that says what is wrong,
+    where, and what to do.
+    """
+    path = Path(path)
+    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}))
+    try:
+        raw = reader_of(path, format)(path, wishes)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    return recording_of(path.stem, str(path), raw, wishes)
+
+
+def from_dataframe(
+    frame: pd.DataFrame,
+    name: str = "table",
+    *,
+    columns: Mapping[str, str] | None = None,
+    gyro_unit: str | None = None,
+    accel_unit: str | None = None,
+    mag_unit: str | None = None,
+    time_unit: str | None = None,
+    rate_hz: float | None = None,
+    axes: Mapping[str, str] | None = None,
+) -> Recording:
+    """A recording from a table of pandas; arguments as of read. Raises RecordingError."""
+    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}))
+    return recording_of(name, name, raw_of(name, table_of(frame, name, wishes), wishes), wishes)

@@ -1,0 +1,190 @@
+"""What a column is, by its name: gx, GyroX, acc_x_g, "Gyroscope X (deg/s)", angular_velocity.x, w_RS_S_x [rad s^-1], magnetometer_ga[0]."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hnav.io.recordings import CSV_COLUMNS, RecordingError
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+STEMS = {
+    "gyro": "g w gyr gyro gyros gyroscope omega rate angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate",
+    "accel": "a acc accel accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce",
+    "mag": "m mag magn magnet magnetometer magnetic magneticfield field b",
+}
+SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
+# With these it is not what a sensor read.
+NOT_READ = _words(
+    "free gravity user bias sigma std cov covariance var delta vel quat quaternion euler ref truth gps abs absolute norm "
+    "increment inc heading location angle sum error noise scale stddev"
+)
+FILLERS = _words(
+    "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg"
+)
+WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "linear": 2}
+
+TIME_STEMS = _words("t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime")
+TIME_FILLERS = _words("sensor log logging unix system elapsed utc relative since start header of recording")
+
+_SPELLED = {
+    "gyro": {"rad/s": "rad rad/s rads-1 rads radps radpersec rads1", "deg/s": "deg/s degs-1 degs dps degps degrees/s degrees/second degs1",
+             "mdeg/s": "mdeg/s mdps"},
+    "accel": {"m/s2": "m/s2 ms-2 ms2 mps2 m/s/s mss m/sec2", "g": "g gn gs", "mg": "mg millig"},
+    "mag": {"T": "t tesla", "uT": "ut microtesla", "nT": "nt nanotesla", "G": "g gs ga gauss", "mG": "mg mgauss milligauss mga",
+            "au": "au a.u. arb arbitrary arbitraryunits"},
+    "time": {"s": "s sec secs second seconds", "ms": "ms msec millis milliseconds millisecond", "ns": "ns nsec nanos nanoseconds nanosecond",
+             "us": "us usec micros microseconds microsecond"},
+}  # fmt: skip
+SPELLED = {quantity: {w: unit for unit, words in units.items() for w in words.split()} for quantity, units in _SPELLED.items()}
+_SQUEEZE = str.maketrans(
+    {" ": "", "^": "", "*": "", "_": "", "·": "", "²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "°": "deg"}
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """What stands in a column."""
+
+    role: str
+    """One of CSV_COLUMNS."""
+    name: str
+    """As it stands in the file."""
+    place: int
+    unit: str | None = None
+    rank: int = 0
+    """Of several columns of one role, the one with the lowest is taken."""
+    sign: float = 1.0
+
+
+def spelled_unit(quantity: str, text: str) -> str | None:
+    """The unit of gyro, accel, mag or time that a text names, if it does."""
+    squeezed = text.strip().translate(_SQUEEZE).lower()
+    return SPELLED[quantity].get(squeezed.replace("persecond", "/s").replace("persec", "/s"))
+
+
+def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
+    """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
+    text = name.strip().strip('"').lstrip("#% ")
+    if text in CSV_COLUMNS:
+        return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
+    bare, unit, index = _split(text)
+    tokens = [t.lower() for t in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", bare)]
+    return _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
+
+
+def _split(text: str) -> tuple[str, str, str | None]:
+    """Name, unit in brackets, axis that an index in brackets stands for."""
+    if match := re.fullmatch(r"(.*?)\[([012])\]", text):
+        return match.group(1), "", "xyz"[int(match.group(2))]
+    if match := re.fullmatch(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*", text):
+        return match.group(1), match.group(2), None
+    return text, "", None
+
+
+def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column | None:
+    rest, stated = _without_unit(tokens)
+    found = spelled_unit("time", unit) or stated
+    named = [token for token in rest if token not in TIME_FILLERS]
+    if not (tokens and (rest or found) and TIME_STEMS.issuperset(named)):
+        return None
+    return Column("t_s", name, place, found, rank=0 if found else 1)
+
+
+def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
+    """What is left of t_ms, millis and seconds_elapsed without the unit, and the unit."""
+    if tokens and tokens != ["s"] and (spelled := spelled_unit("time", tokens[-1])):
+        return tokens[:-1], spelled
+    if len(tokens) > 1 and tokens[1] in TIME_FILLERS and (spelled := spelled_unit("time", tokens[0])):
+        return tokens[1:], spelled
+    return tokens, None
+
+
+def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, place: int, sensor: str | None) -> Column | None:
+    before, axis, after = (tokens, axis, []) if axis else _around_axis(tokens)
+    if axis is None or NOT_READ & {*before, *after}:
+        return None
+    found, stated = _sensor_of(_bare(before), sensor)
+    if found is None:
+        return None
+    spelled = next(filter(None, (spelled_unit(found, text) for text in (unit, "".join(after), stated))), None)
+    if after and not spelled and not sensor:
+        return None
+    # Linear is without gravity of a phone; of ROS it is the whole.
+    return Column(found[0] + axis, name, place, spelled, rank=sum(WORSE.get(token, 0) for token in before))
+
+
+def _bare(tokens: list[str]) -> list[str]:
+    """The words that may name a sensor: imu0_gyro is gyro."""
+    unnumbered = (token.rstrip("0123456789") if len(token) > 2 else token for token in tokens)
+    return [token for token in unnumbered if token and token not in FILLERS and token != "linear"]
+
+
+def _around_axis(tokens: list[str]) -> tuple[list[str], str | None, list[str]]:
+    """The words before the last one that names an axis, or ends in it as gx does; the axis; the words after."""
+    for i in reversed(range(len(tokens))):
+        stem, axis = tokens[i][:-1], tokens[i][-1]
+        if axis in "xyz" and (not stem or stem in SENSOR_OF or stem == "gf"):
+            return [*tokens[:i], *filter(None, [stem])], axis, tokens[i + 1 :]
+    return [], None, tokens
+
+
+def _sensor_of(tokens: list[str], sensor: str | None) -> tuple[str | None, str]:
+    """The sensor, and the words behind its name that are a unit."""
+    if not tokens:
+        return sensor, ""
+    if tokens in (["gf"], ["g", "f"]):
+        return "accel", "g"
+    for begin in range(len(tokens)):
+        for end in range(len(tokens), begin, -1):
+            stem, stated = "".join(tokens[begin:end]), "".join(tokens[end:])
+            found = SENSOR_OF.get(stem) if begin == 0 or len(stem) > 2 else None  # left_arm_gyro_x
+            if found and (not stated or spelled_unit(found, stated)):
+                return found, stated
+    return None, ""
+
+
+def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, sensor: str | None = None) -> dict[str, Column]:
+    """The column of each role that is found. given: role to name, before which a minus negates. Raises RecordingError.
+
+    shown: what messages call the place of the names.
+    """
+    found: dict[str, list[Column]] = {}
+    for place, name in enumerate(names):
+        if name.strip() and (column := column_of(name, place, sensor)):
+            found.setdefault(column.role, []).append(column)
+    chosen: dict[str, Column] = {}
+    for role, candidates in found.items():
+        best = min(candidates, key=lambda column: column.rank)
+        twins = [column for column in candidates if column.rank == best.rank]
+        if len(twins) > 1 and role not in given and role != "t_s":
+            if twins[0].name.strip() == twins[1].name.strip():
+                raise RecordingError(f"{shown}: a column appears twice: {twins[0].name.strip()}")
+            raise RecordingError(
+                f"{shown}: {twins[0].name.strip()} and {twins[1].name.strip()} may both be {role}: choose by columns {role}=NAME",
+                "columns",
+            )
+        chosen[role] = twins[0]
+    for role, name in given.items():
+        if role in CSV_COLUMNS:
+            chosen[role] = _named(names, role, name, shown)
+    return chosen
+
+
+def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
+    """The column that the caller says is the one. Raises RecordingError."""
+    stripped = [n.strip().strip('"').lstrip("#% ") for n in names]
+    for text, sign in ((name.strip(), 1.0), (name.strip().lstrip("-"), -1.0)):
+        for i, known in enumerate(stripped):
+            if text == known or text == names[i].strip():
+                column = column_of(known, i)
+                quantity = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}[role[0]]
+                same = column is not None and column.role[0] == role[0]
+                unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])
+                return Column(role, names[i], i, unit, sign=sign)
+    raise RecordingError(f"columns {role}={name}: {shown} has no such column, but {', '.join(stripped[:12])}", "columns")

@@ -1,0 +1,66 @@
+"""The one list of formats, and how each is recognised by the first bytes of a file or the members of a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hnav.io.readers.broad import is_broad, read_broad
+from hnav.io.readers.phones import is_phone_export, read_phone
+from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
+from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.tables import read_parquet, read_table
+from hnav.io.readers.xsens import is_xsens_binary, is_xsens_text, read_xsens_text, refuse_binary
+from hnav.io.recordings import RecordingError
+
+HEAD_BYTES = 4096
+Reader = Callable[[Path, Wishes], Raw]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: how it is recognised and read."""
+
+    about: str
+    recognises: Callable[[Path, bytes], bool]
+    """By path and first bytes; a folder has none."""
+    read: Reader
+
+
+def is_text(path: Path, head: bytes) -> bool:
+    return bool(head) and (b"\0" not in head or head[:2] in (b"\xff\xfe", b"\xfe\xff"))
+
+
+FORMATS = {
+    "broad": Format("BROAD trial (.hdf5, .mat)", is_broad, read_broad),
+    "ulog": Format("log of PX4 (.ulg)", is_ulog, read_ulog),
+    "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
+    "parquet": Format("Parquet", lambda path, head: head.startswith(b"PAR1"), read_parquet),
+    "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
+    "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
+    "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
+    "xsens-text": Format("text exported by MT Manager", is_xsens_text, read_xsens_text),
+    "table": Format("CSV, TSV or text with semicolons", is_text, read_table),
+}
+"""By name, in the order in which they are tried."""
+
+
+def reader_of(path: Path, format: str | None) -> Reader:
+    """What reads the file. Raises RecordingError for files that do not exist or are of no format known here."""
+    if format is not None and format not in FORMATS:
+        raise RecordingError(f"format = {format}: choose one of {', '.join(FORMATS)}", "format")
+    if not path.exists():
+        raise RecordingError(f"{path}: no such file")
+    if format is not None:
+        return FORMATS[format].read
+    head = b""
+    if path.is_file():
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+        if not head:
+            raise RecordingError(f"{path}: the file is empty")
+    for known in FORMATS.values():
+        if known.recognises(path, head):
+            return known.read
+    raise RecordingError(f"{path}: no format that hnav knows ({', '.join(FORMATS)})")

@@ -1,0 +1,132 @@
+"""Exports of telephones: a folder or a zip with a CSV for each sensor, each at its own rate.
+
+Sensor Logger writes time (ns since 1970), seconds_elapsed, z, y, x: rad/s, m/s2, microtesla. Of Android, Accelerometer.csv is
+without gravity and TotalAcceleration.csv with it; of iOS, gravity is in Gravity.csv, and both have the opposite sign unless the
+app was told to standardise (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",...
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hnav.io.readers.streams import Raw, Stream, Wishes
+from hnav.io.readers.tables import Table, decoded, parse, raw_of, stream_of, times_of
+from hnav.io.recordings import RecordingError, Unit
+
+ZIP_MAGIC = b"PK\x03\x04"
+# What one of these apps calls the files of a sensor, best first; small letters, without blanks.
+FILES = {
+    "gyro": ("gyroscope", "gyro", "gyroscopeuncalibrated"),
+    "accel": ("totalacceleration", "accelerometeruncalibrated", "accelerometer", "acceleration", "acc", "accel",
+              "linearaccelerometer", "linearacceleration"),
+    "mag": ("magnetometer", "magneticfield", "mag", "magnetometeruncalibrated"),
+}  # fmt: skip
+UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
+LARGEST_BYTES = 1 << 31
+
+
+def is_phone_export(path: Path, head: bytes) -> bool:
+    """Whether a folder, or a zip, holds a CSV of a sensor."""
+    if path.is_dir():
+        return any(_sensor_of(p.name) for p in path.glob("*.csv"))
+    return head.startswith(ZIP_MAGIC)
+
+
+def read_phone(path: Path, wishes: Wishes) -> Raw:
+    """The best file of each sensor. Raises RecordingError."""
+    files = _files(path)
+    tables = {stem: data for stem, data in files.items() if _sensor_of(stem)}
+    if not tables:
+        inside = ", ".join(sorted(files)[:8]) or "no CSV"
+        raise RecordingError(f"{path}: holds no Gyroscope.csv, Accelerometer.csv or Magnetometer.csv, but {inside}")
+    first = _parsed(path, next(iter(tables)), tables, wishes)
+    if len(first.columns) > 6:  # all sensors in each file
+        return raw_of(str(path), first, wishes, name="phone")
+    format = "sensor-logger" if any("seconds_elapsed" in name for name in first.layout.names) else "phyphox"
+    streams, notes, time_unit = [], [], Unit("s", "by format")
+    for sensor, names in FILES.items():
+        if stem := next((name for name in names if name in tables), None):
+            stream, time_unit = _stream(path, stem, sensor, tables, wishes)
+            stream, note = _whole_force(path, stem, stream, files, wishes)
+            streams.append(stream)
+            notes += [note] if note else []
+        elif sensor != "mag":
+            raise RecordingError(f"{path}: has no file of the {sensor}: record it too ({', '.join(sorted(files))})")
+    return Raw(format, streams, time_unit, tuple(notes))
+
+
+def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
+    """What iOS gives, as Android gives it; and what was done."""
+    if stem == "accelerometeruncalibrated" and _ios_sign(files):
+        negated = replace(stream, values=-stream.values, unit=wishes.unit("accel", by_format="g"))
+        return negated, "accel: negated because iOS gives the opposite of the force"
+    if stem == "accelerometer" and "gravity" in files:
+        return _with_gravity(path, stream, files, wishes)
+    return stream, ""
+
+
+def _stream(path: Path, stem: str, sensor: str, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, Unit]:
+    table = _parsed(path, stem, files, wishes, sensor)
+    shown = f"{path}, {stem}.csv"
+    t_s, unit = times_of(shown, table, wishes, {})
+    stream = stream_of(shown, table, sensor, t_s, wishes, UNITS[sensor])
+    present = ~np.isnan(stream.values).any(axis=1)
+    return Stream(sensor, t_s[present], stream.values[present], stream.unit), unit
+
+
+def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
+    """iOS parts force into gravity and the rest, both of one instant and of the opposite sign."""
+    gravity, _ = _stream(path, "gravity", "accel", files, wishes)
+    common, mine, its = np.intersect1d(stream.t_s, gravity.t_s, return_indices=True)
+    if len(common) < 0.9 * len(stream.t_s):
+        return stream, ""
+    sign = -1.0 if _ios_sign(files) else 1.0
+    force = sign * (stream.values[mine] + gravity.values[its])
+    negated = ", negated because iOS gives the opposite of the force" if sign < 0 else ""
+    return Stream("accel", common, force, stream.unit), f"accel: sum of accelerometer and gravity{negated}"
+
+
+def _ios_sign(files: Mapping[str, bytes]) -> bool:
+    """Whether the metadata tell of iOS, and of frames that were not made alike."""
+    if "metadata" not in files:
+        return False
+    rows = list(csv.DictReader(io.StringIO(decoded("metadata.csv", files["metadata"]))))
+    row = {str(key).strip().lower(): str(value).strip().lower() for key, value in (rows[0] if rows else {}).items()}
+    return row.get("platform") == "ios" and row.get("standardisation", "false") != "true"
+
+
+def _parsed(path: Path, stem: str, files: Mapping[str, bytes], wishes: Wishes, sensor: str | None = None) -> Table:
+    return parse(f"{path}, {stem}.csv", files[stem], wishes, sensor or _sensor_of(stem))
+
+
+def _sensor_of(name: str) -> str | None:
+    stem = _stem(name)
+    return next((sensor for sensor, names in FILES.items() if stem in names), None)
+
+
+def _stem(name: str) -> str:
+    return "".join(c for c in Path(name).name.removesuffix(".csv").lower() if c.isalnum())
+
+
+def _files(path: Path) -> dict[str, bytes]:
+    """Every CSV of a folder or zip by its name in small letters. Raises RecordingError."""
+    if path.is_dir():
+        return {_stem(p.name): p.read_bytes() for p in sorted(path.glob("*.csv"))}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if m.filename.lower().endswith(".csv") and "__MACOSX" not in m.filename]
+            if sum(m.file_size for m in members) > LARGEST_BYTES:
+                raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
+            return {_stem(m.filename): archive.read(m) for m in members}
+    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, OSError, zlib.error) as error:
+        if isinstance(error, RecordingError):
+            raise
+        raise RecordingError(f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None

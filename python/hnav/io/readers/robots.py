@@ -1,0 +1,177 @@
+"""Logs of robots: PX4 (.ulg, by pyulog) and bags of ROS 1 and 2 (.bag, .db3, .mcap, by rosbags), EuRoC's folders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.readers.tables import parse, raw_of
+from hnav.io.recordings import ARRAYS, RecordingError
+
+ULOG_MAGIC = b"ULog\x01\x12\x35"
+BAG_MAGIC = b"#ROSBAG V"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+SQLITE_MAGIC = b"SQLite format 3\0"
+ROS_UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
+IMU, MAG = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
+
+# --------------------------------------------------------------------------------------------- PX4
+
+
+def is_ulog(path: Path, head: bytes) -> bool:
+    return head.startswith(ULOG_MAGIC)
+
+
+# By sensor: topic, its fields, their unit; the first that a log has is taken.
+ULOG_TOPICS = {
+    "gyro": (("sensor_combined", "gyro_rad[{}]", "rad/s"), ("sensor_gyro", "xyz", "rad/s")),
+    "accel": (("sensor_combined", "accelerometer_m_s2[{}]", "m/s2"), ("sensor_accel", "xyz", "m/s2")),
+    "mag": (("vehicle_magnetometer", "magnetometer_ga[{}]", "G"), ("sensor_combined", "magnetometer_ga[{}]", "G"), ("sensor_mag", "xyz", "G")),
+}  # fmt: skip
+
+
+def read_ulog(path: Path, wishes: Wishes) -> Raw:
+    """The first instance of each topic. Raises RecordingError."""
+    pyulog = library("pyulog", "logs", str(path))
+    wanted = sorted({topic for topics in ULOG_TOPICS.values() for topic, _, _ in topics})
+    try:
+        log = pyulog.ULog(str(path), wanted)
+        topics = {data.name: data.data for data in sorted(log.data_list, key=lambda data: -data.multi_id)}
+        streams = [stream for sensor in ARRAYS if (stream := _ulog_stream(topics, sensor, wishes))]
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        raise _cannot_be_read(path, error) from None
+    for sensor in ("gyro", "accel"):
+        if sensor not in {stream.sensor for stream in streams}:
+            raise RecordingError(
+                f"{path}: has no topic {' or '.join(topic for topic, _, _ in ULOG_TOPICS[sensor])}: log it (SDLOG_PROFILE)"
+            )
+    return Raw("ulog", streams, wishes.unit("time", by_format="us"))
+
+
+def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream | None:
+    for topic, fields, unit in ULOG_TOPICS[sensor]:
+        data = topics.get(topic)
+        names = list(fields) if fields == "xyz" else [fields.format(i) for i in range(3)]
+        if data is None or not set(names) <= set(data):
+            continue
+        us = np.asarray(data["timestamp"], float)
+        values = np.stack([np.asarray(data[name], float) for name in names], axis=1)
+        relative = data.get("accelerometer_timestamp_relative")
+        present = np.ones(len(us), bool)
+        if sensor == "accel" and topic == "sensor_combined" and relative is not None:
+            present = relative != np.iinfo(np.int32).max  # no sample of it in this message
+            us = us + relative
+        elif topic != "sensor_combined" and "timestamp_sample" in data and (data["timestamp_sample"] > 0).all():
+            us = np.asarray(data["timestamp_sample"], float)
+        return Stream(sensor, us[present] * 1e-6, values[present], wishes.unit(sensor, by_format=unit))
+    return None
+
+
+# --------------------------------------------------------------------------------------------- ROS
+
+
+def is_bag(path: Path, head: bytes) -> bool:
+    return (path / "metadata.yaml").is_file() or head.startswith((BAG_MAGIC, MCAP_MAGIC, SQLITE_MAGIC))
+
+
+def read_bag(path: Path, wishes: Wishes) -> Raw:
+    """The topics with most messages of Imu and MagneticField, or those that columns names. Raises RecordingError."""
+    library("rosbags", "logs", str(path))
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    bag = path.parent if path.suffix in (".db3", ".mcap") and (path.parent / "metadata.yaml").is_file() else path
+    try:
+        with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            imu, imu_notes = _topic(path, reader, IMU, wishes.columns.get("imu"))
+            mag, mag_notes = _topic(path, reader, MAG, wishes.columns.get("mag"))
+            if imu is None:
+                there = ", ".join(sorted(reader.topics)[:8]) or "none"
+                raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {there}")
+            gyro, accel = _vectors(reader, imu, _rate), _vectors(reader, imu, _force)
+            field = _vectors(reader, mag, _field) if mag else None
+    except RecordingError:
+        raise
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        raise _cannot_be_read(path, error) from None
+    found = {"gyro": gyro, "accel": accel} | ({"mag": field} if field else {})
+    streams = [
+        Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
+    ]
+    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes))
+
+
+def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str | None, list[str]]:
+    """The name of a topic of this kind, and which others there are."""
+    counts = {name: topic.msgcount for name, topic in reader.topics.items() if topic.msgtype == kind}
+    if wanted is not None:
+        if wanted not in counts:
+            raise RecordingError(
+                f"columns = {wanted}: {path} has no such topic of {kind}, but {', '.join(counts) or 'none'}", "columns"
+            )
+        return wanted, []
+    if not counts:
+        return None, []
+    best = max(counts, key=lambda name: counts[name])
+    others = sorted(set(counts) - {best})
+    word = "imu" if kind == IMU else "mag"
+    return best, [f"{word}: {best}, not {', '.join(others)} (choose by columns {word}=TOPIC)"] if others else []
+
+
+def _vectors(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Times in s and vectors of the messages that have one."""
+    rows = list(_stamped(reader, topic, vector_of))
+    table = np.array(rows, float).reshape(-1, 4)
+    return table[:, 0], np.ascontiguousarray(table[:, 1:])
+
+
+def _stamped(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> Iterator[tuple[float, float, float, float]]:
+    for connection, arrived_ns, data in reader.messages(connections=[c for c in reader.connections if c.topic == topic]):
+        message = reader.deserialize(data, connection.msgtype)
+        vector = vector_of(message)
+        if vector is None:
+            continue
+        stamp = message.header.stamp
+        ns = stamp.sec * 1_000_000_000 + stamp.nanosec or arrived_ns  # a driver that sets no stamp
+        yield ns * 1e-9, vector.x, vector.y, vector.z
+
+
+def _rate(message: Any) -> Any:
+    """None where the covariance says that the message has no rate."""
+    return None if message.angular_velocity_covariance[0] == -1 else message.angular_velocity
+
+
+def _force(message: Any) -> Any:
+    return None if message.linear_acceleration_covariance[0] == -1 else message.linear_acceleration
+
+
+def _field(message: Any) -> Any:
+    return message.magnetic_field
+
+
+def _cannot_be_read(path: Path, error: Exception) -> RecordingError:
+    said = " ".join(str(error).split())
+    return RecordingError(f"{path}: cannot be read: {said[:200] or type(error).__name__}")
+
+
+# --------------------------------------------------------------------------------------------- EuRoC
+
+
+def is_euroc(path: Path, head: bytes) -> bool:
+    """data.csv itself, or a folder of the set."""
+    return head.startswith(b"#timestamp [ns],w_RS_S_x") or _euroc_file(path) is not None
+
+
+def read_euroc(path: Path, wishes: Wishes) -> Raw:
+    """imu0/data.csv: rad/s, m/s2, ns. Raises RecordingError."""
+    file = _euroc_file(path) or path
+    return raw_of(str(file), parse(str(file), file.read_bytes(), wishes), wishes, name="euroc")
+
+
+def _euroc_file(path: Path) -> Path | None:
+    candidates = (path / inner / "data.csv" for inner in ("mav0/imu0", "imu0", "."))
+    return next((file for file in candidates if file.is_file()), None)

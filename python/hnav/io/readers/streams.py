@@ -1,0 +1,152 @@
+"""What readers share: samples of one sensor with their own times, what the caller says about a file, and how a recording is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hnav.io.recordings import ARRAYS, CSV_COLUMNS, Origin, Recording, RecordingError, Unit
+from hnav.units import SI_PER
+
+WITHIN_S = 1.0  # stamps that run back by less are put in order
+SOURCES = ("imu", "gyro", "accel", "mag")  # what columns may name in a file of topics
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What the caller says of a file; it goes before what the file says. Raises RecordingError for what does not exist."""
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    gyro_unit: str | None = None
+    accel_unit: str | None = None
+    mag_unit: str | None = None
+    time_unit: str | None = None
+    rate_hz: float | None = None
+    axes: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for quantity, known in SI_PER.items():
+            unit = getattr(self, f"{quantity}_unit")
+            if unit is not None and unit not in known:
+                raise RecordingError(f"{quantity}_unit = {unit}: choose one of {', '.join(known)}", f"{quantity}_unit")
+        if self.rate_hz is not None and not 0 < self.rate_hz < np.inf:
+            raise RecordingError(f"rate_hz = {self.rate_hz:g}: must be above 0 Hz", "rate_hz")
+        for name in self.columns:
+            if name not in (*CSV_COLUMNS, *SOURCES):
+                raise RecordingError(f"columns = {name}: choose from {', '.join((*CSV_COLUMNS, *SOURCES))}", "columns")
+        for sensor, axes in self.axes.items():
+            if sensor not in ARRAYS:
+                raise RecordingError(f"axes = {sensor}: choose from {', '.join(ARRAYS)}", "axes")
+            turned(axes)
+
+    def unit(self, quantity: str, by_header: str | None = None, by_format: str | None = None) -> Unit:
+        """The unit of gyro, accel, mag or time: as given, else by the header, else by the format, else SI."""
+        given: str | None = getattr(self, f"{quantity}_unit")
+        for name, source in ((given, "given"), (by_header, "by header"), (by_format, "by format")):
+            if name:
+                return Unit(name, source)
+        return Unit(next(iter(SI_PER[quantity])), "assumed")
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Samples of one sensor, in the unit of the file."""
+
+    sensor: str
+    """gyro, accel or mag."""
+    t_s: np.ndarray
+    """n."""
+    values: np.ndarray
+    """n x 3; a row with NaN is no sample."""
+    unit: Unit
+
+
+@dataclass(frozen=True)
+class Raw:
+    """What a reader found in a file."""
+
+    format: str
+    streams: Sequence[Stream]
+    time_unit: Unit
+    notes: tuple[str, ...] = ()
+    extra: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Other arrays of a Recording, on the times of the streams, which are then all the same."""
+
+
+def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
+    """The streams in SI units, merged by time. shown: what messages call the file. Raises RecordingError."""
+    notes = list(raw.notes)
+    streams = []
+    for stream in raw.streams:
+        ordered, note = _in_order(shown, stream, wishes.rate_hz)
+        streams.append(ordered)
+        notes += [note] if note else []
+    if not streams or not any(len(stream.t_s) for stream in streams):
+        raise RecordingError(f"{shown}: no samples of a gyroscope, an accelerometer or a magnetometer")
+    t_s = streams[0].t_s
+    if not all(np.array_equal(t_s, stream.t_s) for stream in streams[1:]):
+        t_s = np.unique(np.concatenate([stream.t_s for stream in streams]))
+    arrays: dict[str, Any] = {ARRAYS[s]: np.full((len(t_s), 3), np.nan) for s in ("gyro", "accel")}
+    for stream in streams:
+        merged = np.full((len(t_s), 3), np.nan)
+        with np.errstate(over="ignore"):
+            merged[np.searchsorted(t_s, stream.t_s)] = stream.values * SI_PER[stream.sensor][stream.unit.name]
+        order, signs = turned(wishes.axes.get(stream.sensor, "x,y,z"))
+        arrays[ARRAYS[stream.sensor]] = np.ascontiguousarray(merged[:, order] * signs)
+    units = {stream.sensor: stream.unit for stream in streams} | {"time": raw.time_unit}
+    return Recording(name, t_s, **arrays, **raw.extra, origin=Origin(raw.format, units, tuple(notes)))
+
+
+def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream, str]:
+    """The stream with increasing times, and what was done for it. Raises RecordingError where that needs a decision."""
+    if rate_hz is not None:
+        return replace(stream, t_s=np.arange(len(stream.t_s)) / rate_hz), ""
+    steps_s = np.diff(stream.t_s)
+    if not np.isfinite(stream.t_s).all():
+        raise RecordingError(f"{shown}: a time of {stream.sensor} is missing or not finite")
+    if (steps_s > 0).all():
+        return stream, ""
+    if steps_s.min() < -WITHIN_S:
+        i = int(np.argmin(steps_s))
+        raise RecordingError(
+            f"{shown}: the time of {stream.sensor} runs back, from {stream.t_s[i]:.10g} s to {stream.t_s[i + 1]:.10g} s in its "
+            f"sample {i + 2}: split the file there, or give rate_hz for samples at equal intervals"
+        )
+    order = np.argsort(stream.t_s, kind="stable")
+    t_s, values = stream.t_s[order], stream.values[order]
+    twice = np.diff(t_s) == 0
+    if (twice & (values[1:] != values[:-1]).any(axis=1)).any():
+        i = int(np.argmax(twice & (values[1:] != values[:-1]).any(axis=1)))
+        raise RecordingError(
+            f"{shown}: two different samples of {stream.sensor} have the time {t_s[i]:.10g} s: "
+            "give rate_hz for samples at equal intervals"
+        )
+    keep = np.concatenate([[True], ~twice])
+    done = [f"{twice.sum()} samples that stood twice were left out"] if twice.any() else []
+    done += ["samples were put in the order of their times"] if (np.diff(order) < 0).any() else []
+    return replace(stream, t_s=t_s[keep], values=values[keep]), f"{stream.sensor}: {', '.join(done)}"
+
+
+def turned(axes: str) -> tuple[list[int], np.ndarray]:
+    """Places and signs of "y,x,-z": which axis of the file stands for x, y and z. Raises RecordingError."""
+    parts = [part.strip() for part in axes.split(",")]
+    letters = [part.lstrip("+-") for part in parts]
+    if sorted(letters) != ["x", "y", "z"] or any(len(part) > 2 for part in parts):
+        raise RecordingError(f"axes = {axes}: write three axes with their signs, such as y,x,-z", "axes")
+    return ["xyz".index(letter) for letter in letters], np.array([-1.0 if part.startswith("-") else 1.0 for part in parts])
+
+
+def library(name: str, extra: str, shown: str) -> ModuleType:
+    """A package that only some formats need. Raises RecordingError that says how to install it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        package = name.split(".")[0]
+        raise RecordingError(
+            f"{shown}: reading it needs the Python package {package}: python -m pip install {package} (all of them: the extra '{extra}')"
+        ) from None

@@ -1,0 +1,365 @@
+"""Tables: CSV, TSV and text with semicolons, whatever their columns are called; and data frames.
+
+The header is the first line that names columns of sensors; lines before it are skipped. What is wrong with a table is named by
+line and column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hnav.io.readers.columns import Column, columns_of
+from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
+from hnav.units import S_PER
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+HEADER_WITHIN = 60  # lines
+SHOWN_CHARACTERS = 40
+DELIMITERS = ",;\t"
+NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the header of a table stands, and how cells are parted."""
+
+    line: int
+    """Of the header, from 0; -1: there is none."""
+    names: list[str]
+    delimiter: str
+    decimal: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns of a file that hold times and samples."""
+
+    columns: Mapping[str, Column]
+    values: Mapping[str, np.ndarray]
+    """By role; t_s in the unit of the file, NaN for empty cells."""
+    layout: Layout
+    instants: bool = False
+    """The times were instants of a calendar, and are in s now."""
+
+
+def read_table(path: Path, wishes: Wishes) -> Raw:
+    """One table with all sensors. Raises RecordingError."""
+    table = parse(str(path), path.read_bytes(), wishes)
+    return raw_of(str(path), table, wishes)
+
+
+def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str] | None = None, name: str = "") -> Raw:
+    """The streams of a table whose rows hold all sensors. Raises RecordingError."""
+    house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
+    by_format = by_format or {}
+    t_s, time_unit = times_of(shown, table, wishes, by_format)
+    streams = []
+    for sensor in ARRAYS:
+        roles = [sensor[0] + axis for axis in "xyz"]
+        if not any(role in table.columns for role in roles):
+            if sensor == "mag":
+                continue
+            raise RecordingError(
+                f"{_at(shown, table.layout)}: the column {roles[0]} is missing; if {sensor} has another name, say columns {roles[0]}=NAME"
+            )
+        streams.append(stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor)))
+    return Raw(name or ("csv" if house else "table"), streams, time_unit)
+
+
+def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wishes, by_format: str | None) -> Stream:
+    """The samples of a sensor of the table. Raises RecordingError when an axis is missing."""
+    roles = [sensor[0] + axis for axis in "xyz"]
+    for role in roles:
+        if role not in table.columns:
+            raise RecordingError(
+                f"{_at(shown, table.layout)}: the column {role} is missing; if it has another name, say columns {role}=NAME"
+            )
+    columns = [table.columns[role] for role in roles]
+    values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
+    by_header = next((column.unit for column in columns if column.unit), None)
+    return Stream(sensor, t_s, values, wishes.unit(sensor, by_header, by_format))
+
+
+def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit]:
+    """The times of the rows in s. Raises RecordingError for a time that is missing, or does not increase."""
+    n = len(next(iter(table.values.values())))
+    if wishes.rate_hz is not None:
+        return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given")
+    column = table.columns.get("t_s")
+    if column is None:
+        raise RecordingError(
+            f"{_at(shown, table.layout)}: the column t_s is missing: name the column of the times by columns t_s=NAME, or give rate_hz",
+            None,
+        )
+    unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
+    t_s = table.values["t_s"] * S_PER[unit.name]
+    first, name = table.layout.line + 2, column.name.strip()
+    if len(bad := np.flatnonzero(~np.isfinite(t_s))):
+        raise RecordingError(f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite")
+    if len(bad := np.flatnonzero(np.diff(t_s) <= 0)) and not _stands_twice(table, bad):
+        i = bad[0]
+        raise RecordingError(
+            f"{shown}, line {i + first + 1}, column {name}: time {t_s[i + 1]:.10g} does not increase after {t_s[i]:.10g}; "
+            "for samples at equal intervals give rate_hz"
+        )
+    return t_s, unit
+
+
+def _stands_twice(table: Table, rows: np.ndarray) -> bool:
+    """Whether the rows after these only repeat them: a logger that wrote rows twice has lost nothing."""
+    if not 0 < len(rows) < len(table.values["t_s"]) - 1:
+        return False
+    return all(np.array_equal(values[rows], values[rows + 1], equal_nan=True) for values in table.values.values())
+
+
+# --------------------------------------------------------------------------------------------- text
+
+
+def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) -> Table:
+    """The columns of a text. sensor: the only one whose samples it holds. Raises RecordingError that names line and column."""
+    text = decoded(shown, data)
+    layout = layout_of(shown, text, wishes, sensor)
+    at = _at(shown, layout)
+    columns = columns_of(layout.names, wishes.columns, at, sensor)
+    if not columns:
+        raise RecordingError(
+            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
+        )
+    frame = _read(shown, text, layout, columns)
+    if frame.empty:
+        raise RecordingError(f"{shown}: no rows after the header")
+    values = {role: frame[column.place].to_numpy() for role, column in columns.items()}
+    instants = "t_s" in values and not np.issubdtype(values["t_s"].dtype, np.number)
+    if instants:
+        values["t_s"] = _seconds(at, columns["t_s"].name, values["t_s"])
+    return Table(columns, values, layout, instants)
+
+
+def decoded(shown: str, data: bytes) -> str:
+    """The text of a file. Raises RecordingError."""
+    if not data.strip():
+        raise RecordingError(f"{shown}: the file is empty")
+    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
+    if b"\0" not in data or len(encodings) == 1:
+        for encoding in encodings:
+            try:
+                return data.decode(encoding)
+            except UnicodeDecodeError:
+                continue
+    raise RecordingError(f"{shown}: not a text file")
+
+
+def layout_of(shown: str, text: str, wishes: Wishes, sensor: str | None = None) -> Layout:
+    """The header is the line that names most columns, the first of them. Raises RecordingError for cells without end."""
+    best, score = Layout(0, [], ",", "."), -1
+    for number, line in enumerate(_lines(text)):
+        for delimiter in DELIMITERS:
+            names = _cells(shown, line.lstrip("/ "), delimiter)
+            found = _roles_in(names, wishes, sensor)
+            if found > score:
+                best, score = Layout(number, names, delimiter, "."), found
+        if score > 2:
+            break
+    if score <= 0 and wishes.columns:
+        best = _without_header(shown, text, wishes) or best
+    return Layout(best.line, best.names, best.delimiter, _decimal(text, best))
+
+
+def _roles_in(names: list[str], wishes: Wishes, sensor: str | None) -> int:
+    try:
+        return len(columns_of(names, wishes.columns, "", sensor))
+    except RecordingError as error:
+        # A column twice is a header with a fault, a name of the caller that is not there no header.
+        return 0 if error.argument == "columns" and wishes.columns else 3
+
+
+def _without_header(shown: str, text: str, wishes: Wishes) -> Layout | None:
+    """A table of numbers whose columns the caller knows by their places, from 1."""
+    if not all(name.lstrip("-").isdigit() for name in wishes.columns.values()):
+        return None
+    line = next(_lines(text), "")
+    delimiter = max(DELIMITERS, key=line.count)
+    return Layout(-1, [str(i + 1) for i in range(len(_cells(shown, line, delimiter)))], delimiter, ".")
+
+
+def _lines(text: str) -> Iterator[str]:
+    for number, line in enumerate(io.StringIO(text, newline=None)):
+        if number >= HEADER_WITHIN:
+            return
+        yield line.rstrip("\n")
+
+
+def _cells(shown: str, line: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:  # a cell without end
+        raise RecordingError(f"{shown}: not a text file") from None
+
+
+def _decimal(text: str, layout: Layout) -> str:
+    """The mark before decimals: a comma where semicolons or tabs part the cells and no cell has a point."""
+    if layout.delimiter == ",":
+        return "."
+    rows = "".join(line for number, line in enumerate(_lines(text)) if number > layout.line)
+    return "," if "," in rows and "." not in rows else "."
+
+
+def _read(shown: str, text: str, layout: Layout, columns: Mapping[str, Column]) -> pd.DataFrame:
+    import pandas
+
+    used = sorted({column.place for column in columns.values()})
+    kinds: dict[int, Any] = dict.fromkeys(used, float)
+    if "t_s" in columns and _is_instant(text, layout, columns["t_s"].place):
+        kinds[columns["t_s"].place] = str
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
+            frame = pandas.read_csv(
+                io.StringIO(text), sep=layout.delimiter, skiprows=layout.line + 1, header=None,
+                names=[str(place) for place in range(len(layout.names))], usecols=[str(place) for place in used],
+                dtype={str(place): kind for place, kind in kinds.items()}, skipinitialspace=True, decimal=layout.decimal,
+                index_col=False,
+            )  # fmt: skip
+    except (ValueError, pandas.errors.ParserError, pandas.errors.ParserWarning, OverflowError):
+        if fault := _fault(shown, text, layout, columns):
+            raise RecordingError(fault) from None
+        return _read_slowly(shown, text, layout, used, kinds)
+    frame.columns = pandas.Index(used)
+    # A short line looks like one with empty cells at its end.
+    if len(frame) and frame.iloc[:, -1].isna().any() and (fault := _fault(shown, text, layout, columns)):
+        raise RecordingError(fault)
+    return frame
+
+
+def _read_slowly(shown: str, text: str, layout: Layout, used: list[int], kinds: dict[int, Any]) -> pd.DataFrame:
+    """Lines that end in a delimiter, and whatever else the fast reader does not digest though every cell is a number."""
+    import pandas
+
+    rows = _rows(text, layout)
+    try:
+        cells = [[row[place] if place < len(row) else "" for place in used] for _, row in rows]
+        frame = pandas.DataFrame(cells, columns=used, dtype=object)
+        for place in used:
+            if kinds[place] is float:
+                frame[place] = [_number(cell, layout.decimal) for cell in frame[place]]
+        return frame
+    except (ValueError, csv.Error):
+        raise RecordingError(f"{shown}: cannot be read as a table") from None
+
+
+def _number(cell: str, decimal: str) -> float:
+    text = cell.strip()
+    return float(text.replace(decimal, ".")) if text else np.nan
+
+
+def _is_instant(text: str, layout: Layout, place: int) -> bool:
+    """Whether the first time is one of a calendar: 2026-01-31 12:00:00.01."""
+    for _, row in _rows(text, layout):
+        cell = row[place].strip() if place < len(row) else ""
+        return cell.count(":") > 1 or cell.count("-") == 2
+    return False
+
+
+def _seconds(at: str, name: str, cells: np.ndarray) -> np.ndarray:
+    import pandas
+
+    try:
+        instants = pandas.to_datetime(pandas.Series(cells), utc=True, format="ISO8601")
+    except (ValueError, OverflowError, TypeError):
+        raise RecordingError(
+            f"{at}, column {name.strip()}: the times are neither numbers nor like 2026-01-31 12:00:00.01"
+        ) from None
+    return (instants - pandas.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
+
+
+def _rows(text: str, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Line from 1, and cells, of each row after the header."""
+    rows = csv.reader(io.StringIO(text, newline=None), delimiter=layout.delimiter)
+    for number, row in enumerate(rows):
+        if number > layout.line and row:
+            yield number + 1, row
+
+
+def _fault(shown: str, text: str, layout: Layout, columns: Mapping[str, Column]) -> str | None:
+    """The first fault of a table that the fast reader did not digest, found line by line."""
+    used = {column.place: column for column in columns.values()}
+    if "t_s" in columns and _is_instant(text, layout, columns["t_s"].place):
+        del used[columns["t_s"].place]
+    try:
+        for line, row in _rows(text, layout):
+            cells = len(row) - sum(1 for _ in _empty_at_end(row[len(layout.names) :]))
+            if cells > len(layout.names) or len(row) < len(layout.names):
+                return f"{shown}, line {line}: {len(row)} cells, the header has {len(layout.names)} columns"
+            for place, column in used.items():
+                try:
+                    _number(row[place], layout.decimal)
+                except ValueError:
+                    # A quoted cell may hold anything: its beginning, on one line.
+                    return f"{shown}, line {line}, column {column.name.strip()}: {row[place].strip()[:SHOWN_CHARACTERS]!r} is not a number"
+    except csv.Error:
+        return f"{shown}: not a text file"
+    return None
+
+
+def _empty_at_end(cells: list[str]) -> Iterator[str]:
+    for cell in reversed(cells):
+        if cell.strip():
+            return
+        yield cell
+
+
+def _at(shown: str, layout: Layout) -> str:
+    return f"{shown}, line {layout.line + 1}" if layout.line >= 0 else shown
+
+
+# --------------------------------------------------------------------------------------------- data frames
+
+
+def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
+    """The columns of a data frame, or of its index, that hold times and samples. Raises RecordingError."""
+    import pandas
+
+    if "t_s" not in frame.columns and (frame.index.name or isinstance(frame.index, pandas.DatetimeIndex)):
+        frame = frame.reset_index(names=str(frame.index.name or "time"))
+    names = [str(name) for name in frame.columns]
+    layout = Layout(-1, names, ",", ".")
+    columns = columns_of(names, wishes.columns, shown)
+    if not columns:
+        raise RecordingError(
+            f"{shown}: no column of a sensor among {', '.join(names[:12]) or 'none'}; say which by columns gx=NAME"
+        )
+    if frame.empty:
+        raise RecordingError(f"{shown}: no rows")
+    values = {}
+    instants = False
+    for role, column in columns.items():
+        series = frame.iloc[:, column.place]
+        if role == "t_s" and not pandas.api.types.is_numeric_dtype(series):
+            values[role], instants = _seconds(shown, column.name, series.to_numpy()), True
+            continue
+        try:
+            values[role] = np.asarray(series.to_numpy(dtype=float, na_value=np.nan), float)
+        except (TypeError, ValueError):
+            raise RecordingError(f"{shown}: the column {column.name} holds no numbers") from None
+    return Table(columns, values, layout, instants)
+
+
+def read_parquet(path: Path, wishes: Wishes) -> Raw:
+    """One table with all sensors, by pyarrow. Raises RecordingError."""
+    parquet = library("pyarrow.parquet", "logs", str(path))
+    try:
+        frame = parquet.read_table(path).to_pandas()
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    return raw_of(str(path), table_of(frame, str(path), wishes), wishes, name="parquet")

@@ -1,0 +1,71 @@
+"""Xsens: the text that MT Manager exports, and what to say about its binary files.
+
+Comment lines begin with //; then come tab-parted columns: PacketCounter (16 bits), SampleTimeFine (0.1 ms, 32 bits),
+Acc_X.. in m/s2, Gyr_X.. in rad/s, Mag_X.. in an arbitrary unit that is 1 at Xsens.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.tables import Table, decoded, parse, raw_of
+from hnav.io.recordings import RecordingError, Unit
+
+UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "au"}
+FINE_S = 1e-4
+COUNTERS = {"SampleTimeFine": 2**32, "PacketCounter": 2**16}
+EXPORT = "export text from MT Manager (File, Export; in the export settings choose acceleration, rate of turn and magnetic field)"
+
+
+def is_xsens_text(path: Path, head: bytes) -> bool:
+    return b"\0" not in head and re.search(rb"^(PacketCounter|SampleTimeFine)\b", head, re.MULTILINE) is not None
+
+
+def is_xsens_binary(path: Path, head: bytes) -> bool:
+    return path.suffix.lower() in (".mtb", ".mvnx", ".mvn") or head.startswith(b"\xfa\xff") or b"<mvnx" in head
+
+
+def refuse_binary(path: Path, wishes: Wishes) -> Raw:
+    """Raises RecordingError that says how to get text."""
+    with path.open("rb") as file:
+        is_mvnx = b"<mvnx" in file.read(4096) or path.suffix.lower() in (".mvnx", ".mvn")
+    if is_mvnx:
+        raise RecordingError(
+            f"{path}: a file of Xsens MVN, which holds a model of the body: record the trackers with MT Manager and {EXPORT}"
+        )
+    raise RecordingError(f"{path}: binary data of Xsens: {EXPORT}, and give hnav the .txt")
+
+
+def read_xsens_text(path: Path, wishes: Wishes) -> Raw:
+    """Times by SampleTimeFine, else by PacketCounter and the update rate of the comments. Raises RecordingError."""
+    data = path.read_bytes()
+    text = decoded(str(path), data)
+    for counter, turn in COUNTERS.items():
+        interval_s = FINE_S if counter == "SampleTimeFine" else _interval_s(text)
+        if interval_s is None or not re.search(rf"^(?:.*\t)?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
+            continue
+        timed = replace(wishes, columns={"t_s": counter, **wishes.columns})
+        table = parse(str(path), data, timed)
+        ticks = table.values["t_s"]
+        if not np.isfinite(ticks).all() or not np.diff(ticks).any() or (ticks % 1).any():
+            continue  # an empty column, or some other time under this name
+        seconds = interval_s * np.cumsum(np.diff(ticks, prepend=ticks[:1]) % turn)
+        made = Table(table.columns, {**table.values, "t_s": seconds}, table.layout, instants=True)
+        raw = raw_of(str(path), made, wishes, UNITS, "xsens-text")
+        return replace(raw, time_unit=Unit("s", f"by {counter}"))
+    return raw_of(str(path), parse(str(path), data, wishes), wishes, UNITS, "xsens-text")
+
+
+def _interval_s(text: str) -> float | None:
+    """By the comment "// Update Rate: 100.0Hz"."""
+    match = re.search(r"^//\s*Update Rate:\s*([\d.]+)\s*Hz", text, re.MULTILINE)
+    try:
+        rate_hz = float(match.group(1)) if match else 0.0
+    except ValueError:
+        return None
+    return 1 / rate_hz if rate_hz > 0 else None

@@ -1,0 +1,187 @@
+"""Every shape of recording holds the same samples at the same times, whatever it is called and in whatever units."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import recorded
+from hnav import Recording, read
+from hnav.io.readers import FORMATS
+from hnav.io.recordings import RecordingError
+from motion import tilted_motion
+
+EPOCH_S = recorded.EPOCH_NS * 1e-9
+# Times of a sensor that a shape shifts against the gyroscope's, in s.
+SHIFTS = {
+    "sensor logger": (0, 0.002, 0.003),
+    "sensor logger, ios": (0, 0.002, 0.003),
+    "phyphox": (0.009, 0.013, 0.012),
+    "ulog": (0, -5e-4, 0),
+}
+EPOCHS = {"ulog": 1.0, "euroc": EPOCH_S, "ros 1": EPOCH_S, "ros 2": EPOCH_S, "mcap": EPOCH_S}
+
+
+@pytest.fixture(scope="module")
+def motion() -> Recording:
+    """A magnetometer at a fifth of the rate."""
+    whole = tilted_motion(1).recording
+    field = np.full_like(whole.field_b_tesla, np.nan)
+    field[::5] = whole.field_b_tesla[::5]
+    return replace(whole, field_b_tesla=field)
+
+
+@pytest.mark.parametrize("shape", recorded.SHAPES)
+def test_every_shape_is_recognised_and_nothing_is_resampled(tmp_path, motion, shape):
+    for package in {
+        "ulog": ["pyulog"],
+        "parquet": ["pyarrow"],
+        "ros 1": ["rosbags"],
+        "ros 2": ["rosbags"],
+        "mcap": ["rosbags"],
+    }.get(shape, []):
+        pytest.importorskip(package)
+    recording = read(recorded.SHAPES[shape](tmp_path, motion))
+    assert (np.diff(recording.t_s) > 0).all()
+    shifts = SHIFTS.get(shape, (0, 0, 0))
+    for sensor, shift_s in zip(("gyro", "accel", "mag"), shifts):
+        if shape == "euroc" and sensor == "mag":
+            assert recording.field_b_tesla is None
+            continue
+        t_s, values = recording.samples(sensor)
+        expected_t_s, expected = motion.samples(sensor)
+        np.testing.assert_allclose(t_s - EPOCHS.get(shape, 0.0), expected_t_s + shift_s, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(values, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+    assert recording.origin.format in FORMATS or recording.origin.format in ("csv", "sensor-logger", "phyphox")
+    assert f"gyro {len(motion.t_s)} at 100 Hz" in repr(recording)
+
+
+def test_bags_say_which_topics_were_taken(tmp_path, motion):
+    pytest.importorskip("rosbags")
+    path = recorded.bag(tmp_path, motion, "db3")
+    assert read(path).origin.notes == ("imu: /imu/data, not /imu/other (choose by columns imu=TOPIC)",)
+    assert len(read(path, columns={"imu": "/imu/other"}).samples("gyro")[0]) == 3
+    assert len(read(next(path.glob("*.db3"))).t_s) == len(motion.t_s)
+    with pytest.raises(RecordingError, match="/nowhere.*has no such topic.*/imu/data"):
+        read(path, columns={"imu": "/nowhere"})
+
+
+def test_units_go_by_the_caller_then_the_header_then_the_format(tmp_path, motion):
+    path = recorded.x_io(tmp_path, motion)
+    by_header = read(path)
+    assert {k: str(v) for k, v in by_header.origin.units.items()} == {
+        "time": "s by header", "gyro": "deg/s by header", "accel": "g by header", "mag": "uT by header"}  # fmt: skip
+    given = read(path, gyro_unit="rad/s", accel_unit="mg", mag_unit="nT", time_unit="ms")
+    np.testing.assert_allclose(given.rate_b_rad_s, np.degrees(by_header.rate_b_rad_s))
+    np.testing.assert_allclose(1e3 * given.force_b_m_s2, by_header.force_b_m_s2)
+    np.testing.assert_allclose(1e3 * given.samples("mag")[1], by_header.samples("mag")[1])
+    np.testing.assert_allclose(1e3 * given.t_s, by_header.t_s)
+    assert str(read(recorded.capitals(tmp_path, motion)).origin.units["gyro"]) == "rad/s assumed"
+
+
+def test_columns_are_named_negated_and_counted(tmp_path, motion):
+    plain = recorded.columns(motion, field=1)
+    path = recorded.write_rows(tmp_path / "odd.csv", "when,p,q,r,u,v,w2", [motion.t_s, *plain[:6]])
+    names = dict(zip(("t_s", "gx", "gy", "gz", "ax", "ay", "az"), ("when", "q", "p", "-r", "u", "v", "w2")))
+    recording = read(path, columns=names)
+    np.testing.assert_array_equal(recording.rate_b_rad_s, motion.rate_b_rad_s[:, [1, 0, 2]] * [1, 1, -1])
+    np.testing.assert_array_equal(recording.force_b_m_s2, motion.force_b_m_s2)
+    bare = tmp_path / "bare.txt"
+    np.savetxt(bare, np.stack([motion.t_s, *plain[:6]], axis=1), delimiter=";")
+    counted = read(bare, columns=dict(zip(names, "1234567")))
+    np.testing.assert_allclose(counted.force_b_m_s2, motion.force_b_m_s2)
+    with pytest.raises(RecordingError, match="columns gx=spin: .* has no such column, but when, p"):
+        read(path, columns=names | {"gx": "spin"})
+
+
+def test_axes_are_turned_for_every_format(tmp_path, motion):
+    turned = read(recorded.house(tmp_path, motion), axes={"mag": "y,x,-z"})
+    np.testing.assert_array_equal(turned.field_b_tesla, motion.field_b_tesla[:, [1, 0, 2]] * [1, 1, -1])
+    for wrong in ("y,x", "x,x,z", "x,y,-q", "--x,y,z"):
+        with pytest.raises(RecordingError, match="three axes with their signs"):
+            read(tmp_path / "house.csv", axes={"mag": wrong})
+
+
+def test_a_rate_replaces_times_that_are_missing_or_wrong(tmp_path, motion):
+    header = "gx,gy,gz,ax,ay,az"
+    path = recorded.write_rows(tmp_path / "untimed.csv", header, recorded.columns(motion)[:6])
+    np.testing.assert_allclose(read(path, rate_hz=50).t_s, np.arange(len(motion.t_s)) / 50)
+    with pytest.raises(RecordingError, match="the column t_s is missing: .* or give rate_hz"):
+        read(path)
+    stuck = recorded.write_rows(tmp_path / "stuck.csv", "t_s," + header, [np.zeros(100), *recorded.columns(motion)[:6]])
+    with pytest.raises(RecordingError, match="give rate_hz"):
+        read(stuck)
+    assert read(stuck, rate_hz=100).t_s[-1] == pytest.approx(0.99)
+
+
+def test_instants_of_a_calendar_are_times(tmp_path):
+    lines = ["datetime,gx,gy,gz,ax,ay,az"] + [f"2026-01-31 12:00:0{k}.25,0.1,0.2,0.3,0,0,9.81" for k in range(4)]
+    (tmp_path / "dated.csv").write_text("\n".join(lines))
+    recording = read(tmp_path / "dated.csv")
+    np.testing.assert_allclose(np.diff(recording.t_s), 1)
+    assert recording.t_s[0] == pd.Timestamp("2026-01-31 12:00:00.25", tz="UTC").timestamp()
+
+
+def test_a_frame_makes_a_recording_and_a_recording_a_frame(motion):
+    again = Recording.from_dataframe(motion.to_dataframe(), "again")
+    for name in ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(motion, name))
+    frame = motion.to_dataframe().set_index(pd.to_datetime(motion.t_s, unit="s", utc=True)).rename(columns=str.upper)
+    np.testing.assert_allclose(Recording.from_dataframe(frame).t_s, motion.t_s, atol=1e-9)
+    with pytest.raises(RecordingError, match="holds no numbers"):
+        Recording.from_dataframe(motion.to_dataframe().assign(gx="much"))
+    with pytest.raises(RecordingError, match="no column of a sensor among"):
+        Recording.from_dataframe(pd.DataFrame({"price": [1.0]}))
+
+
+def test_samples_that_stand_twice_are_left_out_and_told(tmp_path, motion):
+    rows = np.repeat(np.arange(len(motion.t_s)), np.where(np.arange(len(motion.t_s)) % 7, 1, 2))
+    path = recorded.write_rows(
+        tmp_path / "twice.csv", "t_s,gx,gy,gz,ax,ay,az", [c[rows] for c in (motion.t_s, *recorded.columns(motion)[:6])]
+    )
+    recording = read(path)
+    np.testing.assert_array_equal(recording.t_s, motion.t_s)
+    assert "gyro: 15 samples that stood twice were left out" in recording.origin.notes
+
+
+@pytest.mark.parametrize("name, content, named", [
+    ("data.mtb", b"\xfa\xff\x0d\x00", "export text from MT Manager"),
+    ("suit.mvnx", b'<?xml version="1.0"?><mvnx version="4">', "record the trackers with MT Manager"),
+    ("picture.png", b"\x89PNG\r\n\x1a\n\0\0", "no format that hnav knows"),
+    ("empty.csv", b"", "the file is empty"),
+    ("prose.txt", b"Dear all,\nnothing here is a recording.\n", "no header"),
+    ("broken.zip", b"PK\x03\x04 and no more", "the zip cannot be read"),
+    ("broken.ulg", b"ULog\x01\x12\x35\x01 and no more", "cannot be read|has no topic"),
+    ("broken.bag", b"#ROSBAG V2.0\n and no more", "cannot be read"),
+    ("broken.mcap", b"\x89MCAP0\r\n and no more", "cannot be read"),
+    ("broken.db3", b"SQLite format 3\0 and no more", "cannot be read"),
+    ("broken.parquet", b"PAR1 and no more", "cannot be read"),
+])  # fmt: skip
+def test_what_cannot_be_read_is_answered_in_one_line(tmp_path, name, content, named):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match=named) as error:
+        read(path)
+    assert name in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_library_that_is_missing_is_asked_for_by_name(tmp_path, motion, monkeypatch):
+    pytest.importorskip("pyulog")
+    path = recorded.ulog(tmp_path, motion)
+    monkeypatch.setitem(__import__("sys").modules, "pyulog", None)
+    with pytest.raises(RecordingError, match="needs the Python package pyulog: python -m pip install pyulog"):
+        read(path)
+
+
+@pytest.mark.parametrize("wrong, named", [
+    ({"format": "gpx"}, "format = gpx: choose one of broad"),
+    ({"gyro_unit": "rpm"}, "gyro_unit = rpm: choose one of rad/s, deg/s"),
+    ({"time_unit": "h"}, "time_unit = h: choose one of s, ms"),
+    ({"rate_hz": 0.0}, "rate_hz = 0: must be above 0 Hz"),
+    ({"columns": {"gw": "x"}}, "columns = gw: choose from t_s, gx"),
+    ({"axes": {"nose": "x,y,z"}}, "axes = nose: choose from gyro, accel, mag"),
+])  # fmt: skip
+def test_arguments_that_do_not_exist_are_named(tmp_path, motion, wrong, named):
+    with pytest.raises(RecordingError, match=named):
+        read(recorded.house(tmp_path, motion), **wrong)
