@@ -5,6 +5,7 @@
     recording = hnav.read("walk.csv")
     run = hnav.Filter("ahrs").run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla)
     run.to_dataframe()
+    run.report("walk.html", recording)
 
 filters     attitude and heading, linear models with coloured INS errors, magnetometer calibration
 simulation  plants and sensors that drive filters
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from hnav.filters.linear_model import LinearModel
     from hnav.io.readers import read
     from hnav.io.recordings import Recording
+    from hnav.reports.recording_page import report_run
+    from hnav.reports.recording_picture import plot_run
 
 __version__ = "0.2.0"
 __all__ = [
@@ -53,8 +56,10 @@ __all__ = [
     "UnknownOptionError",
     "__version__",
     "calibrate_magnetometer",
+    "plot_run",
     "read",
     "read_calibration",
+    "report_run",
     "write_calibration",
 ]
 
@@ -69,8 +74,10 @@ _HOME = {
     "Recording": "io.recordings",
     "Run": "filters.attitude",
     "calibrate_magnetometer": "filters.calibration",
+    "plot_run": "reports.recording_picture",
     "read": "io.readers",
     "read_calibration": "filters.calibration",
+    "report_run": "reports.recording_page",
     "write_calibration": "filters.calibration",
 }
 

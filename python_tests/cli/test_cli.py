@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from command_line import hnav, hnav_process
@@ -29,9 +30,9 @@ def test_filter_writes_one_row_for_each_sample(flight, tmp_path, engine):
         "filter", flight, "--filter", "hrekf", "--engine", engine, "--mag-unit", "uT", "--set", "gamma_mode=kl", "--out", out
     )
     assert done.returncode == 0, done.stderr
-    table = np.genfromtxt(out, delimiter=",", names=True)
+    table = pd.read_csv(out, comment="#")
     assert len(table) == 100
-    assert table.dtype.names[:8] == ("t_s", "q0", "q1", "q2", "q3", "roll_deg", "pitch_deg", "yaw_deg")
+    assert tuple(table.columns[:8]) == ("t_s", "q0", "q1", "q2", "q3", "roll_deg", "pitch_deg", "yaw_deg")
     np.testing.assert_allclose(sum(table[f"q{i}"] ** 2 for i in range(4)), 1, atol=1e-8)
     assert table["roll_deg"][0] == pytest.approx(20, abs=1)
     assert "100 rows" in done.stdout
@@ -52,7 +53,7 @@ def test_frames_are_a_choice(flight, tmp_path):
     for frame in ("ned", "enu"):
         out = tmp_path / f"{frame}.csv"
         assert hnav("filter", flight, "--frame", frame, "--mag-unit", "uT", "--out", out).returncode == 0
-        yaw[frame] = np.genfromtxt(out, delimiter=",", names=True)["q0"]
+        yaw[frame] = pd.read_csv(out, comment="#")["q0"]
     assert not np.allclose(yaw["ned"], yaw["enu"])
 
 
@@ -135,7 +136,7 @@ def test_sensors_that_were_not_ok_are_told_with_the_cure(tmp_path):
     _, gyro, mag = done.stdout.strip().splitlines()
     assert gyro.startswith("gyro saturated for ") and "--set gyro_range_rad_s=..." in gyro
     assert mag.startswith("mag stuck for ") and "cable" in mag
-    written = np.genfromtxt(out, delimiter=",", names=True)
+    written = pd.read_csv(out, comment="#")
     assert set(written["gyro_health"]) == {0, 4} and set(written["mag_health"]) == {0, 3} and set(written["accel_health"]) == {0}
 
 

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -165,7 +166,7 @@ def test_filter_with_the_calibration_equals_the_filter_on_the_corrected_field(tm
     for recording, more in ((tumbled, ["--calibration", found]), (corrected, []), (tumbled, [])):
         done = hnav("filter", recording, "--mag-unit", "uT", "--out", tmp_path / "o.csv", *more)
         assert done.returncode == 0, done.stderr
-        tables.append(np.loadtxt(tmp_path / "o.csv", delimiter=",", skiprows=1))
+        tables.append(pd.read_csv(tmp_path / "o.csv", comment="#").to_numpy())
     np.testing.assert_allclose(tables[0], tables[1], rtol=1e-6, atol=1e-6, equal_nan=True)
     assert not np.allclose(tables[0][:, 1:5], tables[2][:, 1:5], atol=1e-2, equal_nan=True)
 

@@ -1,12 +1,11 @@
 """The report: a page that stands alone, panels that fit the run, figures that are those of the run."""
 
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
 
+from browser import LOADED, browse
 from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters.rotations import rotation_error_rad
@@ -19,12 +18,12 @@ from made_systems import NOISE, make_system, make_turntable
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
 from hnav.reports.attitude_panels import ATTITUDE_PANELS as DRAWN
 from hnav.reports.attitude_panels import timing_panel
+from hnav.reports.body_panel import body_panel
 from hnav.reports.page import PANELS, write_report
 
-# Panels about attitude filters; other modules add theirs for other runs.
-ATTITUDE_PANELS = [*DRAWN, timing_panel]
-# What a browser would load by itself; a namespace or a link in a comment of plotly.js is neither.
-LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
+# Panels about attitude filters; other modules add theirs for other runs. That of the body is HTML, the others are figures.
+ATTITUDE_PANELS = [body_panel, *DRAWN, timing_panel]
+PLOTS = [panel for panel in ATTITUDE_PANELS if panel.name != "body"]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +49,7 @@ def test_every_panel_is_drawn_for_a_turntable(run, page):
     text = page.read_text(encoding="utf-8")
     for panel in ATTITUDE_PANELS:
         assert f'<section id="{panel.name}">' in text
-        assert f'id="plot-{panel.name}"' in text
+        assert (f'id="plot-{panel.name}"' in text) == (panel in PLOTS)
 
 
 def test_the_page_loads_nothing_from_a_network(page):
@@ -155,28 +154,12 @@ def test_the_command_says_where_the_page_lies(run, tmp_path):
     assert (tmp_path / "report.html").stat().st_size > 1e6
 
 
-def browse(page, folder) -> tuple[str, list[str], set[str]]:
-    """The document after its scripts, the lines on the console, and who asked for what goes over a network."""
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        pytest.skip("chromium is not installed: the page is not rendered")
-    log = folder / "net.json"
-    command = [
-        chromium, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile", "--enable-logging=stderr", "--v=0",
-        f"--log-net-log={log}", "--virtual-time-budget=30000", "--window-size=1280,2000", "--dump-dom", page.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=180)
-    # The browser's own services ask without a page: "not an origin".
-    initiators = set(re.findall(r'"initiator":"([^"]*)"', log.read_text())) - {"not an origin"}
-    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line], initiators
-
-
 def test_chromium_renders_every_panel_without_an_error_or_a_request(page, tmp_path):
     document, console, initiators = browse(page, tmp_path)
     assert not console
     assert not initiators
-    assert len(re.findall(r'<div id="plot-\w+" class="plotly-graph-div js-plotly-plot"', document)) == len(ATTITUDE_PANELS)
-    assert document.count('class="main-svg"') >= len(ATTITUDE_PANELS)
+    assert len(re.findall(r'<div id="plot-\w+" class="plotly-graph-div js-plotly-plot"', document)) == len(PLOTS)
+    assert document.count('class="main-svg"') >= len(PLOTS)
 
 
 def test_chromium_would_tell_of_errors_and_requests(tmp_path):
@@ -195,5 +178,7 @@ def test_the_certificate_beside_a_run_has_a_panel(run, tmp_path):
     )
     certified = read_run(tmp_path)
     assert "certificate" in write_report(certified, tmp_path / "report.html")
-    shown = next(p for p in PANELS if p.name == "certificate").draw(certified).data[0].cells.values
-    assert list(shown[0]) == ["verdict", "rate_1_s"] and list(shown[1]) == ["not certified: errors <grow>", "0.125 1/s"]
+    shown = next(p for p in PANELS if p.name == "certificate").draw(certified)
+    assert re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td>", shown) == [
+        ("verdict", "not certified: errors &lt;grow&gt;"), ("rate_1_s", "0.125 1/s"),
+    ]  # fmt: skip

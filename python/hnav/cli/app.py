@@ -19,7 +19,7 @@ COMMANDS = {
     "options": "Prints the options of a filter with unit, default, range and meaning.",
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",
-    "report": "One self-contained HTML page about a simulation.",
+    "report": "One self-contained HTML page about a recording or a simulation.",
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
     "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
     "demo": "The paper's experiment in closed co-simulation, and a filter's FMU over real recordings, with pictures.",

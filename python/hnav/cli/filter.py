@@ -1,31 +1,23 @@
-"""hnav filter: a recording through a filter into a CSV of attitude, bias and sigmas."""
+"""hnav filter: a recording through a filter, into a table of attitude, bias, sigmas and what the filter says, and a page."""
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
 from hnav.cli.words import UsageError
-from hnav.filters.attitude import HEALTH_SENSORS
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
+from hnav.filters.run_files import write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
-from hnav.io.outputs import refuse_overwriting, write_files
+from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers import read
 from hnav.renamed import new_name
-
-CSV_HEADER = (
-    "t_s,q0,q1,q2,q3,roll_deg,pitch_deg,yaw_deg,bias_x_deg_s,bias_y_deg_s,bias_z_deg_s,"
-    "sigma_x_deg,sigma_y_deg,sigma_z_deg,sigma_bias_x_deg_s,sigma_bias_y_deg_s,sigma_bias_z_deg_s,"
-    + ",".join(f"{sensor}_health" for sensor in HEALTH_SENSORS)
-)
 
 WARNED_S = 1.0  # a sensor that was not ok for longer
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
@@ -36,7 +28,12 @@ def command(
     recording: Annotated[
         Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
     ],
-    out: Annotated[Path, typer.Option(help="CSV to write, one row for each IMU sample")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table to write, one row for each row of the recording: .csv or .parquet")
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="Page to write: figures, panels, a body that turns")
+    ] = None,
     filter: FilterName = "ahrs",
     engine: Engine = "c",
     settings: Settings = None,
@@ -54,7 +51,9 @@ def command(
     if new := new_name(str(recording), "filter"):
         raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
     chosen = {"navigation_frame": frame} | parse_settings(settings)
-    refuse_overwriting([out], [recording, calibration])
+    if out is None and report is None:
+        raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
+    refuse_overwriting([out, report], [recording, calibration])
     data = read(recording, mag_unit=mag_unit)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
@@ -65,11 +64,26 @@ def command(
             progress.update(task, completed=done, total=total)
 
         result = run_recording(data, filter, engine, chosen, preset, step, show, smooth)
-    write_csv(out, result)
+    if out is not None:
+        write_table(out, result, made_of(recording, engine, smooth, calibration))
+    if report is not None:
+        # Plotly takes a while to load.
+        from hnav.reports.recording_page import write_recording_report
+        from hnav.reports.recording_run import recording_run
+
+        write_recording_report(recording_run(result, data), report)
     counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
-    say(f"{len(result.t_s)} rows to {out}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}")
+    written = " and ".join(str(file) for file in (out, report) if file is not None)
+    say(f"{len(result.t_s)} rows to {written}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}")
     for warning in warnings(result):
         say(warning)
+
+
+def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None) -> list[str]:
+    """What a table's head says of its making, besides filter and options."""
+    lines = [f"recording {recording}", f"engine {engine}"]
+    lines += ["smoothed: every row from all samples, before and after it"] if smooth else []
+    return lines + ([f"field corrected by {calibration}"] if calibration else [])
 
 
 def warnings(result: Result) -> list[str]:
@@ -93,13 +107,3 @@ def cure(finding: Finding) -> str:
         "saturated": f"give --set {RANGES[finding.sensor]}=..., or use a sensor with a wider range",
         "missing": "look for rows without its samples",
     }[finding.state]
-
-
-def write_csv(path: Path, result: Result) -> None:
-    table = np.column_stack([
-        result.t_s, result.q_nb, np.degrees(result.euler_rad), np.degrees(result.gyro_bias_rad_s),
-        np.degrees(result.sigma_rad), np.degrees(result.gyro_bias_sigma_rad_s), result.health,
-    ])  # fmt: skip
-    text = io.StringIO()
-    np.savetxt(text, table, fmt="%.9g", delimiter=",", header=CSV_HEADER, comments="")
-    write_files({path: text.getvalue()})

@@ -19,9 +19,9 @@ run in parallel; one filter serves one thread at a time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -42,12 +42,17 @@ from hnav.native.arrays import (
     doubles,
     times,
 )
-from hnav.native.library import PRESETS, SENSORS, StatefulObject, enumerators, ffi, new
+from hnav.native.library import PRESETS, SENSORS, StatefulObject, enumerators, failure, ffi, library, new, text
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.renamed import now_called
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
+    from matplotlib.figure import Figure
+
+    from hnav.io.recordings import Recording
 
 FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 """The filters, and the presets of each."""
@@ -293,9 +298,12 @@ class Health(Record):
     """The attitude is being found anew: nothing is ready."""
 
 
-@dataclass
+@dataclass(repr=False)
 class Run:
-    """Arrays of a batch run, one row for each instant; NaN before the start and where no sample was used."""
+    """Arrays of a batch run, one row for each instant; NaN before the start and where no sample was used.
+
+    In a notebook it shows its figures; plot() draws it, report(path) makes the page of it.
+    """
 
     t_s: Array
     """n: the instants."""
@@ -317,6 +325,47 @@ class Run:
     """n x 2: tilt, heading."""
     health: ByteArray
     """n x 3: gyro, accel, mag as places in SENSOR_STATES, 0 for ok; np.array(SENSOR_STATES)[run.health] are the words."""
+    accepted: BoolArray | None = None
+    """n x 2, force and field: a sample was used and its gate let it pass as it was; None where the run did not ask."""
+    options: Options | None = None
+    """Those of the filter."""
+
+    @property
+    def heading_rad(self) -> Array:
+        """n: true heading of body x, clockwise from north, in (-pi, pi], whatever the navigation frame."""
+        yaw = self.euler_rad[:, 2]
+        east_first = self.options is not None and self.options.navigation_frame == "enu"
+        heading: Array = -np.remainder(np.pi - (np.pi / 2 - yaw if east_first else yaw), 2 * np.pi) + np.pi
+        return heading
+
+    def __repr__(self) -> str:
+        from hnav.filters.run_summary import in_one_line
+
+        return f"<{type(self).__name__}: {in_one_line(self)}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        from hnav.filters.run_summary import as_html
+
+        return as_html(self)
+
+    def plot(self, recording: Recording | None = None) -> Figure:
+        """Attitude, sigma, innovations and bias over time, as a figure of Matplotlib: savefig, or look at it in a notebook.
+
+        recording: what the run was made of; its reference attitude is drawn beside, if it has one.
+        """
+        import hnav
+
+        return hnav.plot_run(self, recording)
+
+    def report(self, path: str | Path, recording: Recording | None = None) -> None:
+        """Writes one HTML page that needs no network. Needs Plotly. Raises HnavError if the file cannot be written.
+
+        recording: what the run was made of; the page then shows its field, its rates and its reference attitude too.
+        """
+        import hnav
+
+        hnav.report_run(self, path, recording)
 
     def to_dataframe(self) -> pd.DataFrame:
         """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name; those
@@ -336,6 +385,7 @@ def _of_axes(name: str, unit: str) -> tuple[str, ...]:
     return tuple(f"{name}_{axis}_{unit}" for axis in "xyz")
 
 
+# The arrays of a Run beside t_s that the library fills, and the columns of each.
 _COLUMNS = {
     "q_nb": ("q_w", "q_x", "q_y", "q_z"),
     "euler_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
@@ -352,7 +402,7 @@ _COLUMNS = {
 def empty_run(t_s: Array) -> Run:
     """A Run of these instants that knows nothing yet: every sensor is missing."""
     n = len(t_s)
-    arrays = {name: np.full((n, len(axes)) if len(axes) > 1 else n, np.nan) for name, axes in _COLUMNS.items()}
+    arrays: dict[str, Any] = {name: np.full((n, len(axes)) if len(axes) > 1 else n, np.nan) for name, axes in _COLUMNS.items()}
     ready = np.zeros((n, 2), bool)
     health = np.full((n, len(HEALTH_SENSORS)), SENSOR_STATES.index("missing"), np.uint8)
     return Run(t_s, **(arrays | {"ready": ready, "health": health}))
@@ -439,16 +489,21 @@ class Filter(StatefulObject):
         force_b_m_s2: npt.ArrayLike | None = None,
         field_b_tesla: npt.ArrayLike | None = None,
         only: tuple[str, ...] = (),
+        gates: bool = False,
     ) -> Run:
         """A whole recording: push and advance of row after row, bit for bit.
 
         t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample.
         only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself.
+        gates: fill accepted too, and the NIS that it needs, at some microseconds a row.
 
         A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
         arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
-        return self._batch("run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only, ffi.NULL)
+        samples = (rate_b_rad_s, force_b_m_s2, field_b_tesla)
+        if not gates:
+            return self._batch(self._run_at_once, t_s, samples, only)
+        return self._batch(self._run_by_row, t_s, samples, (*only, "accel_nis", "mag_nis") if only else only)
 
     def smooth(
         self,
@@ -463,7 +518,7 @@ class Filter(StatefulObject):
         Takes five times as long as run. Raises HnavRuntimeError for the HREKF, which has no smoother, and for recordings
         that the filter cannot start on.
         """
-        return self._batch("smooth", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+        return self._batch(self._smooth_at_once, t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
 
     def realign(self) -> None:
         """Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters."""
@@ -585,27 +640,65 @@ class Filter(StatefulObject):
         return arrays
 
     def _batch(
-        self, function: str, t_s: npt.ArrayLike, samples: tuple[npt.ArrayLike | None, ...], only: tuple[str, ...], *more: Any
-    ) -> Run:
+        self, go: Callable[[_Struct, _Struct, Run], None], t_s: npt.ArrayLike, samples: tuple[npt.ArrayLike | None, ...],
+        only: tuple[str, ...],
+    ) -> Run:  # fmt: skip
         t = times(t_s)
         n = t.shape
         arrays: dict[str, Array | None] = {"t_s": t}
         for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
             arrays[name] = None if values is None else doubles(values, (*n, 3), name)
         run = empty_run(t)
-        names = [f.name for f in fields(Run)[1:]]
-        if unknown := set(only) - set(names):
-            raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(names)}", "only")
-        given = new("hnav_run_input", **{name: address(array) for name, array in arrays.items()})
-        wanted = new("hnav_run_output", **{name: address(getattr(run, name)) for name in only or names})
+        if unknown := set(only) - set(_COLUMNS):
+            raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(_COLUMNS)}", "only")
+        given = _Struct("hnav_run_input", arrays)
+        wanted = _Struct("hnav_run_output", {name: getattr(run, name) for name in only or _COLUMNS})
         try:
-            self._call(function, len(t), given, wanted, *more)
+            go(given, wanted, run)
         except HnavRuntimeError as error:
             if error.status in ("late sample", "time backwards") and str(error).startswith("row 0:"):
                 begins = f"t_s begins at {t[0]:g} s, before the time that this filter stands at: reset() it first"
                 raise HnavRuntimeError(error.status, f"{begins} ({error})") from None
             raise
+        run.options = self.options
         return run
+
+    def _run_at_once(self, given: _Struct, wanted: _Struct, run: Run) -> None:
+        self._call("run", len(run.t_s), given.struct, wanted.struct, ffi.NULL)
+
+    def _smooth_at_once(self, given: _Struct, wanted: _Struct, run: Run) -> None:
+        self._call("smooth", len(run.t_s), given.struct, wanted.struct)
+
+    def _run_by_row(self, given: _Struct, wanted: _Struct, run: Run) -> None:
+        """The same, with a look at the counters after each row: they tell what the gates made of it."""
+        counts, n = new("hnav_diagnostics"), len(run.t_s)
+        rows, call = library().hnav_filter_run, library().hnav_filter_diagnostics
+        before = self.diagnostics().gated
+        gated = np.zeros((n + 1, 2), np.int64)
+        gated[0] = before["accel"], before["mag"]
+        for i in range(n):
+            given.stand_at(i)
+            wanted.stand_at(i)
+            if status := rows(self._handle, 1, given.struct, wanted.struct, ffi.NULL):
+                reason = text(library().hnav_filter_message(self._handle)).removeprefix("row 0: ")
+                raise failure(status, ffi.new("char[]", f"row {i}: {reason}".encode()))
+            call(self._handle, counts)
+            gated[i + 1] = counts.gated[1], counts.gated[2]
+        run.accepted = np.isfinite(np.stack([run.accel_nis, run.mag_nis], axis=1)) & (np.diff(gated, axis=0) == 0)
+
+
+class _Struct:
+    """A C struct whose pointers lead to the rows of arrays, each n long."""
+
+    def __init__(self, kind: str, arrays: Mapping[str, npt.NDArray[Any] | None]):
+        begins = {name: address(array) for name, array in arrays.items()}
+        self.struct = new(kind, **begins)
+        self._moving = [(name, begins[name] + 0, array[:1].size) for name, array in arrays.items() if array is not None]
+
+    def stand_at(self, row: int) -> None:
+        """The struct begins at this row."""
+        for name, begin, width in self._moving:
+            setattr(self.struct, name, begin + width * row)
 
 
 def _continued(options: Options, state: bytes) -> Filter:

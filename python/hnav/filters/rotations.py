@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -29,9 +28,9 @@ def rotation_error_rad(q_est: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
 
     q_ref = exp(error / 2) q_est: the error whose sigma the filter states. Rows with a NaN give NaN.
     """
-    error = np.full((len(q_est), 3), np.nan)
-    known = np.isfinite(q_est).all(axis=1) & np.isfinite(q_ref).all(axis=1)
-    if known.any():
-        estimate, reference = (Rotation.from_quat(q[known][:, [1, 2, 3, 0]]) for q in (q_est, q_ref))
-        error[known] = (reference * estimate.inv()).as_rotvec()
+    between = quaternion_product(q_ref, q_est * [1, -1, -1, -1])
+    between *= np.where(between[:, :1] < 0, -1.0, 1.0)  # the short way round
+    sine = np.linalg.norm(between[:, 1:], axis=1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error: np.ndarray = between[:, 1:] * np.where(sine > 0, 2 * np.arctan2(sine, between[:, :1]) / sine, 2.0)
     return error

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -72,7 +73,7 @@ def _run_library(recording: Recording, options: Options, progress: Progress | No
     attitude_filter = Filter(options)
     n = len(recording.t_s)
     chunk = n if smooth or progress is None else CHUNK
-    batch = attitude_filter.smooth if smooth else attitude_filter.run
+    batch = attitude_filter.smooth if smooth else partial(attitude_filter.run, gates=True)
     parts: list[Run] = []
     begin = time.perf_counter()
     for i in range(0, n, chunk):
@@ -82,8 +83,10 @@ def _run_library(recording: Recording, options: Options, progress: Progress | No
         if progress:
             progress(min(i + chunk, n), n)
     seconds = time.perf_counter() - begin
-    arrays = {name: np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])}
-    return Result(**arrays, engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+    arrays = {
+        name: np.concatenate([vars(p)[name] for p in parts]) for name, a in vars(parts[0]).items() if isinstance(a, np.ndarray)
+    }
+    return Result(**arrays, options=options, engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
 
 
 def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Result:
@@ -113,7 +116,9 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
         if progress and (i % 1000 == 999 or i == n - 1):
             progress(i + 1, n)
     seconds = time.perf_counter() - begin
-    return Result(**vars(run), engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+    return Result(
+        **(vars(run) | {"options": options}), engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter)
+    )
 
 
 def _wait_for_late(options: Options, t_s: np.ndarray, measured_s: np.ndarray) -> None:

@@ -31,7 +31,8 @@ COUNTS = (
 # Outputs that are read after each sample, and where they stand among all that are read.
 OUTPUTS = (("post.q", 4), ("post.bias", 3), ("post.sigma", 6))
 Q, BIAS, SIGMA, BIAS_SIGMA, NIS = slice(0, 4), slice(4, 7), slice(7, 10), slice(10, 13), slice(13, 15)
-READY = ("align.tilt_ready", "align.heading_ready")
+FLAGS = ("align.tilt_ready", "align.heading_ready", "gate.accel_ok", "gate.mag_ok")
+READY, GATES = slice(0, 2), slice(2, 4)
 HEALTH = tuple(f"health.{sensor}.state" for sensor in HEALTH_SENSORS)
 PROGRESS_POINTS = 500
 
@@ -89,7 +90,9 @@ def run_fmu(
         if progress:
             progress(len(recording.t_s), len(recording.t_s))
         counts = {name: int(fmu.get(f"count.{name}")) for name in COUNTS} | {"rhs_evals": int(fmu.get("solver.rhs_evals"))}
-    return estimates.result(recording, samples.present, engine, 1e6 * seconds / len(rows), counts)
+    result = estimates.result(recording, samples.present, engine, 1e6 * seconds / len(rows), counts)
+    result.options = Options(filter, preset, **settings)
+    return result
 
 
 def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndarray, np.ndarray]:
@@ -137,19 +140,19 @@ class _Estimates:
     def __init__(self, fmu: Fmu, n: int):
         names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]
         self._fmu, self._references, self._outputs = fmu, fmu.references(names), (C.c_double * len(names))()
-        self._ready_references, self._ready_now = fmu.references(READY), (fmu.boolean_type * len(READY))()
+        self._flag_references, self._flags_now = fmu.references(FLAGS), (fmu.boolean_type * len(FLAGS))()
         self._health_references, self._health_now = fmu.references(HEALTH), (fmu.enumeration_type * len(HEALTH))()
         self._view = np.ctypeslib.as_array(self._outputs)
         self._table = np.full((n, len(names)), np.nan)
-        self._ready = np.zeros((n, len(READY)), bool)
+        self._flags = np.zeros((n, len(FLAGS)), bool)
         self._health = empty_run(np.empty(n)).health
 
     def note(self, row: int) -> None:
         self._fmu.get_reals(self._references, self._outputs)
-        self._fmu.get_booleans(self._ready_references, self._ready_now)
+        self._fmu.get_booleans(self._flag_references, self._flags_now)
         self._fmu.get_enumerations(self._health_references, self._health_now)
         self._table[row] = self._view
-        self._ready[row] = self._ready_now
+        self._flags[row] = self._flags_now
         self._health[row] = self._health_now
 
     def result(
@@ -166,7 +169,7 @@ class _Estimates:
         return Result(
             t_s=recording.t_s, q_nb=table[:, Q], euler_rad=euler_rad(table[:, Q]), sigma_rad=table[:, SIGMA],
             gyro_bias_rad_s=table[:, BIAS], gyro_bias_sigma_rad_s=table[:, BIAS_SIGMA], accel_nis=nis[:, 0], mag_nis=nis[:, 1],
-            ready=self._ready, health=self._health, engine=engine, us_per_sample=us_per_sample, counts=counts,
+            ready=self._flags[:, READY], accepted=self._flags[:, GATES] & np.isfinite(nis), health=self._health, engine=engine, us_per_sample=us_per_sample, counts=counts,
         )  # fmt: skip
 
 

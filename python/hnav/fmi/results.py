@@ -12,7 +12,7 @@ from hnav.filters.attitude import Run
 Progress = Callable[[int, int], None]  # rows done, rows in all
 
 
-@dataclass
+@dataclass(repr=False)
 class Result(Run):
     """The arrays of a Run, by which engine, and at what cost."""
 

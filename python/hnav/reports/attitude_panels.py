@@ -8,8 +8,11 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from hnav.reports.panels import band, colour_of, dots, grid_of, line, panel, thinned, translucent
-from hnav.reports.plots import FAINT, INK, SKY, euler_deg, near_turn
+from hnav.filters.rotations import euler_rad
+from hnav.reports.angles import euler_deg, near_turn
+from hnav.reports.colours import FAINT, INK, SKY
+from hnav.reports.panels import band, blocks, colour_of, dots, grid_of, line, panel, small, translucent
+from hnav.systems.results import Run
 from hnav.systems.run_views import (
     SENSORS,
     STATES,
@@ -21,11 +24,12 @@ from hnav.systems.run_views import (
     truth_component,
     truth_q_nb,
 )
-from hnav.systems.simulation import Run
 from hnav.systems.statistics import chi_square_interval
 
 AXES = ("north", "east", "down")
 SHOWN_SHARE = 0.998  # of the errors lies within the axis
+START_S = 1.0  # as hnav.reports.recording_run settles
+SETTLING_SHARE = 0.1  # of the run: what an axis shows need not hold the start, which may stand anywhere
 PROBABILITY = 0.95
 MICROTESLA = 1e6
 NORMALISED_FLOOR = 1e-8  # the axis of normalised squares ends here: noise that was never there gives any small number
@@ -39,36 +43,94 @@ def has_errors(run: Run) -> bool:
     return has_filters(run) and truth_component(run) is not None
 
 
-@panel("attitude", "Attitude against truth", "Roll, pitch and yaw, rotation order z y x; truth dashed.", has_filters)
+def _titles(filters: list[Estimate]) -> list[str] | None:
+    """Of columns; one column needs none."""
+    return [estimate.name for estimate in filters] if len(filters) > 1 else None
+
+
+def _settled(run: Run) -> np.ndarray:
+    """Rows after the start."""
+    settled: np.ndarray = run.t_s >= run.t_s[0] + SETTLING_SHARE * (run.t_s[-1] - run.t_s[0])
+    return settled
+
+
+def _span(values: np.ndarray) -> list[float] | None:
+    """The range of an axis that shows all these values; None when there is none."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return None
+    low, high = float(known.min()), float(known.max())
+    room = 0.06 * (high - low) or max(1e-6, 0.01 * abs(high))
+    return [low - room, high + room]
+
+
+def truth_name(run: Run) -> str:
+    """What the attitude is called that the estimates are compared with."""
+    return str(run.about.get("truth", "truth"))
+
+
+def _shown_deg(run: Run, q_nb: np.ndarray) -> np.ndarray:
+    """Roll, pitch and heading; an angle from east, counter-clockwise, is turned into a heading."""
+    angles = euler_deg(q_nb)
+    if run.about.get("frame") == "enu":
+        angles[:, 2] = 90 - angles[:, 2]
+    # Whole turns say nothing: the first heading lies between 0 and 360.
+    known = np.flatnonzero(np.isfinite(angles[:, 2]))
+    if len(known):
+        angles[:, 2] -= 360 * np.floor(angles[known[0], 2] / 360)
+    return angles
+
+
+def _angle_sigma_deg(estimate: Estimate) -> np.ndarray:
+    """Standard deviations of roll, pitch and heading from those about the navigation axes, without their correlations."""
+    sigma, angles = np.degrees(estimate.vector("att.sigma", 3)), euler_rad(estimate.q_nb)
+    cosine, sine = np.cos(angles[:, 2]), np.sin(angles[:, 2])
+    pitch = np.hypot(sine * sigma[:, 0], cosine * sigma[:, 1])
+    roll = np.hypot(cosine * sigma[:, 0], sine * sigma[:, 1]) / np.maximum(np.cos(angles[:, 1]), 0.1)
+    return np.stack([roll, pitch, sigma[:, 2]], axis=1)
+
+
+@panel("attitude", "Attitude and heading", "Roll, pitch and heading, rotation order z y x, in their bands of ±3σ; dashed what they are "
+       "compared with. Near a pitch of 90 deg roll and heading say little.", has_filters)  # fmt: skip
 def attitude_panel(run: Run) -> go.Figure:
     figure = grid_of(3, 1)
     truth = truth_q_nb(run)
-    angles = None if truth is None else euler_deg(truth)
+    angles = None if truth is None else _shown_deg(run, truth)
+    settled = _settled(run)
+    held: list[np.ndarray] = [] if angles is None else [angles]
     for estimate in estimates(run):
-        shown = euler_deg(estimate.q_nb)
+        shown, around = _shown_deg(run, estimate.q_nb), 3 * _angle_sigma_deg(estimate)
         # Each is unwrapped by itself and may be whole turns away from the other.
         shown = shown if angles is None else near_turn(shown, angles)
+        colour = colour_of(run, estimate.name)
+        width = np.nanmedian(around[settled], axis=0) if np.isfinite(around[settled]).any() else np.zeros(3)
+        held += [shown[settled] - width, shown[settled] + width, shown[run.t_s >= run.t_s[0] + START_S]]
         for axis in range(3):
-            figure.add_trace(line(run.t_s, shown[:, axis], colour_of(run, estimate.name), estimate.name, axis == 0), axis + 1, 1)
-    for axis, name in enumerate(("roll", "pitch", "yaw")):
+            values, width = shown[:, axis], np.minimum(around[:, axis], 180)
+            around_it = band(run.t_s, values - width, values + width, colour, f"{estimate.name} ±3σ", axis == 0)
+            figure.add_trace(around_it, axis + 1, 1)
+            figure.add_trace(line(run.t_s, values, colour, estimate.name, axis == 0), axis + 1, 1)
+    for axis, name in enumerate(("roll", "pitch", "heading")):
         if angles is not None:
-            figure.add_trace(line(run.t_s, angles[:, axis], INK, "truth", axis == 0, dash="dash", width=1.1), axis + 1, 1)
-        figure.update_yaxes(title_text=f"{name} / deg", row=axis + 1)
+            dashed = line(run.t_s, angles[:, axis], INK, truth_name(run), axis == 0, dash="dash", width=1.1)
+            figure.add_trace(dashed, axis + 1, 1)
+        span = _span(np.concatenate([values[:, axis] for values in held]))
+        figure.update_yaxes(title_text=f"{name} / deg", range=span, row=axis + 1)
     return figure
 
 
-@panel("error", "Attitude error", "Rotation from estimate to truth about the navigation axes, inside ±3σ as the filter states it. The scale is that "
+@panel("error", "Attitude error", "Rotation from estimate to truth or reference about the navigation axes, inside ±3σ as the filter states it. The scale is that "
        "of the errors: a band that starts wider is cut off.", has_errors)  # fmt: skip
 def error_panel(run: Run) -> go.Figure:
     filters = estimates(run)
-    figure = grid_of(3, len(filters), [e.name for e in filters], shared_yaxes="rows")
-    for axis, name in enumerate(AXES):
+    figure = grid_of(3, len(filters), _titles(filters), shared_yaxes="rows")
+    for axis, name in enumerate(run.about.get("axes", AXES)):
         widest, narrowest = 0.0, np.inf
         for column, estimate in enumerate(filters, start=1):
-            rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
+            colour = colour_of(run, estimate.name)
             error, sigma = estimate.error_deg[:, axis], np.degrees(estimate.vector("att.sigma", 3)[:, axis])
             figure.add_trace(
-                band(run.t_s[rows], -3 * sigma[rows], 3 * sigma[rows], colour, f"{estimate.name} ±3σ", axis == 0),
+                band(run.t_s, -3 * sigma, 3 * sigma, colour, f"{estimate.name} ±3σ", axis == 0),
                 axis + 1,
                 column,
             )
@@ -84,19 +146,21 @@ def error_panel(run: Run) -> go.Figure:
     return figure
 
 
-@panel("bias", "Gyro bias", "Estimated bias in body axes with its band of ±1σ.", has_filters)
+@panel("bias", "Gyro bias", "Estimated bias in body axes with its band of ±1σ. The scale is that after the start.", has_filters)
 def bias_panel(run: Run) -> go.Figure:
-    filters = estimates(run)
-    figure = grid_of(3, 1)
-    for estimate in filters:
-        rows, colour = thinned(len(run.t_s)), colour_of(run, estimate.name)
+    figure, settled = grid_of(3, 1), _settled(run)
+    held: list[np.ndarray] = []
+    for estimate in estimates(run):
+        colour = colour_of(run, estimate.name)
         bias, sigma = (np.degrees(estimate.vector(f"bias.{name}", 3)) for name in ("gyro", "gyro_sigma"))
+        held += [(bias - sigma)[settled], (bias + sigma)[settled]]
         for axis in range(3):
-            low, high = bias[rows, axis] - sigma[rows, axis], bias[rows, axis] + sigma[rows, axis]
-            figure.add_trace(band(run.t_s[rows], low, high, colour, f"{estimate.name} ±1σ", axis == 0), axis + 1, 1)
+            low, high = bias[:, axis] - sigma[:, axis], bias[:, axis] + sigma[:, axis]
+            figure.add_trace(band(run.t_s, low, high, colour, f"{estimate.name} ±1σ", axis == 0), axis + 1, 1)
             figure.add_trace(line(run.t_s, bias[:, axis], colour, estimate.name, axis == 0), axis + 1, 1)
     for axis, name in enumerate("xyz"):
-        figure.update_yaxes(title_text=f"{name} / (deg/s)", row=axis + 1)
+        span = _span(np.concatenate([values[:, axis] for values in held]))
+        figure.update_yaxes(title_text=f"{name} / (deg/s)", range=span, row=axis + 1)
     return figure
 
 
@@ -113,7 +177,7 @@ def _field_strength(run: Run, samples: np.ndarray) -> tuple[float, str]:
 def field_panel(run: Run) -> go.Figure:
     samples = MICROTESLA * measured_field(run)
     samples = samples[np.isfinite(samples).all(axis=1)]
-    samples = samples[thinned(len(samples))]
+    samples = small(samples[blocks(len(samples))])
     strength, whose = _field_strength(run, samples)
     name = f"{whose} strength, {strength:.1f} µT"
     figure = make_subplots(1, 3, horizontal_spacing=0.08)
@@ -123,7 +187,7 @@ def field_panel(run: Run) -> go.Figure:
         figure.add_trace(go.Scatter(x=strength * np.cos(turn), y=strength * np.sin(turn), mode="lines", name=name, showlegend=column == 1,
                                     line=dict(color=FAINT, width=1, dash="dash"), hoverinfo="skip"), 1, column)  # fmt: skip
         figure.add_trace(go.Scatter(x=samples[:, i], y=samples[:, j], mode="markers", name="samples", showlegend=False,
-                                    marker=dict(color=np.linspace(0, run.t_s[-1], len(samples)), colorscale=[[0, SKY], [1, INK]], size=3.5,
+                                    marker=dict(color=small(np.linspace(run.t_s[0], run.t_s[-1], len(samples))), colorscale=[[0, SKY], [1, INK]], size=3.5,
                                                 colorbar=dict(title="t / s", thickness=10, len=0.9) if column == 3 else None)), 1, column)  # fmt: skip
         figure.update_xaxes(title_text=f"{'xyz'[i]} / µT", row=1, col=column, constrain="domain")
         figure.update_yaxes(title_text=f"{'xyz'[j]} / µT", row=1, col=column, scaleanchor=f"x{column if column > 1 else ''}")
@@ -137,10 +201,10 @@ def _innovation_rows(run: Run) -> list[tuple[str, str, int]]:
 
 
 @panel("innovations", "Innovations", "Measured minus expected at each sample, inside ±2√S with the noise as parametrised: of a consistent filter 95 % "
-       "lie inside.", lambda run: has_filters(run) and all(run.has(e.name, "innov.accel[1]", "innov.accel_sigma[1]") for e in estimates(run)))  # fmt: skip
+       "lie inside. Wider bands are cut off.", lambda run: has_filters(run) and all(run.has(e.name, "innov.accel[1]", "innov.accel_sigma[1]") for e in estimates(run)))  # fmt: skip
 def innovations_panel(run: Run) -> go.Figure:
     filters, kinds = estimates(run), _innovation_rows(run)
-    figure = grid_of(len(kinds), len(filters), [e.name for e in filters], row_px=125)
+    figure = grid_of(len(kinds), len(filters), _titles(filters), row_px=125)
     for row, (sensor, meaning, i) in enumerate(kinds, start=1):
         for column, estimate in enumerate(filters, start=1):
             if i >= estimate.dimension(sensor):
@@ -148,11 +212,11 @@ def innovations_panel(run: Run) -> go.Figure:
             at = estimate.sampled(sensor)
             colour, t_s = colour_of(run, estimate.name), run.t_s[at]
             value, sigma = (run[f"{estimate.name}.innov.{sensor}{suffix}[{i + 1}]"][at] for suffix in ("", "_sigma"))
-            rows = thinned(len(at))
-            figure.add_trace(
-                band(t_s[rows], -2 * sigma[rows], 2 * sigma[rows], FAINT, "±2√S", row == 1 and column == 1), row, column
-            )
+            figure.add_trace(band(t_s, -2 * sigma, 2 * sigma, FAINT, "±2√S", row == 1 and column == 1), row, column)
             figure.add_trace(dots(t_s, value, colour, estimate.name, row == 1), row, column)
+            if len(at):
+                top = 1.15 * max(np.quantile(np.abs(value), SHOWN_SHARE), 2 * np.median(sigma))
+                figure.update_yaxes(range=[-top, top] if top > 0 else None, row=row, col=column)
         figure.update_yaxes(title_text=f"{meaning} {i + 1}", row=row, col=1)
     return figure
 
@@ -164,7 +228,7 @@ Normalised = tuple[np.ndarray, np.ndarray, int]
 def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str], Normalised]) -> go.Figure:
     """Normalised squares on a logarithmic axis with the two-sided chi-square interval and the expectation."""
     filters = estimates(run)
-    figure = grid_of(len(names), len(filters), [e.name for e in filters], shared_yaxes="rows")
+    figure = grid_of(len(names), len(filters), _titles(filters), shared_yaxes="rows")
     floor, top = 1e-2, 1e2
     for row, name in enumerate(names, start=1):
         for column, estimate in enumerate(filters, start=1):
@@ -238,18 +302,19 @@ def gamma_panel(run: Run) -> go.Figure:
 def states_panel(run: Run) -> go.Figure:
     filters = estimates(run)
     # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
-    starts = np.arange(0, len(run.t_s), thinned(len(run.t_s)).step)
-    kinds = [(e, state, text) for e in filters for state, text in STATES.items()][::-1]
+    starts = blocks(len(run.t_s))
+    kinds = [(e, state, text) for e in filters for state, text in STATES.items() if run.has(e.name, state)][::-1]
     rows = [
         (f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name))
         for e, state, text in kinds
     ]
+    at_s = small(run.t_s[starts])
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
-        top = np.where(values > 0.5, 0.72, 0.0) + level
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=np.full(len(starts), float(level)), mode="lines", line=dict(width=0),
+        top = small(np.where(values > 0.5, 0.72, 0.0) + level)
+        figure.add_trace(go.Scatter(x=at_s[[0, -1]], y=np.full(2, float(level)), mode="lines", line=dict(width=0),
                                     showlegend=False, hoverinfo="skip"))  # fmt: skip
-        figure.add_trace(go.Scatter(x=run.t_s[starts], y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
+        figure.add_trace(go.Scatter(x=at_s, y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
                                     line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
     names = [name for name, _, _ in rows]
     figure.update_yaxes(

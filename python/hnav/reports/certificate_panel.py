@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import plotly.graph_objects as go
-
-from hnav.reports.panels import panel
-from hnav.reports.plots import FAINT, INK
-from hnav.systems.simulation import Run
+from hnav.reports.panels import panel, table
+from hnav.systems.results import Run
 
 # Key in certificate.json, unit, what it says. Those that were not reached are null there and are left out.
 FIGURES = (
@@ -39,7 +36,7 @@ def verdict(figures: Mapping[str, Any]) -> str:
 
 @panel("certificate", "Stability certificate", "Of the gains that the HREKF of this run has on its samples: hnav certify DIR --out DIR/certificate.json.",
        lambda run: "certificate" in run.about)  # fmt: skip
-def certificate_panel(run: Run) -> go.Figure:
+def certificate_panel(run: Run) -> str:
     found = run.about["certificate"]
     rows = [("verdict", verdict(found), "")]
     rows += [
@@ -47,20 +44,4 @@ def certificate_panel(run: Run) -> go.Figure:
         for key, unit, meaning in FIGURES
         if isinstance(found.get(key), (int, float))
     ]
-    cells = dict(
-        values=[list(column) for column in zip(*rows)],
-        align="left",
-        height=26,
-        font=dict(color=INK),
-        fill=dict(color="white"),
-        line=dict(color=FAINT),
-    )
-    head = dict(
-        values=["figure", "value", "meaning"],
-        align="left",
-        font=dict(color=INK),
-        fill=dict(color="white"),
-        line=dict(color=FAINT),
-    )
-    figure = go.Figure(go.Table(header=head, cells=cells, columnwidth=[2, 3, 5]))
-    return figure.update_layout(height=140 + 26 * len(rows))
+    return table(["figure", "value", "meaning"], rows)

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import plotly.graph_objects as go
 
+from hnav.reports.colours import INK
 from hnav.reports.flights import Channel, channels, colour, is_flight
-from hnav.reports.panels import band, dots, grid_of, line, panel
-from hnav.reports.plots import INK
-from hnav.systems.simulation import Run
+from hnav.reports.panels import band, dots, grid_of, line, panel, table
+from hnav.systems.results import Run
 
 FAULT_COLOUR = "#F3E9DC"
 
@@ -78,22 +78,16 @@ def faults_panel(run: Run) -> go.Figure:
 
 @panel("flight-table", "Root mean square errors", "Of this one flight, where the channel has no more noise than usual and where it has. One flight says "
        "little about coloured errors, which hardly change in it: ./run study ins_error_table flies a thousand.", is_flight)  # fmt: skip
-def table_panel(run: Run) -> go.Figure:
+def table_panel(run: Run) -> str:
     flight = channels(run)
     labels = [track.filter for track in flight[0].tracks]
-    columns = [[channel.title for channel in flight], [channel.unit for channel in flight]]
-    for faulty in (False, True):
-        for i in range(len(labels)):
-            values = (channel.rmse(channel.tracks[i], faulty) for channel in flight)
-            columns.append(["–" if np.isnan(value) else f"{value:.3g}" for value in values])
-    heads = ["state", "unit", *(f"{label}, healthy" for label in labels), *(f"{label}, fault" for label in labels)]
-    figure = go.Figure(
-        go.Table(
-            header=dict(values=heads, align="left", fill_color="#F0F0F0"), cells=dict(values=columns, align="left", height=30)
-        )
-    )
-    figure.update_layout(height=150 + 34 * len(flight))
-    return figure
+
+    def cells(channel: Channel, faulty: bool) -> list[str]:
+        values = (channel.rmse(track, faulty) for track in channel.tracks)
+        return ["–" if np.isnan(value) else f"{value:.3g}" for value in values]
+
+    rows = [[channel.title, channel.unit, *cells(channel, False), *cells(channel, True)] for channel in flight]
+    return table(["state", "unit", *(f"{label}, healthy" for label in labels), *(f"{label}, fault" for label in labels)], rows)
 
 
 FLIGHT_PANELS = (flight_panel, innovations_panel, faults_panel, table_panel)

@@ -9,11 +9,15 @@ components that estimate the same states (InsErrorFilter*).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hnav.reports.plots import BLUE, FAINT, INK, ORANGE, PURPLE, VERMILION, Figure, figure, styled
-from hnav.systems.simulation import Run
+from hnav.reports.colours import BLUE, FAINT, INK, ORANGE, PURPLE, VERMILION
+from hnav.systems.results import Run
+
+if TYPE_CHECKING:
+    from hnav.reports.plots import Figure
 
 COLOURS = {"mdkf": FAINT, "amdkf": VERMILION, "augmented": BLUE, "differenced": PURPLE, "plain": ORANGE}
 DISPLAY = {"rad": ("deg", np.degrees(1)), "rad/s": ("deg/s", np.degrees(1))}
@@ -139,6 +143,9 @@ def colour(filter: str) -> str:
 def draw_flight(flight: list[Channel]) -> Figure:
     """A column a state: truth and estimates, errors with three sigma of the last filter, its fault probability; the time
     of the fault is shaded."""
+    # Matplotlib takes a while to load, and the page does without.
+    from hnav.reports.plots import figure, styled
+
     with styled():
         fig = figure(390 * len(flight), 780, dpi=130)
         rows = fig.subplots(3, len(flight), sharex=True, squeeze=False, height_ratios=[1.2, 1.3, 0.6])

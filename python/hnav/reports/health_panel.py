@@ -7,10 +7,10 @@ import plotly.graph_objects as go
 
 from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings, spells
-from hnav.reports.panels import panel, thinned
-from hnav.reports.plots import STATE_COLOURS
+from hnav.reports.colours import STATE_COLOURS
+from hnav.reports.panels import blocks, panel
+from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates
-from hnav.systems.simulation import Run
 
 ROW_PX = 34
 
@@ -49,7 +49,7 @@ def health_panel(run: Run) -> go.Figure:
 
 def _draw(figure: go.Figure, row: str, t_s: np.ndarray, states: np.ndarray, named: set[str]) -> None:
     # The worst of each block: no state of a single row falls between the drawn points.
-    starts = np.arange(0, len(t_s), thinned(len(t_s)).step)
+    starts = blocks(len(t_s))
     drawn = list(spells(t_s[starts], np.maximum.reduceat(states, starts)))
     for state in SENSOR_STATES[1:]:
         begins = np.array([begin for name, begin, _ in drawn if name == state])

@@ -1,10 +1,11 @@
-"""One self-contained HTML page about a simulation: what was run, a table of figures, and the panels that apply.
+"""One self-contained HTML page: what was run, figures, and the panels that apply; here that of a simulation.
 
 plotly.js stands inside the page, so that it opens without a network, today and in ten years.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from html import escape
 from importlib import resources
@@ -14,14 +15,15 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.outputs import write_files
+from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates, figures
-from hnav.systems.simulation import Run
 
 try:
     import plotly.graph_objects as go
     from plotly.offline import get_plotlyjs
 
     from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
+    from hnav.reports.body_panel import body_panel
     from hnav.reports.certificate_panel import certificate_panel
     from hnav.reports.flight_panels import FLIGHT_PANELS
     from hnav.reports.health_panel import health_panel
@@ -30,18 +32,19 @@ except ImportError:
     raise HnavValueError("option", "the report needs Plotly: pip install 'hnav[report]'") from None
 
 # In the order of the page; what they cost comes last.
-PANELS: tuple[Panel, ...] = (*ATTITUDE_PANELS, health_panel, certificate_panel, *FLIGHT_PANELS, timing_panel)
-STYLE = "page.css"
+PANELS: tuple[Panel, ...] = (body_panel, *ATTITUDE_PANELS, health_panel, certificate_panel, *FLIGHT_PANELS, timing_panel)
+STYLE, SCRIPT = "page.css", "page.js"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
+# Colours that page.js knows another of for dark screens. The legend has the bottom for itself, the toolbar the top.
 LAYOUT = dict(
-    template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=58, b=44), paper_bgcolor="rgba(0,0,0,0)",
-    plot_bgcolor="rgba(0,0,0,0)", hoverlabel=dict(font=dict(family=FONT)), modebar=dict(bgcolor="rgba(255,255,255,0.9)", color="#B8B8B8", activecolor="#0072B2"),
-    # One row above the axes, where it hides no data.
-    legend=dict(orientation="h", yref="container", yanchor="top", y=1.0, xanchor="left", x=0.0, font=dict(size=12), itemsizing="constant"),
+    template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=36, b=44), paper_bgcolor="rgba(0,0,0,0)",
+    plot_bgcolor="rgba(0,0,0,0)", modebar=dict(bgcolor="rgba(255,255,255,0.9)", color="#B8B8B8", activecolor="#0072B2"),
+    legend=dict(orientation="h", yref="container", yanchor="bottom", y=0.0, xanchor="left", x=0.0, font=dict(size=12), itemsizing="constant"),
 )  # fmt: skip
 AXIS = dict(
     gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True,
 )  # fmt: skip
+COLUMN_REM = 18
 CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
 
 
@@ -56,15 +59,21 @@ def write_report(run: Run, file: Path, panels: Sequence[Panel] = PANELS) -> list
 
 
 def page(run: Run, panels: Sequence[Panel]) -> str:
-    """The whole document."""
+    """The whole document about a simulation."""
     title = f"hnav · {run.about['system']}" + (f" · {run.about['scenario']}" if run.about["scenario"] else "")
-    style = resources.files("hnav.reports").joinpath(STYLE).read_text(encoding="utf-8")
+    return document(title, header(run), summary(run), run, panels)
+
+
+def document(title: str, head: str, figures: str, run: Run, panels: Sequence[Panel]) -> str:
+    """The whole document: head and figures are HTML and stand above the panels."""
+    style, script = (resources.files("hnav.reports").joinpath(name).read_text(encoding="utf-8") for name in (STYLE, SCRIPT))
     links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
     return "\n".join([
         "<!doctype html>", '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
         # An empty icon: a browser would ask a server for one.
-        f'<title>{escape(title)}</title><link rel="icon" href="data:,"><style>{style}</style><script>{get_plotlyjs()}</script></head><body>',
-        header(run), f"<nav>{links}</nav><main>", summary(run), *(section(p, run) for p in panels), "</main></body></html>",
+        f'<meta name="color-scheme" content="light dark"><title>{escape(title)}</title><link rel="icon" href="data:,"><style>{style}</style>',
+        f"<script>{get_plotlyjs()}</script></head><body>",
+        head, f"<nav>{links}</nav><main>", figures, *(section(p, run) for p in panels), f"</main><script>{script}</script></body></html>",
     ])  # fmt: skip
 
 
@@ -131,23 +140,30 @@ def _number(value: float, unit: str = "") -> str:
 
 
 def section(panel: Panel, run: Run) -> str:
-    drawn = panel.draw(run)
-    style(drawn)
-    for axis in drawn.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
-        # Markers would make the axis begin before the run.
-        axis.range = [run.t_s[0], run.t_s[-1]]
-    body = drawn.to_html(
-        full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"plot-{panel.name}", default_width="100%"
-    )
+    """Heading, note, lines and what the panel draws."""
     said = "".join(f"<li>{escape(line)}</li>" for line in panel.lines(run))
     head = f'<h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{f"<ul>{said}</ul>" if said else ""}'
-    return f'<section id="{panel.name}">{head}{body}</section>'
+    drawn = panel.draw(run)
+    shown = drawn if isinstance(drawn, str) else plot(f"plot-{panel.name}", drawn, run)
+    return f'<section id="{panel.name}">{head}{shown}</section>'
 
 
-def style(figure: go.Figure) -> None:
-    """The look that all panels share."""
+def plot(name: str, figure: go.Figure, run: Run) -> str:
+    """A figure as data that page.js gives to Plotly. Axes side by side keep a width at which they can be read."""
     figure.update_layout(LAYOUT)
     figure.update_xaxes(AXIS)
     figure.update_yaxes(AXIS)
     # Titles of columns as the panels' own headings: small and at rest.
     figure.update_annotations(font=dict(size=12, color="#333333"))
+    # Titles of columns stand below the toolbar.
+    figure.update_layout(height=figure.layout.height or 450, margin=dict(t=56 if figure.layout.annotations else 36))
+    for axis in figure.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
+        # Markers would make the axis begin before the run.
+        axis.range = [run.t_s[0], run.t_s[-1]]
+    columns = len({tuple(axis.domain) for axis in figure.select_xaxes() if axis.domain}) or 1
+    data = figure.to_json()[:-1] + f',"config":{json.dumps(CONFIG)}}}'
+    width = f' style="min-width: {COLUMN_REM * columns}rem"' if columns > 1 else ""
+    # No text in the data may end the element that holds it.
+    held = data.replace("</", r"<\/")
+    held = f'<script type="application/json" id="data-{name}">{held}</script>'
+    return f'<div class="scroll"><div id="{name}" class="plotly-graph-div"{width}></div></div>{held}'

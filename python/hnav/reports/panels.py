@@ -1,39 +1,41 @@
 """What panels of the report are made of, drawn by Plotly: lines, dots, bands and axes that share time.
 
-Colours as in hnav.reports.plots: truth in ink, the filters in colours that people with any kind of colour vision can tell
+Colours as in hnav.reports.colours: truth in ink, the filters in colours that people with any kind of colour vision can tell
 apart, named in every legend as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from hnav.reports.plots import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from hnav.reports.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from hnav.systems.results import Run
 from hnav.systems.run_views import estimates
-from hnav.systems.simulation import Run
 
 FILTER_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
-# A browser stays quick with this many points a line; the files hold all.
-POINTS = 1500
+# A browser stays quick with twice this many points a line, and no screen shows more; the files hold all.
+POINTS = 800
+BAND_POINTS, DOT_EXTREMES = 400, 100
 ROW_PX = 190
 
 
 @dataclass(frozen=True)
 class Panel:
-    """title, note (how to read it) and lines (what the run says) stand above the figure that draw makes of a run for which
-    applies is true."""
+    """title, note (how to read it) and lines (what the run says) stand above what draw makes of a run for which applies is
+    true: a figure, or HTML."""
 
     name: str
     title: str
     note: str
     applies: Callable[[Run], bool]
-    draw: Callable[[Run], go.Figure]
+    draw: Callable[[Run], go.Figure | str]
     lines: Callable[[Run], Sequence[str]]
 
 
@@ -44,8 +46,8 @@ def no_lines(run: Run) -> Sequence[str]:
 
 def panel(
     name: str, title: str, note: str, applies: Callable[[Run], bool], lines: Callable[[Run], Sequence[str]] = no_lines
-) -> Callable[[Callable[[Run], go.Figure]], Panel]:
-    """Decorator: the panel whose figure the function below draws."""
+) -> Callable[[Callable[[Run], go.Figure | str]], Panel]:
+    """Decorator: the panel that shows what the function below draws."""
     return lambda draw: Panel(name, title, note, applies, draw, lines)
 
 
@@ -53,9 +55,32 @@ def colour_of(run: Run, name: str) -> str:
     return FILTER_COLOURS[[e.name for e in estimates(run)].index(name) % len(FILTER_COLOURS)]
 
 
-def thinned(n: int) -> slice:
-    """Every k-th of n rows, so that no line has more than POINTS."""
-    return slice(None, None, max(1, -(-n // POINTS)))
+def blocks(n: int, points: int = POINTS) -> np.ndarray:
+    """First rows of at most `points` blocks side by side that hold all n rows."""
+    return np.arange(0, n, max(1, -(-n // points)))
+
+
+def extremes(values: np.ndarray, points: int = POINTS) -> np.ndarray:
+    """Rows that stand for n values: of each block its smallest and its largest, so that no peak is lost, and both ends.
+
+    A block without a finite value gives one row, where a line breaks.
+    """
+    n = len(values)
+    starts = blocks(n, points)
+    if len(starts) == n:
+        return np.arange(n)
+    width = starts[1]
+    padded = np.full(len(starts) * width, np.nan)
+    padded[:n] = values
+    table = padded.reshape(len(starts), width)
+    known = np.isfinite(table)
+    low, high = (np.argmin(np.where(known, sign * table, np.inf), axis=1) for sign in (1, -1))
+    return np.unique([*(starts + low), *(starts + high), 0, n - 1])
+
+
+def small(values: np.ndarray) -> np.ndarray:
+    """As the page holds numbers: seven digits are more than any screen shows."""
+    return values.astype(np.float32)
 
 
 def translucent(colour: str, alpha: float) -> str:
@@ -65,7 +90,7 @@ def translucent(colour: str, alpha: float) -> str:
 def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: int = ROW_PX, **options: Any) -> go.Figure:
     """Empty axes that share time, with the titles above the columns."""
     titles = None if titles is None else titles + [""] * (rows * columns - len(titles))
-    spacing = dict(vertical_spacing=0.12 / rows, horizontal_spacing=0.06)
+    spacing = dict(vertical_spacing=0.12 / rows, horizontal_spacing=0.06 if columns < 4 else 0.04)
     figure = make_subplots(rows, columns, shared_xaxes=True, subplot_titles=titles, **spacing, **options)
     figure.update_layout(height=120 + row_px * rows)
     figure.update_xaxes(title_text="time / s", row=rows)
@@ -73,20 +98,38 @@ def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: in
 
 
 def band(t_s: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
-    """A filled area between two lines, as one closed outline; rows that are not finite are left out."""
+    """A filled area between two lines, as one closed outline; rows that are not finite are left out.
+
+    Of many rows the widest of each block is drawn.
+    """
     known = np.isfinite(low) & np.isfinite(high)
-    outline = np.concatenate([high[known], low[known][::-1]])
-    return go.Scatter(x=np.concatenate([t_s[known], t_s[known][::-1]]), y=outline, fill="toself", mode="none", name=name, legendgroup=name,
+    t_s, low, high = t_s[known], low[known], high[known]
+    if len(t_s) > BAND_POINTS:
+        starts = blocks(len(t_s), BAND_POINTS)
+        ends = t_s[-1:]
+        t_s = np.concatenate([t_s[starts], ends])
+        low, high = (np.append(of.reduceat(edge, starts), edge[-1]) for of, edge in ((np.minimum, low), (np.maximum, high)))
+    outline = small(np.concatenate([high, low[::-1]]))
+    return go.Scatter(x=small(np.concatenate([t_s, t_s[::-1]])), y=outline, fill="toself", mode="none", name=name, legendgroup=name,
                       fillcolor=translucent(colour, 0.18), showlegend=shown, hoverinfo="skip")  # fmt: skip
 
 
 def line(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool, **style: Any) -> go.Scatter:
-    rows = thinned(len(t_s))
-    return go.Scatter(x=t_s[rows], y=values[rows], mode="lines", name=name, legendgroup=name, showlegend=shown,
+    rows = extremes(values)
+    return go.Scatter(x=small(t_s[rows]), y=small(values[rows]), mode="lines", name=name, legendgroup=name, showlegend=shown,
                       line=dict(color=colour, width=1.4) | style)  # fmt: skip
 
 
 def dots(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
-    rows = thinned(len(t_s))
-    return go.Scatter(x=t_s[rows], y=values[rows], mode="markers", name=name, legendgroup=name, showlegend=shown,
+    """Of many samples every k-th, so that the dots lie as densely as the samples do, and the largest ones."""
+    n = len(values)
+    rows = np.arange(n) if n <= POINTS else np.union1d(blocks(n), extremes(values, DOT_EXTREMES))
+    return go.Scatter(x=small(t_s[rows]), y=small(values[rows]), mode="markers", name=name, legendgroup=name, showlegend=shown,
                       marker=dict(color=colour, size=2.6, opacity=0.55))  # fmt: skip
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of texts as HTML, the first column to the left."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f'<div class="scroll"><table class="words"><tr>{head}</tr>{body}</table></div>'

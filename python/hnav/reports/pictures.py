@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from hnav.reports import plots
+from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.flights import channels, draw_flight
+from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates, truth_q_nb
-from hnav.systems.simulation import Run
 
 COLOURS = (plots.VERMILION, plots.BLUE, plots.GREEN, plots.PURPLE, plots.ORANGE, plots.SKY)
 WIDTH_PX, ROW_PX, DPI = 1500, 300, 150
@@ -55,10 +56,10 @@ def draw_attitude(figure: plots.Figure, run: Run) -> None:
     """Roll, pitch and yaw of every filter, truth dashed."""
     rows = figure.subplots(3, 1, sharex=True)
     truth = truth_q_nb(run)
-    angles = None if truth is None else plots.euler_deg(truth)
+    angles = None if truth is None else euler_deg(truth)
     for estimate, colour in _coloured(run):
-        lines = plots.euler_deg(estimate.q_nb)
-        lines = lines if angles is None else plots.near_turn(lines, angles)
+        lines = euler_deg(estimate.q_nb)
+        lines = lines if angles is None else near_turn(lines, angles)
         for axes, values in zip(rows, lines.T):
             axes.plot(run.t_s, values, color=colour, label=estimate.name)
     for column, (axes, name) in enumerate(zip(rows, ("roll", "pitch", "yaw"))):

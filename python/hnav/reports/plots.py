@@ -1,9 +1,8 @@
 """Pictures of attitude estimates: against a reference, against their own sigma, innovations against chi-square bounds.
 
 Every function draws into axes that it is given and touches nothing else; figures are made without pyplot, so no
-state is shared and no display is needed. Angles are drawn in degrees, times in seconds. Colours are those of Okabe
-and Ito (Color Universal Design, 2008), which people with any kind of colour vision can tell apart; what a colour
-says is said by label or line style as well.
+state is shared and no display is needed. Angles are drawn in degrees, times in seconds. Colours are
+those of hnav.reports.colours.
 """
 
 from __future__ import annotations
@@ -23,14 +22,19 @@ from matplotlib.ticker import FuncFormatter
 from hnav.errors import HnavValueError
 from hnav.filters.attitude import HEALTH_SENSORS
 from hnav.filters.health import findings, spells
-from hnav.filters.rotations import euler_rad
 from hnav.io.outputs import write_files
+from hnav.reports.angles import euler_deg, near_turn
+from hnav.reports.colours import AXIS_COLOURS as AXIS_COLOURS
+from hnav.reports.colours import BLUE as BLUE
+from hnav.reports.colours import FAINT as FAINT
+from hnav.reports.colours import GREEN as GREEN
+from hnav.reports.colours import INK as INK
+from hnav.reports.colours import ORANGE as ORANGE
+from hnav.reports.colours import PURPLE as PURPLE
+from hnav.reports.colours import SKY as SKY
+from hnav.reports.colours import STATE_COLOURS as STATE_COLOURS
+from hnav.reports.colours import VERMILION as VERMILION
 from hnav.systems.statistics import chi_square_interval
-
-BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
-SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"
-AXIS_COLOURS = (VERMILION, GREEN, BLUE)
-STATE_COLOURS = {"late": SKY, "outlier": ORANGE, "stuck": PURPLE, "saturated": VERMILION, "missing": FAINT}
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.5,
@@ -62,18 +66,6 @@ EULER_PITCH_LIMIT_DEG = 80.0
 
 
 # --------------------------------------------------------------------------------------------- what is drawn
-
-
-def euler_deg(q_nb: np.ndarray) -> np.ndarray:
-    """Roll, pitch, yaw in deg (n x 3) of unit quaternions (n x 4, scalar first, body to navigation).
-
-    Rotation order z y x, each angle unwrapped in time so that a turn is one line; NaN rows stay NaN.
-    """
-    angles = euler_rad(q_nb)
-    known = np.isfinite(angles).all(axis=1)
-    angles[known] = np.unwrap(angles[known], axis=0)
-    degrees: np.ndarray = np.degrees(angles)
-    return degrees
 
 
 def continuous_quaternion(q: np.ndarray) -> np.ndarray:
@@ -111,9 +103,18 @@ def styled() -> AbstractContextManager[None]:
     return rc_context(STYLE)
 
 
+class Picture(Figure):
+    """A figure that a notebook shows, with pyplot or without."""
+
+    def _repr_png_(self) -> bytes:
+        drawn = io.BytesIO()
+        self.savefig(drawn, format="png")
+        return drawn.getvalue()
+
+
 def figure(width_px: int, height_px: int, dpi: int = 100) -> Figure:
     """An empty figure of this many pixels."""
-    return Figure(figsize=(width_px / dpi, height_px / dpi), dpi=dpi)
+    return Picture(figsize=(width_px / dpi, height_px / dpi), dpi=dpi)
 
 
 def draw_attitude(
@@ -154,12 +155,6 @@ def _beside(lines: np.ndarray, q_ref: np.ndarray, as_euler: bool) -> np.ndarray:
         return near_turn(euler_deg(q_ref), lines)
     sign = np.where(np.einsum("ij,ij->i", np.nan_to_num(q_ref), np.nan_to_num(lines)) < 0, -1.0, 1.0)
     return q_ref * sign[:, None]
-
-
-def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
-    """angles_deg moved by whole turns to within half a turn of near_deg, element by element."""
-    moved: np.ndarray = angles_deg + 360.0 * np.round((near_deg - angles_deg) / 360.0)
-    return moved
 
 
 def draw_error_band(

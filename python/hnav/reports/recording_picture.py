@@ -6,9 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hnav.filters.attitude import Run
 from hnav.filters.health import findings
+from hnav.io.recordings import Recording
 from hnav.reports import plots
-from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
+from hnav.reports.recording_run import RecordingRun, compare, recording_run, tilt_sigma_deg
+
+
+def plot_run(run: Run, recording: Recording | None = None) -> plots.Figure:
+    """Attitude, sigma, innovations and bias of a run over time in s, as a figure of Matplotlib.
+
+    recording: what the run was made of; differences to its reference attitude are drawn, if it has one. Raises HnavError when
+    it has other rows.
+    """
+    return draw_recordings([recording_run(run, recording)])
 
 
 def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:
@@ -32,11 +43,11 @@ def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:
 def _draw_column(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
     recording, result = run.recording, run.result
     t_s = recording.t_s - recording.t_s[0]
-    reference_q_nb = recording.reference_q_nb if run.reference else None
+    reference_q_nb = run.reference_q_nb
     drawn = plots.draw_attitude(panels["attitude"], t_s, result.q_nb, reference_q_nb, run.reference)
-    panels["attitude"].set_title(f"{recording.name}\n{drawn}, body to east-north-up")
+    panels["attitude"].set_title(f"{recording.name}\n{drawn}, body to {'-'.join(run.axes)}")
     if reference_q_nb is None:
-        plots.draw_sigma(panels["sigma"], t_s, np.degrees(result.sigma_rad), ("east", "north", "up"))
+        plots.draw_sigma(panels["sigma"], t_s, np.degrees(result.sigma_rad), run.axes)
         panels["sigma"].set_title("Standard deviation of the rotation about")
     else:
         against = compare(recording.t_s, result.q_nb, reference_q_nb)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from hnav.errors import HnavValueError
+from hnav.filters.attitude import Run
 from hnav.filters.rotations import quaternion_product
+from hnav.filters.run_summary import NIS_DIMENSIONS
 from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, a device has its past.
 SETTLING_S = 1.0
-# Rows of the innovation of force and field.
-EXPECTED_NIS = {"hrekf": (3, 3), "ahrs": (2, 3)}
+# Turns east-north-up axes into north-east-down ones: half a turn about the bisector of the first two.
+TO_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,40 @@ class RecordingRun:
     result: Result
     reference: str
     filter: str
+    findings: tuple[str, ...] = ()  # what was noticed of the recording before the filter saw it, a line each
+
+    @property
+    def frame(self) -> str:
+        """Of the navigation axes: ned or enu."""
+        return "enu" if self.result.options is None else str(self.result.options.navigation_frame)
+
+    @property
+    def axes(self) -> tuple[str, str, str]:
+        """The names of the navigation axes."""
+        return ("north", "east", "down") if self.frame == "ned" else ("east", "north", "up")
+
+    @property
+    def reference_q_nb(self) -> np.ndarray | None:
+        """The attitude by another system in the axes of the result; None without one."""
+        q_enu = self.recording.reference_q_nb
+        if q_enu is None or not self.reference:
+            return None
+        return q_enu if self.frame == "enu" else quaternion_product(np.broadcast_to(TO_NED, q_enu.shape), q_enu)
+
+
+def recording_run(run: Run, recording: Recording | None = None, findings: Sequence[str] = ()) -> RecordingRun:
+    """A run with what it was made of. Raises HnavError when the recording has other rows.
+
+    recording None: nothing is known but the run. The reference attitude of a recording is taken for an optical one.
+    """
+    if recording is None:
+        nothing = np.full((len(run.t_s), 3), np.nan)
+        recording = Recording("run", run.t_s, nothing, nothing)
+    elif not np.array_equal(recording.t_s, run.t_s):
+        raise HnavValueError("size", f"{recording.name}: has other rows than the run; give what the run was made of", "recording")
+    result = run if isinstance(run, Result) else Result(**vars(run))
+    filter = "ahrs" if run.options is None else run.options.filter
+    return RecordingRun(recording, result, "" if recording.reference_q_nb is None else "optics", filter, tuple(findings))
 
 
 @dataclass(frozen=True)
@@ -71,8 +109,8 @@ def figures(run: RecordingRun) -> dict[str, str]:
         "used rate / force / field": " / ".join(str(counts[f"{sensor}_used"]) for sensor in ("gyro", "accel", "mag")),
         "gated force / field": f"{counts['accel_gated']} / {counts['mag_gated']}",
     }
-    if recording.reference_q_nb is not None and run.reference:
-        against = compare(recording.t_s, result.q_nb, recording.reference_q_nb)
+    if run.reference_q_nb is not None:
+        against = compare(recording.t_s, result.q_nb, run.reference_q_nb)
         rows |= {
             f"difference to the {run.reference}": "median    RMS    ",
             "  total": _median_rms(against.total_deg),
@@ -85,8 +123,8 @@ def figures(run: RecordingRun) -> dict[str, str]:
     return rows | {
         "the filter about itself": "",
         "  σ tilt, heading at the end": f"{tilt_deg:.1f}, {heading_deg:.1f} deg",
-        f"  mean NIS force (expected {EXPECTED_NIS[run.filter][0]})": _mean(result.accel_nis),
-        f"  mean NIS field (expected {EXPECTED_NIS[run.filter][1]})": _mean(result.mag_nis),
+        f"  mean NIS force (expected {NIS_DIMENSIONS[run.filter][0]})": _mean(result.accel_nis),
+        f"  mean NIS field (expected {NIS_DIMENSIONS[run.filter][1]})": _mean(result.mag_nis),
         **{f"  gyro bias {axis} ± σ": f"{bias[i]:+.2f} ± {bias_sigma[i]:.2f} deg/s" for i, axis in enumerate("xyz")},
         "time per row": f"{result.us_per_sample:.1f} µs",
     }

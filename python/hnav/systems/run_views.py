@@ -12,7 +12,7 @@ import numpy as np
 
 from hnav.filters.attitude import HEALTH_SENSORS
 from hnav.filters.rotations import rotation_error_rad
-from hnav.systems.simulation import Run
+from hnav.systems.results import Run
 from hnav.systems.statistics import finite_mean
 
 TRUTH_ATTITUDE, TRUTH_FIELD = "truth.q", "truth.field"
@@ -86,8 +86,9 @@ class Estimate:
         return np.flatnonzero(np.diff(used, prepend=0.0) > 0)
 
     def dimension(self, sensor: str) -> int:
-        """Components of the innovation."""
-        return sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
+        """Components of the innovation; a run that does not hold them may say how many there were."""
+        told = self.run.about.get("innovation_dimensions", {})
+        return int(told[sensor]) if sensor in told else sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
 
     def ready_s(self, name: str) -> float:
         """Time of the first row with align.<name>; NaN if it never comes."""

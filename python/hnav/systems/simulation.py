@@ -12,50 +12,23 @@ import importlib.metadata
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
 from hnav import __version__
 from hnav.fmi.results import Progress
 from hnav.io.json_file import read_json
 from hnav.io.outputs import write_files
 from hnav.systems.master import RECORDED, Record, run_system
+from hnav.systems.results import Run as Run
 from hnav.systems.run_checks import check_about, check_certificate, check_signals
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter, Value, refuse
 
 SIGNALS, ABOUT, CERTIFICATE = "signals.h5", "run.json", "certificate.json"
 DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
-
-
-@dataclass(frozen=True)
-class Run:
-    """A finished simulation: columns by "component.variable" and what run.json says about it."""
-
-    t_s: np.ndarray
-    columns: dict[str, np.ndarray]
-    units: dict[str, str]
-    about: dict[str, Any]
-
-    @property
-    def components(self) -> list[str]:
-        return list(self.about["components"])
-
-    def has(self, component: str, *names: str) -> bool:
-        return all(f"{component}.{name}" in self.columns for name in names)
-
-    def vector(self, component: str, name: str, size: int) -> np.ndarray:
-        """component.name[1] ... [size] side by side, n x size. Raises HnavError when one is not there."""
-        return np.column_stack([self[f"{component}.{name}[{i}]"] for i in range(1, size + 1)])
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self.columns:
-            refuse(f"the run of {self.about['system']} has no signal {name}")
-        return self.columns[name]
 
 
 def simulate(

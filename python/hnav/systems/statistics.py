@@ -7,7 +7,7 @@ bootstrapped over the runs, pair by pair.
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 CONFIDENCE = 0.95
 BOOTSTRAP_DRAWS, BOOTSTRAP_SEED = 2000, 1
@@ -25,7 +25,7 @@ def mean_interval(values: np.ndarray, confidence: float = CONFIDENCE) -> tuple[f
     known = known[np.isfinite(known)]
     if len(known) < 2:
         return (float(known.mean()) if len(known) else np.nan), np.nan, np.nan
-    half = stats.t.ppf((1 + confidence) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
+    half = special.stdtrit(len(known) - 1, (1 + confidence) / 2) * known.std(ddof=1) / np.sqrt(len(known))
     return float(known.mean()), float(known.mean() - half), float(known.mean() + half)
 
 
@@ -46,7 +46,7 @@ def ratio_interval(numerator: np.ndarray, denominator: np.ndarray, confidence: f
 
 def chi_square_interval(dimension: int, probability: float = 0.95) -> tuple[float, float]:
     """Two-sided: what a sum of `dimension` squared standard normal numbers lies between with this probability."""
-    low, high = (float(stats.chi2.ppf(share, dimension)) for share in ((1 - probability) / 2, (1 + probability) / 2))
+    low, high = (float(special.chdtri(dimension, 1 - share)) for share in ((1 - probability) / 2, (1 + probability) / 2))
     return low, high
 
 

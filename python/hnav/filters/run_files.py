@@ -1,0 +1,111 @@
+"""A run as a file: CSV, or Parquet by the suffix.
+
+    write_table("attitude.csv", run, ["recording walk.csv"])
+    pandas.read_csv("attitude.csv", comment="#")
+
+Angles are in deg, rates in deg/s; times are written in full: what is read back has their bits. The comments at the head tell
+what made the file: version, filter, and the options that differ from the preset.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hnav import __version__
+from hnav.errors import HnavValueError
+from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES, Run
+from hnav.io.outputs import write_files
+from hnav.native.arrays import Array
+
+PARQUET = (".parquet", ".pq")
+
+
+def columns(run: Run) -> dict[str, np.ndarray]:
+    """The columns of the file by name, each n long; numbers, and flags as whole numbers.
+
+    tilt_deg is the angle between the body's z axis and the vertical. accel_accepted and mag_accepted are 1 where the gate let a
+    sample pass as it was, 0 where not, NaN where there was none; all NaN in a run that did not ask for them.
+    """
+    tables: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+        "t_s": (("t_s",), run.t_s[:, None]),
+        "q": (("q0", "q1", "q2", "q3"), run.q_nb),
+        "euler": (("roll_deg", "pitch_deg", "yaw_deg"), np.degrees(run.euler_rad)),
+        "angles": (("heading_deg", "tilt_deg"), np.degrees(np.stack([run.heading_rad % (2 * np.pi), _tilt_rad(run)], axis=1))),
+        "bias": (_of_axes("bias", "deg_s"), np.degrees(run.gyro_bias_rad_s)),
+        "sigma": (_of_axes("sigma", "deg"), np.degrees(run.sigma_rad)),
+        "bias_sigma": (_of_axes("sigma_bias", "deg_s"), np.degrees(run.gyro_bias_sigma_rad_s)),
+        "ready": (("tilt_ready", "heading_ready"), run.ready.astype(np.uint8)),
+        "nis": (("accel_nis", "mag_nis"), np.stack([run.accel_nis, run.mag_nis], axis=1)),
+        "accepted": (("accel_accepted", "mag_accepted"), _accepted(run)),
+        "health": (tuple(f"{sensor}_health" for sensor in HEALTH_SENSORS), run.health),
+    }
+    return {name: table[:, i] for names, table in tables.values() for i, name in enumerate(names)}
+
+
+def _of_axes(name: str, unit: str) -> tuple[str, ...]:
+    return tuple(f"{name}_{axis}_{unit}" for axis in "xyz")
+
+
+def _tilt_rad(run: Run) -> Array:
+    """Of the body's z axis from the vertical, 0 to pi: of level bodies 0 in both navigation frames."""
+    w, x, y, z = run.q_nb.T
+    tilt: Array = np.arctan2(2 * np.hypot(w, z) * np.hypot(x, y), w * w + z * z - x * x - y * y)
+    return tilt
+
+
+def _accepted(run: Run) -> Array:
+    if run.accepted is None:
+        return np.full((len(run.t_s), 2), np.nan)
+    used = np.isfinite(np.stack([run.accel_nis, run.mag_nis], axis=1))
+    return np.where(used, run.accepted.astype(float), np.nan)
+
+
+def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
+    """What the head of the file says, a line each; more: what the caller knows besides."""
+    lines = [f"hnav {__version__}", *more]
+    if run.options is not None:
+        changed = ", ".join(f"{name}={value}" for name, value in run.options.changed().items()) or "none"
+        lines += [f"filter {run.options.filter}, preset {run.options.preset}", f"options that differ from the preset: {changed}"]
+    states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
+    frame = "" if run.options is None else f" ({run.options.navigation_frame})"
+    return [
+        *lines,
+        f"q: scalar first, body to navigation{frame}; sigma_x, y, z: about the navigation axes; bias: body axes",
+        "heading: clockwise from north; tilt: of body z from the vertical; ready, accepted: 1 or 0",
+        f"health: {states}",
+    ]
+
+
+def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
+    """Writes the columns of a run with its comments, whole or not at all. Raises HnavError.
+
+    more: lines for the head. Parquet needs pyarrow, and keeps the comments as metadata of the table under "hnav".
+    """
+    path = Path(path)
+    said = [line.replace("\n", " ") for line in comments(run, more)]
+    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, columns(run), said)})
+
+
+def _csv(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
+    formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
+    # The shortest text that has the bits of the number.
+    line = ",".join((formats | {"t_s": "%r"}).values())
+    head = [*(f"# {text}" for text in said), ",".join(table)]
+    rows = (line % row for row in zip(*(values.tolist() for values in table.values())))
+    return ("\n".join([*head, *rows]) + "\n").encode()
+
+
+def _parquet(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise HnavValueError("option", f"{path}: Parquet needs pyarrow: pip install pyarrow") from None
+    made = pyarrow.table(table).replace_schema_metadata({"hnav": "\n".join(said)})
+    file = io.BytesIO()
+    parquet.write_table(made, file)
+    return file.getvalue()

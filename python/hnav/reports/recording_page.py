@@ -1,0 +1,83 @@
+"""The page about a recording: what a filter made of it, the figures that somebody would copy, and the panels that apply."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from hnav import __version__
+from hnav.filters.attitude import Run
+from hnav.filters.run_summary import rows, summary
+from hnav.io.outputs import write_files
+from hnav.io.recordings import Recording
+from hnav.reports.page import PANELS, document
+from hnav.reports.recording_run import RecordingRun, recording_run
+from hnav.reports.recording_view import began, rates, view
+from hnav.reports.strength_panel import strength_panel
+from hnav.systems.run_views import estimates
+from hnav.systems.run_views import figures as errors
+
+# In the order of the page.
+SHOWN = ("body", "attitude", "error", "states", "bias", "strength", "nis", "health", "field")
+
+
+def report_run(run: Run, path: str | Path, recording: Recording | None = None, findings: Sequence[str] = ()) -> None:
+    """Writes one HTML page about a run that needs no network. Needs Plotly. Raises HnavError if it cannot be written.
+
+    recording: what the run was made of; the page then shows its field, its rates and its reference attitude too. findings: what
+    was noticed of it, a line each.
+    """
+    write_recording_report(recording_run(run, recording, findings), Path(path))
+
+
+def write_recording_report(run: RecordingRun, file: Path) -> list[str]:
+    """The same for a run that is beside its recording already. Returns the names of the panels."""
+    seen = view(run)
+    panels = {panel.name: panel for panel in (*PANELS, strength_panel)}
+    shown = [panels[name] for name in SHOWN if panels[name].applies(seen)]
+    text = document(f"hnav · {run.recording.name}", _header(run), _figures(run), seen, shown)
+    write_files({file: text}, make_folders=True)
+    return [panel.name for panel in shown]
+
+
+def _header(run: RecordingRun) -> str:
+    t_s = run.recording.t_s
+    facts = {
+        "filter": run.filter, "frame": "-".join(run.axes), "begins": began(run), "length": f"{t_s[-1] - t_s[0]:.6g} s",
+        "rows": str(len(t_s)), **rates(run), "hnav": __version__,
+    }  # fmt: skip
+    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
+    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in run.findings)
+    return f"<header><h1>{escape(run.recording.name)}</h1><dl>{listed}</dl>{warned}{_options(run)}</header>"
+
+
+def _options(run: RecordingRun) -> str:
+    """What differs from the preset, folded away."""
+    changed = {} if run.result.options is None else run.result.options.changed()
+    if not changed:
+        return ""
+    cells = "".join(f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in changed.items())
+    head = f"{len(changed)} option{'s' * (len(changed) > 1)} set"
+    return f"<details><summary>{head}</summary><table>{cells}</table></details>"
+
+
+def _figures(run: RecordingRun) -> str:
+    """The figures as text that one click marks, for a copy."""
+    found = rows(summary(run.result)) + _against(run)
+    width = max(len(name) for name, _ in found)
+    lines = "\n".join(f"{name:<{width}}  {value}" for name, value in found)
+    note = '<p class="note">A click on the text marks all of it.</p>'
+    return f'<section id="summary"><h2>Figures</h2>{note}<div class="scroll"><pre class="figures">{escape(lines)}</pre></div></section>'
+
+
+def _against(run: RecordingRun) -> list[tuple[str, str]]:
+    """Root mean squares against the reference, if there is one."""
+    if run.reference_q_nb is None:
+        return []
+    found = errors(estimates(view(run))[0])
+    if not np.isfinite(found.rmse_deg):
+        return []
+    return [(f"RMS against {run.reference}", f"{found.rmse_deg:.3g} deg in all, heading {found.heading_rmse_deg:.3g} deg")]
