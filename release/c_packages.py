@@ -34,10 +34,16 @@ def repack(package: Path, target: Path) -> None:
             archive.addfile(member, source.extractfile(member) if member.isfile() else None)
 
 
+def cpack() -> str:
+    """The one beside this Python, which the release pins: versions of cpack write the control file of a .deb differently."""
+    pinned = Path(sys.executable).with_name("cpack")
+    return str(pinned) if pinned.is_file() else "cpack"
+
+
 def main(build: Path, dist: Path) -> None:
     source_date.seconds()  # cpack would take the time of day
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(["cpack", "-G", "DEB;TGZ", "-B", folder], cwd=build, capture_output=True, text=True)
+        done = subprocess.run([cpack(), "-G", "DEB;TGZ", "-B", folder], cwd=build, capture_output=True, text=True)
         if done.returncode:
             sys.exit(f"c_packages: cpack\n{(done.stdout + done.stderr)[-2000:]}")
         for package in Path(folder).glob("*.deb"):
