@@ -121,10 +121,23 @@ public:
     double newest_time_s() const override { return filter_.newest_time_s(); }
     double stamp_of(double time_s) const override { return filter_.stamp_of(time_s); }
     double late_limit_s() const override { return filter_.late_limit_s(); }
-    Estimate estimate(At at) const override { return model().estimate(state(at)); }
-    Matrix3 rotation_covariance(At at) const override { return model().rotation_covariance(state(at)); }
+    Estimate estimate(At at) const override {
+        constexpr double max_silence_s = 1; // no estimate is to be relied upon that no sample has touched for longer
+        Estimate e = model().estimate(state(at));
+        if (at == At::shown && filter_.looked_ahead_s() > max_silence_s) e.tilt_ready = e.heading_ready = false;
+        return e;
+    }
+    Matrix3 rotation_covariance(At at) const override {
+        Matrix3 C = model().rotation_covariance(state(at));
+        if (at == At::shown) C.diagonal().array() += silence_variance();
+        return C;
+    }
     Vector3 bias_variances(At at) const override { return model().bias_variances(state(at)); }
-    ErrorCovariance error_covariance() const override { return model().error_covariance(filter_.shown()); }
+    ErrorCovariance error_covariance() const override {
+        ErrorCovariance C = model().error_covariance(filter_.shown());
+        C.diagonal().head<3>().array() += silence_variance();
+        return C;
+    }
     const Innovation& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
 
     FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
@@ -186,6 +199,7 @@ public:
     void show(double t_s, const double* x) override { filter_.show(t_s, x); }
 
 private:
+    double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }
     const Model& model() const { return filter_.model(); }
     const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
 

@@ -140,6 +140,8 @@ public:
     // The time of the filter itself, which never runs back, and that of its newest used event.
     double stamp_of(double time_s) const { return time_s - stamps_.offset_s(); }
     double newest_time_s() const { return queue_.event(queue_.solved() - 1).t_s; }
+    // How far what is shown lies beyond the newest used event.
+    double looked_ahead_s() const { return now_ - newest_time_s(); }
     const auto& stamps() const { return stamps_; }
     const Propagator& propagator() const { return propagator_; }
 

@@ -67,6 +67,11 @@ public:
         return a;
     }
 
+    hnav_attitude shown(double silence_s) {
+        EXPECT_EQ(hnav_filter_advance(filter_, t_s_ - interval_s + silence_s), HNAV_OK);
+        return attitude();
+    }
+
     hnav_health health() const {
         auto h = hnav_sized<hnav_health>();
         EXPECT_EQ(hnav_filter_health(filter_, &h), HNAV_OK);
@@ -153,6 +158,25 @@ TEST(Recovery, AHeadingThatTheFieldSpeaksAgainstIsNotReady) {
         hand.damaged = false;
         hand.run(120);
         EXPECT_EQ(hand.attitude().heading_ready, 1);
+    }
+}
+
+// The samples of a body that turns cease: what is shown later is known less and less, and nobody is to rely on it.
+TEST(Recovery, AnEstimateThatNoSampleTouchesGrowsUncertain) {
+    for (const bool ahrs : {true, false}) {
+        SCOPED_TRACE(ahrs ? "ahrs" : "hrekf");
+        Hand hand(ahrs, [](Sample&) {});
+        hand.run(60);
+        const hnav_attitude before = hand.attitude();
+        EXPECT_EQ(before.tilt_ready, ahrs);
+        double sigma = before.sigma_rad[0];
+        for (const double silence_s : {0.3, 0.9, 1.5, 100.0}) {
+            const hnav_attitude a = hand.shown(silence_s);
+            EXPECT_GT(a.sigma_rad[0], sigma);
+            sigma = a.sigma_rad[0];
+            if (silence_s > 1) EXPECT_FALSE(a.tilt_ready || a.heading_ready) << silence_s;
+        }
+        EXPECT_GT(sigma, 1.5);
     }
 }
 

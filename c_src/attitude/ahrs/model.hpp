@@ -78,6 +78,10 @@ public:
     Estimate estimate(const State& s) const;
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 bias_variances(const State& s) const;
+    // Of the rotation about an axis, when the estimate is shown so long after the newest event.
+    R silence_variance(const State& s, double silence_s) const {
+        return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], settings_.gap_turn_factor);
+    }
     ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
     double bias_walk(const State&) const;
     double decay_rate(const State&) const;

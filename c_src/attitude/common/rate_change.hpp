@@ -3,6 +3,7 @@
 // before.
 #pragma once
 
+#include "attitude/common/sampling.hpp"
 #include "maths/rotation.hpp"
 
 namespace hnav {
@@ -22,6 +23,12 @@ struct RateChange {
     R gap_variance(R gap_s, bool ended, R factor) const {
         const R share = (ended ? R(0.125) : R(0.5)) * factor * gap_s * gap_s;
         return share * share * power;
+    }
+
+    // The same when an estimate is shown silence_s after its newest event; usual_s: between two samples of the rate.
+    R silence_variance(double silence_s, double usual_s, R factor) const {
+        constexpr R any_angle = R(M_PI * M_PI / 3);
+        return is_gap(silence_s, usual_s) ? std::fmin(any_angle, gap_variance(R(silence_s), false, factor)) : 0;
     }
 };
 

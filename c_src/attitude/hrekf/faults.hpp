@@ -54,9 +54,8 @@ void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const
 // Once, with the rate that ends the gap; the flow went through it under one rate.
 template <class R>
 void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
-    constexpr R factor = R(2.5); // a gap may fall into the fastest part of a turn
     if (!s.has(event, gyro)) return;
-    const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), settings_.backward_hold, factor);
+    const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), settings_.backward_hold, gap_turn_factor);
     widen(s, Matrix3R(variance * Matrix3R::Identity()));
 }
 

@@ -58,6 +58,8 @@ public:
     // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
     static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
+    static constexpr R gap_turn_factor =
+        R(2.5); // of the usual change of the rate: a gap may fall into the fastest part of a turn
 
     void before_flow(State& s, const Event& event) const {
         if (!settings_.backward_hold) return;
@@ -68,6 +70,10 @@ public:
 
     // outputs.hpp
     Estimate estimate(const State& s) const;
+    // Of the rotation about an axis, when the estimate is shown so long after the newest event.
+    R silence_variance(const State& s, double silence_s) const {
+        return s.rate_change.silence_variance(silence_s, s.spacing_s, gap_turn_factor);
+    }
     ErrorCovariance error_covariance(const State& s) const;
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 bias_variances(const State& s) const;
