@@ -124,7 +124,8 @@ public:
     Estimate estimate(At at) const override {
         constexpr double max_silence_s = 1; // no estimate is to be relied upon that no sample has touched for longer
         Estimate e = model().estimate(state(at));
-        if (at == At::shown && filter_.looked_ahead_s() > max_silence_s) e.tilt_ready = e.heading_ready = false;
+        if (at == At::shown && filter_.event_now_s() - filter_.newest_time_s() > max_silence_s)
+            e.tilt_ready = e.heading_ready = false;
         return e;
     }
     Matrix3 rotation_covariance(At at) const override {
@@ -168,8 +169,7 @@ public:
 
     hnav_sensor_health sensor_health(int channel) const override {
         const SensorCheck<double>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
-        hnav_sensor_health h =
-            hnav::sensor_health(check, filter_.stamps(), channel, filter_.now_s() + filter_.stamps().offset_s());
+        hnav_sensor_health h = hnav::sensor_health(check, filter_.stamps(), channel, filter_.event_now_s());
         h.since_s = filter_.stamp_of(h.since_s);
         return h;
     }

@@ -80,7 +80,7 @@ public:
     void reset() {
         std::memset(static_cast<void*>(spare_), 0, queue_.sizes().state_bytes());
         model_.begin(*spare_);
-        now_ = late_limit_ = -std::numeric_limits<double>::infinity();
+        now_ = event_now_ = late_limit_ = -std::numeric_limits<double>::infinity();
         refused = {};
         stamps_.clear();
         propagator_.set_counts(0, 0);
@@ -142,6 +142,9 @@ public:
     double newest_time_s() const { return queue_.event(queue_.solved() - 1).t_s; }
     // How far what is shown lies beyond the newest used event.
     double looked_ahead_s() const { return now_ - newest_time_s(); }
+    // The filter's time of the last advance or jump. With an integrator outside, what is not continuous is told for it: it
+    // changes at events only.
+    double event_now_s() const { return event_now_; }
     const auto& stamps() const { return stamps_; }
     const Propagator& propagator() const { return propagator_; }
 
@@ -186,6 +189,7 @@ public:
         late_limit_ = queue_.event(0).t_s;
         std::memcpy(x_plus, x_of(state), nx() * sizeof(double));
         show(stamp_s, x_of(state));
+        event_now_ = now_;
         return Outcome::ok;
     }
 
@@ -203,6 +207,7 @@ public:
         std::memset(buffer, 0, state_size());
         unsigned char* place = SavedState::numbers(buffer);
         const Kept kept{now_,
+                        event_now_,
                         late_limit_,
                         refused,
                         stamps_,
@@ -236,6 +241,7 @@ public:
             if (solve(queue_.solved()) != Outcome::ok) break;
         view_ = coasted_;
         now_ = kept.now;
+        event_now_ = kept.event_now;
         late_limit_ = kept.late_limit;
         refused = kept.refused;
         stamps_ = kept.stamps;
@@ -269,7 +275,7 @@ private:
 
     // What is saved beside the state of the base, the shown one and the events.
     struct Kept {
-        double now, late_limit;
+        double now, event_now, late_limit;
         Refused refused;
         Stamps<Event::channel_count> stamps;
         std::uint64_t rhs_evals, steps;
@@ -387,7 +393,7 @@ private:
             if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
         close_events();
         if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
-        now_ = t_s;
+        now_ = event_now_ = t_s;
         return outcome;
     }
 
@@ -425,6 +431,7 @@ private:
     double* spare_x_ = nullptr;
     const State* view_ = nullptr; // what is shown: the newest solved state, or coasted_
     double now_ = 0;
+    double event_now_ = 0;
     double late_limit_ = 0;
 };
 

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <random>
+#include <vector>
 
 using namespace hnav;
 
@@ -69,6 +70,15 @@ public:
 
     hnav_attitude shown(double silence_s) {
         EXPECT_EQ(hnav_filter_advance(filter_, t_s_ - interval_s + silence_s), HNAV_OK);
+        return attitude();
+    }
+
+    hnav_attitude shown_by_integrator(double silence_s) {
+        int32_t nx = 0;
+        EXPECT_EQ(hnav_filter_nx(filter_, &nx), HNAV_OK);
+        std::vector<double> x(nx);
+        EXPECT_EQ(hnav_filter_get_x(filter_, x.data()), HNAV_OK);
+        EXPECT_EQ(hnav_filter_show(filter_, t_s_ - interval_s + silence_s, x.data()), HNAV_OK);
         return attitude();
     }
 
@@ -177,6 +187,21 @@ TEST(Recovery, AnEstimateThatNoSampleTouchesGrowsUncertain) {
             if (silence_s > 1) EXPECT_FALSE(a.tilt_ready || a.heading_ready) << silence_s;
         }
         EXPECT_GT(sigma, 1.5);
+    }
+}
+
+// An integrator outside shows times between events: flags and words wait for the next event, as its rules ask for.
+TEST(Recovery, WhatIsNotContinuousChangesAtEventsOnly) {
+    for (const bool ahrs : {true, false}) {
+        Hand hand(ahrs, [](Sample&) {});
+        hand.run(60);
+        const hnav_attitude before = hand.attitude();
+        const hnav_attitude after = hand.shown_by_integrator(5);
+        EXPECT_EQ(after.tilt_ready, before.tilt_ready);
+        EXPECT_GT(after.sigma_rad[0], before.sigma_rad[0]);
+        EXPECT_EQ(hand.health().sensor[HNAV_SENSOR_GYRO].state, HNAV_SENSOR_STATE_OK);
+        hand.shown(5);
+        EXPECT_EQ(hand.health().sensor[HNAV_SENSOR_GYRO].state, HNAV_SENSOR_STATE_MISSING);
     }
 }
 
