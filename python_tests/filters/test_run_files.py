@@ -1,5 +1,7 @@
 """Tables of a run: every bit of the times, what the C library says at each row, and where it all came from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,9 +10,11 @@ from hnav import Filter, __version__
 from hnav.errors import HnavError
 from hnav.filters.attitude import SENSOR_STATES, Run
 from hnav.filters.run_files import columns, write_table
+from hnav.fmi.engines import run_recording
 from motion import tilted_motion
 
 EPOCH_S = 1.7e9
+ENGINES = (("c", False), ("c", True), ("fmi3-cs", False))
 
 
 @pytest.fixture(scope="module")
@@ -143,3 +147,14 @@ def test_a_run_shows_its_figures(run):
     nothing = Filter("ahrs").run(np.arange(5.0))
     assert "no attitude" in repr(nothing) and "the filter did not start" in nothing._repr_html_()
     assert "0 rows" in repr(Filter("ahrs").run(np.empty(0)))
+
+
+def test_an_engine_watches_the_gates_when_asked_and_changes_nothing_else(recording):
+    made = replace(recording, field_b_tesla=disturbed(recording))
+    plain, watched, by_fmu = (run_recording(made, "ahrs", engine, gates=gates) for engine, gates in ENGINES)
+    assert plain.accepted is None
+    np.testing.assert_array_equal(plain.q_nb, watched.q_nb)
+    used = np.isfinite(watched.mag_nis)
+    assert (used & ~watched.accepted[:, 1]).any()
+    # An FMU holds its flags between corrections.
+    np.testing.assert_array_equal(by_fmu.accepted[used, 1], watched.accepted[used, 1])

@@ -63,7 +63,7 @@ def command(
         def show(done: int, total: int) -> None:
             progress.update(task, completed=done, total=total)
 
-        result = run_recording(data, filter, engine, chosen, preset, step, show, smooth)
+        result = run_recording(data, filter, engine, chosen, preset, step, show, smooth, gates=True)
     if out is not None:
         write_table(out, result, made_of(recording, engine, smooth, calibration))
     if report is not None:

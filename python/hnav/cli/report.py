@@ -56,7 +56,7 @@ def of_recording(source: Path, file: Path, filter: str, settings: dict[str, str]
 
     refuse_overwriting([file], [source])
     data = read(source, mag_unit=mag_unit)
-    panels = write_recording_report(recording_run(run_recording(data, filter, "c", settings, preset), data), file)
+    panels = write_recording_report(recording_run(run_recording(data, filter, "c", settings, preset, gates=True), data), file)
     say(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}")
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from functools import partial
 
 import numpy as np
 
@@ -31,9 +30,10 @@ def run_recording(
     step_s: float | None = None,
     progress: Progress | None = None,
     smooth: bool = False,
+    gates: bool = False,
 ) -> Result:
     """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
-    smooth: with hindsight, by the AHRS in C.
+    smooth: with hindsight, by the AHRS in C. gates: fill Result.accepted; FMUs always do, smoothing and late fields never.
 
     Raises HnavError for impossible settings and engines.
     """
@@ -45,10 +45,10 @@ def run_recording(
         return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
     options = Options(filter, preset, **settings)
     if recording.field_t_s is None:
-        return _run_library(recording, options, progress, smooth)
+        return _run_library(recording, options, progress, smooth, gates)
     if smooth:
         # With hindsight it is known which row a late field belongs to.
-        return _run_library(recording.in_order_of_measurement(), options, progress, smooth)
+        return _run_library(recording.in_order_of_measurement(), options, progress, smooth, gates)
     return _run_by_arrival(recording, options, progress)
 
 
@@ -69,20 +69,25 @@ def _check(recording: Recording, filter: str, engine: str, step_s: float | None,
         raise HnavRuntimeError("unsupported", f"engine = {engine}: late samples need engine c", "engine")
 
 
-def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Result:
-    attitude_filter = Filter(options)
+def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool, gates: bool) -> Result:
+    attitude_filter, watched = Filter(options), Filter(options)
     n = len(recording.t_s)
     chunk = n if smooth or progress is None else CHUNK
-    batch = attitude_filter.smooth if smooth else partial(attitude_filter.run, gates=True)
+    batch = attitude_filter.smooth if smooth else attitude_filter.run
     parts: list[Run] = []
-    begin = time.perf_counter()
+    seconds = 0.0
     for i in range(0, n, chunk):
         rows = slice(i, i + chunk)
         field_rows = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
-        parts.append(batch(recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows))
+        samples = (recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows)
+        begin = time.perf_counter()
+        parts.append(batch(*samples))
+        seconds += time.perf_counter() - begin
+        if gates and not smooth:
+            # To watch the gates takes longer than the filter, whose time is wanted too.
+            parts[-1].accepted = watched.run(*samples, only=("accel_nis", "mag_nis"), gates=True).accepted
         if progress:
             progress(min(i + chunk, n), n)
-    seconds = time.perf_counter() - begin
     arrays = {
         name: np.concatenate([vars(p)[name] for p in parts]) for name, a in vars(parts[0]).items() if isinstance(a, np.ndarray)
     }
