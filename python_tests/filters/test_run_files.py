@@ -133,7 +133,7 @@ def test_parquet_holds_the_same_and_its_comments(run, tmp_path):
 
 def test_without_pyarrow_parquet_says_what_to_install(run, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(HnavError, match="x.parquet: Parquet needs pyarrow: pip install pyarrow"):
+    with pytest.raises(HnavError, match="x.parquet: Parquet needs pyarrow: python -m pip install pyarrow"):
         write_table(tmp_path / "x.parquet", run)
     assert not list(tmp_path.iterdir())
 

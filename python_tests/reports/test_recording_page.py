@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ from motion import tilted_motion
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
 from plotly.offline import get_plotlyjs
 
-from hnav.reports.page import section
+from hnav.reports.colours import BLUE, FAINT, INK
+from hnav.reports.page import AXIS, LAYOUT, section
 from hnav.reports.recording_page import SHOWN, report_run, write_recording_report
 from hnav.reports.recording_view import field_n, view
 from hnav.reports.strength_panel import strength_panel
@@ -167,3 +169,40 @@ def test_chromium_renders_the_page_of_a_recording(page, tmp_path):
     plots = [name for name in SHOWN if name not in ("body", "health")]
     assert re.findall(r'<div id="plot-(\w+)" class="plotly-graph-div js-plotly-plot"', document) == plots
     assert re.search(r'<output id="body-says">[\d.]+ s   roll -?[\d.]+°  pitch -?[\d.]+°  heading [\d.]+°</output>', document)
+
+
+OPERATE = """<script>addEventListener("load", () => {
+  const said = [], says = document.getElementById("body-says"), time = document.getElementById("body-time");
+  const canvas = document.getElementById("body-canvas"), button = document.getElementById("body-play");
+  const note = () => said.push(says.textContent.split(" ")[0]);
+  time.value = 0; time.dispatchEvent(new Event("input")); note();
+  const drawn = canvas.toDataURL();
+  time.value = time.max; time.dispatchEvent(new Event("input")); note();
+  said.push(canvas.toDataURL() !== drawn);
+  document.getElementById("body-speed").value = 100;
+  button.click(); said.push(button.textContent);
+  const waiting = setInterval(() => {
+    if (button.textContent !== "play") return;
+    clearInterval(waiting); note();
+    document.body.append(Object.assign(document.createElement("pre"), { id: "said", textContent: said.join("|") }));
+  }, 50);
+});</script>"""
+
+
+def test_slider_and_play_turn_the_body(page, tmp_path):
+    operated = tmp_path / "operated.html"
+    operated.write_text(page.read_text(encoding="utf-8").replace("</body></html>", f"{OPERATE}</body></html>"), encoding="utf-8")
+    document, console, _ = browse(operated, tmp_path)
+    assert not console
+    # Begin, end, another picture; played from the end it begins anew, and stops there.
+    assert re.search('<pre id="said">(.*?)</pre>', document)[1] == "0.00|59.99|true|stop|59.99"
+
+
+def test_a_dark_screen_gets_light_ink():
+    """Each colour of ink and paper that the layout and the panels use has another for dark screens."""
+    script = resources.files("hnav.reports").joinpath("page.js").read_text(encoding="utf-8")
+    table = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', script))
+    for colour in (INK, FAINT, BLUE, *re.findall(r"#\w{6}", str((LAYOUT, AXIS)))):
+        assert colour in table, colour
+        if colour in (INK, FAINT):
+            assert int(table[colour][1:3], 16) > int(colour[1:3], 16)

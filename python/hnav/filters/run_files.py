@@ -104,7 +104,9 @@ def _parquet(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise HnavValueError("option", f"{path}: Parquet needs pyarrow: pip install pyarrow") from None
+        raise HnavValueError(
+            "option", f"{path}: Parquet needs pyarrow: python -m pip install pyarrow (the extra 'logs')"
+        ) from None
     made = pyarrow.table(table).replace_schema_metadata({"hnav": "\n".join(said)})
     file = io.BytesIO()
     parquet.write_table(made, file)

@@ -29,7 +29,7 @@ try:
     from hnav.reports.health_panel import health_panel
     from hnav.reports.panels import Panel, colour_of
 except ImportError:
-    raise HnavValueError("option", "the report needs Plotly: pip install 'hnav[report]'") from None
+    raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
 
 # In the order of the page; what they cost comes last.
 PANELS: tuple[Panel, ...] = (body_panel, *ATTITUDE_PANELS, health_panel, certificate_panel, *FLIGHT_PANELS, timing_panel)
