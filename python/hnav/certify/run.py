@@ -33,7 +33,7 @@ def certify_run(
     duration_s: float | None = None,
     seed: int = 5,
     gain_factor: float = 1.0,
-    mag_unit: str = "T",
+    mag_unit: str | None = None,
     progress: Progress = lambda what, done, of: None,
 ) -> Certificate:
     """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise.
@@ -63,7 +63,7 @@ def certify_run(
     return found
 
 
-def _read(path: Path, preset: str | None, mag_unit: str) -> tuple[Recording, str | None, dict[str, str]]:
+def _read(path: Path, preset: str | None, mag_unit: str | None) -> tuple[Recording, str | None, dict[str, str]]:
     """Recording, preset and settings: of a folder without a preset given those of its simulation."""
     if not path.is_dir():
         return read(path, mag_unit=mag_unit), preset, {}

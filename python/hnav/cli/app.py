@@ -15,6 +15,7 @@ from hnav.cli.words import UsageError, answer
 # The module of a command has its name and defines `command`; this is its line of help.
 COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
+    "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
     "score": "Scores a filter on all BROAD trials of a folder.",
     "options": "Prints the options of a filter with unit, default, range and meaning.",
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",

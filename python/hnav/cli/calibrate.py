@@ -10,13 +10,27 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.cli.parameters import MagUnit
+from hnav.cli.parameters import (
+    AccelUnit,
+    Axes,
+    Columns,
+    DropRepeats,
+    Format,
+    GyroUnit,
+    Hemisphere,
+    MagUnit,
+    Rate,
+    Strict,
+    TimeUnit,
+)
+from hnav.cli.recordings import read_plausible
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.readers import read
 from hnav.units import TESLA_PER
+
+UNCALIBRATED = ("strength", "sign")  # findings that a magnetometer may give before its calibration
 
 
 def command(
@@ -30,13 +44,27 @@ def command(
     allow_hard_iron_only: Annotated[
         bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
     ] = False,
-    mag_unit: MagUnit = "T",
+    format: Format = None,
+    columns: Columns = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
+    mag_unit: MagUnit = None,
+    time_unit: TimeUnit = None,
+    rate_hz: Rate = None,
+    axes: Axes = None,
+    drop_repeats: DropRepeats = False,
+    hemisphere: Hemisphere = None,
+    strict: Strict = False,
 ) -> None:
     refuse_overwriting([out, picture], [recording])
-    data = read(recording, mag_unit=mag_unit)
+    told = {
+        "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
+        "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
+    }  # fmt: skip
+    data = read_plausible(recording, hemisphere, strict, told, UNCALIBRATED)
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
-    unit = mag_unit if recording.suffix == ".csv" else "uT"  # the unit in the file is the one to answer in
+    unit = data.mag_unit()  # the unit in the file is the one to answer in
     field = data.field_b_tesla / TESLA_PER[unit]
     try:
         found = calibrate_magnetometer(field, data.force_b_m_s2, unit, allow_hard_iron_only=allow_hard_iron_only)
@@ -55,8 +83,8 @@ def command(
         save(draw_calibration(field, found, data.name), picture)
     show(calibration_table(found, data.name))
     if found.note:
-        axes = "" if found.offset_axes == 3 else ", in the plane of the field alone"
-        say(f"hard iron only{axes}: {found.note}")
+        where = "" if found.offset_axes == 3 else ", in the plane of the field alone"
+        say(f"hard iron only{where}: {found.note}")
 
 
 def calibration_table(found: MagnetometerCalibration, name: str) -> Table:

@@ -42,7 +42,7 @@ def command(
     ] = 1.0,
     out: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
-    mag_unit: MagUnit = "T",
+    mag_unit: MagUnit = None,
 ) -> None:
     if (recording is None) == (experiment is None):
         raise UsageError("name a recording or --experiment turntable, one of them")

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hnav.cli.console import console, say
-from hnav.cli.parameters import Settings, parse_settings
+from hnav.cli.parameters import MagUnit, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.io.device_recordings import PACKAGE, VERSION, find_wheel, read_x_imu, read_xsens
@@ -41,7 +41,7 @@ def command(
     filter: Annotated[str, typer.Option(help="hrekf or ahrs")] = "hrekf",
     engine: Annotated[str, typer.Option(help=", ".join(ENGINES))] = "fmi3-cs",
     settings: Settings = None,
-    mag_unit: Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au")] = "T",
+    mag_unit: MagUnit = None,
     out: Annotated[Path, typer.Option(help="Folder for report and picture")] = Path("demo_out"),
 ) -> None:
     if part not in PARTS:
@@ -89,7 +89,7 @@ def device_runs(filter: str, engine: str, settings: dict[str, str]) -> list[Reco
     return runs
 
 
-def own_run(file: Path, mag_unit: str, filter: str, engine: str, settings: dict[str, str]) -> RecordingRun:
+def own_run(file: Path, mag_unit: str | None, filter: str, engine: str, settings: dict[str, str]) -> RecordingRun:
     """The user's file, against the optical reference if it holds one."""
     recording = read(file, mag_unit=mag_unit)
     if len(recording.t_s) < 2:

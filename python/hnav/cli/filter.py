@@ -8,7 +8,26 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Engine, FilterName, MagUnit, Preset, Settings, Smooth, parse_settings
+from hnav.cli.parameters import (
+    AccelUnit,
+    Axes,
+    Columns,
+    DropRepeats,
+    Engine,
+    FilterName,
+    Format,
+    GyroUnit,
+    Hemisphere,
+    MagUnit,
+    Preset,
+    Rate,
+    Settings,
+    Smooth,
+    Strict,
+    TimeUnit,
+    parse_settings,
+)
+from hnav.cli.recordings import read_plausible
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
@@ -16,7 +35,6 @@ from hnav.filters.run_files import write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.readers import read
 from hnav.renamed import new_name
 
 WARNED_S = 1.0  # a sensor that was not ok for longer
@@ -26,7 +44,8 @@ OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
 def command(
     recording: Annotated[
-        Path, typer.Argument(help="BROAD trial (.hdf5, .mat) or CSV with the columns t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
+        Path,
+        typer.Argument(help="File or folder: CSV, phone export, PX4 log, ROS bag, Parquet, BROAD; recognised by its content"),
     ],
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table to write, one row for each row of the recording: .csv or .parquet")
@@ -42,7 +61,17 @@ def command(
         float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
     ] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
-    mag_unit: MagUnit = "T",
+    format: Format = None,
+    columns: Columns = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
+    mag_unit: MagUnit = None,
+    time_unit: TimeUnit = None,
+    rate_hz: Rate = None,
+    axes: Axes = None,
+    drop_repeats: DropRepeats = False,
+    hemisphere: Hemisphere = None,
+    strict: Strict = False,
     smooth: Smooth = False,
     calibration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
@@ -54,7 +83,11 @@ def command(
     if out is None and report is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     refuse_overwriting([out, report], [recording, calibration])
-    data = read(recording, mag_unit=mag_unit)
+    told = {
+        "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
+        "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
+    }  # fmt: skip
+    data = read_plausible(recording, hemisphere, strict, told)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
     with bar() as progress:

@@ -9,6 +9,7 @@ import typer
 
 from hnav.cli.words import UsageError
 from hnav.fmi.engines import ENGINES
+from hnav.io.readers import FORMATS
 from hnav.renamed import now_called
 
 
@@ -26,7 +27,30 @@ Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")
 ]
-MagUnit = Annotated[str, typer.Option(help="Unit of the field in a CSV: T, uT, G or au (arbitrary)")]
+Format = Annotated[
+    str | None, typer.Option(metavar="NAME", help=f"Of the recording, where its content does not tell: {', '.join(FORMATS)}")
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ROLE=NAME", help="Which column is t_s, gx to mz; -NAME negates; of a bag, imu=TOPIC and mag=TOPIC"),
+]
+GyroUnit = Annotated[
+    str | None, typer.Option(metavar="UNIT", help="Of the rates: rad/s, deg/s or mdeg/s, whatever the file says")
+]
+AccelUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the force: m/s2, g or mg")]
+MagUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the field: T, uT, nT, G, mG or au (arbitrary)")]
+TimeUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the times: s, ms, us or ns")]
+Rate = Annotated[
+    float | None, typer.Option("--rate", metavar="HZ", help="Samples are at equal intervals, whatever the times are")
+]
+Axes = Annotated[
+    list[str] | None, typer.Option(metavar="SENSOR=AXES", help="Axes of the file that are x, y, z: mag=y,x,-z (gyro, accel, mag)")
+]
+DropRepeats = Annotated[bool, typer.Option("--drop-repeats", help="A sample that equals the one before is none")]
+Hemisphere = Annotated[
+    str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
+]
+Strict = Annotated[bool, typer.Option("--strict", help="Refuse a recording that is not plausible")]
 Preset = Annotated[str, typer.Option(help="default or paper")]
 Smooth = Annotated[
     bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")

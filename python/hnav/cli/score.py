@@ -12,7 +12,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, parse_settings
+from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.recordings import refuse
 from hnav.fmi.engines import run_recording
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.readers import read
@@ -28,6 +29,7 @@ def command(
     preset: Preset = "default",
     crop: Annotated[float | None, typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
     smooth: Smooth = False,
+    strict: Strict = False,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
 ) -> None:
     chosen = parse_settings(settings) | {"navigation_frame": "enu"}
@@ -40,6 +42,7 @@ def command(
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
             data = read(path)
+            refuse(path, data.check(), strict)
             if crop is not None:
                 data = data.cropped(crop)
             result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)

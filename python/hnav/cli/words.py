@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hnav.errors import HnavError
+
+if TYPE_CHECKING:
+    from hnav.io.plausibility import Finding
 
 # Arguments of the library, and the options that stand for them. What is neither is an option of a filter: --set NAME=VALUE.
 OPTIONS = {
     "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
-    "unit": "--mag-unit", "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set",
+    "unit": "--mag-unit", "gyro_unit": "--gyro-unit", "accel_unit": "--accel-unit", "time_unit": "--time-unit", "format": "--format",
+    "columns": "--columns", "axes": "--axes", "rate_hz": "--rate", "drop_repeats": "--drop-repeats", "hemisphere": "--hemisphere",
+    "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set",
 }  # fmt: skip
+
+
+# What readers and checks say in Python's words in the middle of a line.
+IN_A_LINE = (
+    (re.compile(r"\b(gyro_unit|accel_unit|mag_unit|time_unit|rate_hz|drop_repeats)\b"), lambda match: OPTIONS[match.group(1)]),
+    (re.compile(r"\bcolumns (?=\w+=)"), lambda match: "--columns "),
+    (re.compile(r'\bhemisphere "(\w+)"'), lambda match: f"--hemisphere {match.group(1)}"),
+    (re.compile(r"\b(?=(?:gyro|accel|mag)_range_\w+=)"), lambda match: "--set "),
+)
 
 
 class UsageError(Exception):
@@ -24,13 +39,29 @@ class UsageError(Exception):
 
 def of_the_command_line(error: HnavError) -> str:
     """The text of an error in which the argument at its head bears the name of its option."""
-    text, argument = str(error), error.argument
-    if not argument or not text.startswith(argument):
-        return text
-    rest = text[len(argument) :]
+    argument = error.argument if error.argument and str(error).startswith(error.argument) else ""
+    rest = str(error)[len(argument) :]
+    if error.status == "no data":
+        rest = with_options(rest)
+    if not argument:
+        return rest
     if argument not in OPTIONS:
         return f"--set {argument}{rest.replace(' = ', '=', 1) if rest.startswith(' = ') else rest}"
     return f"{OPTIONS[argument]} {rest[3:]}" if rest.startswith(" = ") else f"{OPTIONS[argument]}{rest}"
+
+
+def with_options(text: str) -> str:
+    """A line of a reader or a check, with options in the places of Python's arguments."""
+    for pattern, option in IN_A_LINE:
+        text = pattern.sub(option, text)
+    return text
+
+
+def told(finding: Finding) -> str:
+    """A finding about a recording in one line, its cure an option."""
+    cures = [f"use {OPTIONS[finding.argument]} {finding.value}".removesuffix(" yes")] if finding.argument else []
+    cures += [with_options(finding.advice)] if finding.advice else []
+    return f"{finding.sensor}: {finding.message}" + (f"; {'; '.join(cures)}" if cures else "")
 
 
 def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | None = None) -> None:

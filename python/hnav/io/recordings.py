@@ -14,6 +14,8 @@ from hnav.units import TESLA_PER
 if TYPE_CHECKING:
     import pandas as pd
 
+    from hnav.io.plausibility import Finding
+
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
 ARRAYS = {"gyro": "rate_b_rad_s", "accel": "force_b_m_s2", "mag": "field_b_tesla"}
 """Where the samples of a sensor stand in a Recording."""
@@ -87,6 +89,15 @@ class Recording:
             return np.empty(0), np.empty((0, 3))
         present = ~np.isnan(values).any(axis=1)
         return self.t_s[present], values[present]
+
+    def check(self, hemisphere: str | None = None) -> list[Finding]:
+        """What is not plausible in it, the worst first: units, axes, signs, gaps, sensors that do not work.
+
+        hemisphere: "north" or "south" of the magnetic equator, if it is known; without it, north is taken.
+        """
+        from hnav.io.plausibility import check  # it knows recordings
+
+        return check(self, hemisphere)
 
     def to_dataframe(self) -> pd.DataFrame:
         """The samples as a table of pandas, indexed by t_s, with the columns gx to mz in rad/s, m/s2 and tesla."""

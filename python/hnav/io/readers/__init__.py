@@ -34,6 +34,7 @@ def read(
     time_unit: str | None = None,
     rate_hz: float | None = None,
     axes: Mapping[str, str] | None = None,
+    drop_repeats: bool = False,
 ) -> Recording:
     """A recording in SI units: a table in text, a folder or zip of tables, a log of PX4 or ROS, Parquet, a trial of BROAD.
 
@@ -41,13 +42,14 @@ def read(
     its column, before which a minus negates; of a bag, imu and mag to their topics. gyro_unit (rad/s, deg/s, mdeg/s),
     accel_unit (m/s2, g, mg), mag_unit (T, uT, nT, G, mG, au), time_unit (s, ms, us, ns): go before what the file says.
     rate_hz: samples are at equal intervals, whatever their times are. axes: by gyro, accel or mag which axes of the file are
-    x, y and z, such as {"mag": "y,x,-z"}.
+    x, y and z, such as {"mag": "y,x,-z"}. drop_repeats: a sample that equals the one before of its sensor is none; for files
+    that repeat the last field until there is a new one.
 
     Nothing is resampled: sensors of different rates keep their times. Raises RecordingError, a line that says what is wrong,
     where, and what to do.
     """
     path = Path(path)
-    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}))
+    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
     try:
         raw = reader_of(path, format)(path, wishes)
     except OSError as error:
@@ -66,7 +68,8 @@ def from_dataframe(
     time_unit: str | None = None,
     rate_hz: float | None = None,
     axes: Mapping[str, str] | None = None,
+    drop_repeats: bool = False,
 ) -> Recording:
     """A recording from a table of pandas; arguments as of read. Raises RecordingError."""
-    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}))
+    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
     return recording_of(name, name, raw_of(name, table_of(frame, name, wishes), wishes), wishes)

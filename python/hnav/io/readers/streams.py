@@ -28,6 +28,7 @@ class Wishes:
     time_unit: str | None = None
     rate_hz: float | None = None
     axes: Mapping[str, str] = field(default_factory=dict)
+    drop_repeats: bool = False
 
     def __post_init__(self) -> None:
         for quantity, known in SI_PER.items():
@@ -84,7 +85,7 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     streams = []
     for stream in raw.streams:
         ordered, note = _in_order(shown, stream, wishes.rate_hz)
-        streams.append(ordered)
+        streams.append(_without_repeats(ordered) if wishes.drop_repeats else ordered)
         notes += [note] if note else []
     if not streams or not any(len(stream.t_s) for stream in streams):
         raise RecordingError(f"{shown}: no samples of a gyroscope, an accelerometer or a magnetometer")
@@ -130,6 +131,14 @@ def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream
     done = [f"{twice.sum()} samples that stood twice were left out"] if twice.any() else []
     done += ["samples were put in the order of their times"] if (np.diff(order) < 0).any() else []
     return replace(stream, t_s=t_s[keep], values=values[keep]), f"{stream.sensor}: {', '.join(done)}"
+
+
+def _without_repeats(stream: Stream) -> Stream:
+    """The samples that differ from the one before."""
+    present = np.flatnonzero(~np.isnan(stream.values).any(axis=1))
+    values = stream.values[present]
+    fresh = present[np.concatenate([[True], (values[1:] != values[:-1]).any(axis=1)])] if len(present) else present
+    return replace(stream, t_s=stream.t_s[fresh], values=stream.values[fresh])
 
 
 def turned(axes: str) -> tuple[list[int], np.ndarray]:

@@ -1,0 +1,161 @@
+"""How a vector turns with the rates: dv/dt = -s (Q w) x (v - b), fitted over the 48 ways Q to name and sign three axes.
+
+The field of a body that turns does so; a wrong unit of the rates is in s, wrong axes are another Q. Both sides are taken over the
+same intervals between samples of v, then averaged over half a second: a fit of what is slow, where noise is small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+
+KNOT_S = 0.04  # v is averaged over so long
+SMOOTH_S = 0.4
+LONGEST_STEP_S = 0.5
+MOVING_RAD_S = 0.1  # rms of the turning of v, below which noise and disturbances are as large
+ENOUGH = 30
+AS_GOOD = 0.02  # correlations that differ by less are alike
+LEVI_CIVITA = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    LEVI_CIVITA[_i, _j, _k], LEVI_CIVITA[_i, _k, _j] = 1.0, -1.0
+
+WAYS = np.array([np.diag(signs)[:, list(order)] for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)])
+"""48 x 3 x 3: all signed permutations."""
+IDENTITY = int(np.argmax([np.trace(way) for way in WAYS]))
+HANDED = np.linalg.det(WAYS).round()
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to name the axes of the rates."""
+
+    matrix: np.ndarray
+    """3 x 3: Q."""
+    correlation: float
+    handed: float
+    """1, or -1 for axes that a mirror shows."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well v turns with the rates."""
+
+    correlations: np.ndarray
+    """48: of each of WAYS; 0 where v would turn against the rates."""
+    scales: np.ndarray
+    """48: s."""
+
+    @property
+    def as_it_is(self) -> float:
+        """Correlation with the axes as they are."""
+        return float(self.correlations[IDENTITY])
+
+    @property
+    def scale(self) -> float:
+        """Of the rates as they are: below 1 they are too fast."""
+        return float(self.scales[IDENTITY])
+
+
+Samples = tuple[np.ndarray, np.ndarray]
+
+
+def fit_of(gyro: Samples, vector: Samples, time_factor: float, offset: bool) -> Fit | None:
+    """The fit; None where v hardly turns. offset: whether v may have a constant part b, such as hard iron."""
+    t_s, values = _knots(vector[0] * time_factor, vector[1])
+    if len(t_s) < ENOUGH:
+        return None
+    steps_s = np.diff(t_s)
+    angle = _angle_between(gyro[0] * time_factor, gyro[1], t_s)
+    use = (
+        (steps_s > 0)
+        & (steps_s < LONGEST_STEP_S)
+        & (t_s[:-1] >= gyro[0][0] * time_factor)
+        & (t_s[1:] <= gyro[0][-1] * time_factor)
+    )
+    if use.sum() < ENOUGH:
+        return None
+    steps_s = steps_s[use]
+    rate = angle[use] / steps_s[:, None]
+    middle = 0.5 * (values[1:] + values[:-1])[use]
+    length = max(1, round(SMOOTH_S / float(np.median(steps_s))))
+    turning = _smooth((np.diff(values, axis=0)[use] / steps_s[:, None]), length)
+    size = float(np.median(np.linalg.norm(middle, axis=1)))
+    if not np.sqrt((turning**2).sum(axis=1).mean()) > MOVING_RAD_S * size > 0:
+        return None
+    products = _smooth((rate[:, :, None] * middle[:, None, :]).reshape(-1, 9), length).reshape(-1, 3, 3)
+    return _solve(turning / size, products / size, _smooth(rate, length) if offset else None)
+
+
+def _solve(turning: np.ndarray, products: np.ndarray, rate: np.ndarray | None) -> Fit:
+    """turning: n x 3; products: n x 3 x 3, rate_d v_c; rate: n x 3 where v may have a constant part.
+
+    Every way is a linear combination of the same columns: their Gram matrix is made once.
+    """
+    columns = np.hstack([turning, products.reshape(-1, 9), *([] if rate is None else [rate])])
+    gram = columns.T @ columns
+    total = float(np.trace(gram[:3, :3]))
+    correlations, scales = np.zeros(len(WAYS)), np.zeros(len(WAYS))
+    for i, way in enumerate(WAYS):
+        crossed = -np.einsum("abc,bd->adc", LEVI_CIVITA, way)  # a: of dv/dt, d: of the rate, c: of v
+        design = np.zeros((3, len(gram) - 3, 1 if rate is None else 4))
+        design[:, :9, 0] = crossed.reshape(3, 9)
+        if rate is not None:
+            design[:, 9:, 1:] = crossed
+        normal = np.einsum("aki,kl,alj->ij", design, gram[3:, 3:], design, optimize=True)
+        normal += 1e-9 * np.trace(normal) * np.eye(len(normal))  # a body that turns about one axis leaves b open
+        right = np.einsum("aki,ka->i", design, gram[3:, :3])
+        solution = np.linalg.solve(normal, right) if np.trace(normal) > 0 else np.zeros(len(right))
+        scales[i] = solution[0]
+        if solution[0] > 0 and total > 0:
+            correlations[i] = np.sqrt(max(0.0, float(right @ solution) / total))
+    return Fit(correlations, scales)
+
+
+def best_fit(fit: Fit) -> Way:
+    """The way with the highest correlation; of those as good, one without a mirror, and with the fewest changes."""
+    good = np.flatnonzero(fit.correlations >= fit.correlations.max() - AS_GOOD)
+    best = max(good, key=lambda i: (HANDED[i], np.trace(WAYS[i]), np.abs(WAYS[i]).trace()))
+    return Way(WAYS[best], float(fit.correlations[best]), float(HANDED[best]))
+
+
+def fixed_axes(way: np.ndarray, sensor: str, live: Mapping[str, Samples], hemisphere: str | None) -> np.ndarray:
+    """The matrix that mends the axes of field or force where rates turned by way would fit: it, or its negative, by the dip."""
+    turned = way.T * np.linalg.det(way).round()
+    if "accel" in live and "mag" in live:
+        (accel_s, force), (mag_s, field) = live["accel"], live["mag"]
+        force = force[np.clip(np.searchsorted(accel_s, mag_s), 0, len(accel_s) - 1)]
+        force, field = (force @ turned.T, field) if sensor == "accel" else (force, field @ turned.T)
+        dip = float(np.median(-(force * field).sum(axis=1)))
+        wanted = -1.0 if hemisphere == "south" else 1.0
+        return np.asarray(turned if dip * wanted >= 0 else -turned)
+    return np.asarray(turned if (turned < 0).sum() <= 1 else -turned)
+
+
+def axes_text(matrix: np.ndarray) -> str:
+    """As hnav.read takes it: y,x,-z."""
+    return ",".join(("-" if row.min() < 0 else "") + "xyz"[int(np.abs(row).argmax())] for row in matrix)
+
+
+def _knots(t_s: np.ndarray, values: np.ndarray) -> Samples:
+    """Means over so many samples as make KNOT_S."""
+    interval_s = float(np.median(np.diff(t_s))) if len(t_s) > 1 else KNOT_S
+    count = max(1, round(KNOT_S / interval_s)) if interval_s > 0 else 1
+    whole = len(t_s) // count * count
+    return t_s[:whole].reshape(-1, count).mean(axis=1), values[:whole].reshape(-1, count, 3).mean(axis=1)
+
+
+def _angle_between(t_s: np.ndarray, rate: np.ndarray, knots_s: np.ndarray) -> np.ndarray:
+    """The integral of the rates over each interval of knots."""
+    steps = np.diff(t_s)[:, None] * 0.5 * (rate[1:] + rate[:-1])
+    integral = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    return np.diff(np.stack([np.interp(knots_s, t_s, column) for column in integral.T], axis=1), axis=0)
+
+
+def _smooth(values: np.ndarray, length: int) -> np.ndarray:
+    """Moving means, one row for each whole window."""
+    length = min(length, len(values))
+    sums = np.cumsum(np.concatenate([np.zeros((1, values.shape[1])), values]), axis=0)
+    return np.asarray((sums[length:] - sums[:-length]) / length)

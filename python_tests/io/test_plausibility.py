@@ -1,0 +1,144 @@
+"""The checks name every fault of the table with number and cure, and are silent about recordings without one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hnav import HnavError, Recording, read
+from hnav.io.plausibility import check
+from hnav.io.recordings import Origin, Unit
+from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes
+from hnav.systems.sensors import GRADES
+from motion import tilted_motion
+from studies.plausibility.faults import FAULTS
+from studies.plausibility.good import MOTIONS, good_recording
+
+SEEDS = 5
+
+
+@pytest.fixture(scope="module")
+def held() -> Recording:
+    return good_recording("hand", "consumer", 1000)
+
+
+def alarms(recording: Recording, **said) -> list[str]:
+    return [f"{finding.sensor} {finding.code}" for finding in recording.check(**said) if finding.level != "note"]
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_every_fault_is_named_with_its_cure(held, name):
+    fault = FAULTS[name]
+    found = [finding for finding in fault.make(held).check() if fault.is_named_by(finding)]
+    assert len(found) == 1
+    assert found[0].cure or "not testable" in found[0].message
+    assert "\n" not in str(found[0])
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_recordings_without_a_fault_give_no_alarm(motion):
+    for seed in range(SEEDS):
+        assert not alarms(good_recording(motion, GRADES[seed % len(GRADES)], seed, duration_s=25)), seed
+
+
+def test_the_given_trials_give_no_alarm_and_every_fault_of_units_is_named_in_them(broad_trials):
+    for path in list(broad_trials.values())[::5]:
+        trial = read(path)
+        assert not alarms(trial), path
+        for name in ("force in g", "force negated", "rate in deg/s", "field axes swapped", "gravity removed", "time in ms"):
+            assert any(map(FAULTS[name].is_named_by, FAULTS[name].make(replace(trial, origin=None)).check())), (path, name)
+
+
+@pytest.mark.parametrize("wrong", ["y,x,z", "-x,y,z", "z,-x,y", "-y,-z,-x"])
+def test_the_axes_that_are_named_mend_what_was_wrong(held, wrong):
+    rows = {"x": 0, "y": 1, "z": 2}
+    order = [rows[part[-1]] for part in wrong.split(",")]
+    signs = [-1 if part.startswith("-") else 1 for part in wrong.split(",")]
+    spoilt = replace(held, field_b_tesla=held.field_b_tesla[:, order] * signs)
+    finding = next(finding for finding in spoilt.check() if finding.code == "axes")
+    frame = spoilt.to_dataframe()
+    sensor, _, axes = finding.value.partition("=")
+    mended = Recording.from_dataframe(frame, axes={sensor: axes})
+    np.testing.assert_allclose(mended.field_b_tesla, held.field_b_tesla)
+    assert not alarms(mended)
+
+
+def test_the_turning_of_a_field_tells_the_scale_of_the_rates_whatever_hard_iron_there_is():
+    r = tilted_motion(20, noise=0).recording
+    for offset in (0, 3e-5):
+        for factor in (0.5, 1.0, 57.3):
+            fit = fit_of(
+                (r.t_s, factor * (r.rate_b_rad_s - [0.03, -0.05, 0.02])), (r.t_s, r.field_b_tesla + offset), 1.0, offset=True
+            )
+            assert fit.scale * factor == pytest.approx(1, abs=0.03)
+            assert fit.as_it_is > 0.99 and axes_text(best_fit(fit).matrix) == "x,y,z"
+
+
+def test_ways_are_all_signed_permutations():
+    assert len({way.tobytes() for way in WAYS}) == 48
+    np.testing.assert_array_equal(WAYS[IDENTITY], np.eye(3))
+    np.testing.assert_allclose(WAYS @ WAYS.transpose(0, 2, 1), np.broadcast_to(np.eye(3), (48, 3, 3)))
+    for way in WAYS:
+        fixed = fixed_axes(way, "mag", {}, None)
+        np.testing.assert_allclose(np.abs(fixed), np.abs(way.T))
+
+
+def test_south_of_the_magnetic_equator_the_field_points_up(held):
+    southern = replace(held, force_b_m_s2=-held.force_b_m_s2)
+    assert alarms(southern) == ["accel sign"]
+    assert not alarms(southern, hemisphere="south")
+    assert alarms(held, hemisphere="south") == ["accel sign"]
+    with pytest.raises(HnavError, match="hemisphere = east: choose one of north, south"):
+        held.check("east")
+
+
+def test_units_are_named_against_those_the_file_was_read_with(held):
+    units = {
+        "accel": Unit("g", "given"),
+        "mag": Unit("uT", "by header"),
+        "gyro": Unit("deg/s", "given"),
+        "time": Unit("ms", "given"),
+    }
+    origin = Origin("table", units)
+    taken = replace(
+        held,
+        force_b_m_s2=9.80665 * held.force_b_m_s2,
+        rate_b_rad_s=np.radians(held.rate_b_rad_s),
+        t_s=1e-3 * held.t_s,
+        origin=origin,
+    )
+    cures = {(finding.argument, finding.value) for finding in taken.check() if finding.level == "warning"}
+    assert cures == {("accel_unit", "m/s2"), ("gyro_unit", "rad/s"), ("time_unit", "s")}
+    words = {
+        finding.argument: finding.cure
+        for name in ("force in g", "rows repeated", "rate negated")
+        for finding in FAULTS[name].make(held).check()
+    }
+    assert words["accel_unit"] == 'use accel_unit="g"' and words["drop_repeats"] == "use drop_repeats=True"
+    assert words["axes"] == 'use axes={"gyro": "-x,-y,-z"}'
+    # Hard iron is as large as milligauss taken for microtesla.
+    magnetised = replace(
+        held, field_b_tesla=held.field_b_tesla + [2e-4, 0, 0], origin=replace(origin, units={"mag": Unit("uT", "by format")})
+    )
+    assert "mag strength" in alarms(magnetised)
+
+
+def test_few_rows_are_judged_by_what_they_hold():
+    one = Recording("one", np.zeros(1), np.zeros((1, 3)), np.full((1, 3), np.nan))
+    assert [f"{f.level} {f.sensor} {f.code}" for f in check(one)][:2] == ["error gyro all_zero", "error accel no_samples"]
+    two = Recording("two", np.arange(2.0), np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)))
+    assert not alarms(two)
+
+
+def test_a_check_of_60000_rows_changes_nothing_and_takes_no_time():
+    import time
+
+    r = tilted_motion(100).recording
+    many = Recording(
+        "many", np.arange(60000) / 285.7, *(np.tile(v, (6, 1)) for v in (r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla))
+    )
+    before = many.force_b_m_s2.copy()
+    begin = time.process_time()
+    many.check()
+    assert time.process_time() - begin < 1.5  # 0.3 s on a machine that does nothing else
+    np.testing.assert_array_equal(many.force_b_m_s2, before)
