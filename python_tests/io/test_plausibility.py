@@ -125,7 +125,7 @@ def test_units_are_named_against_those_the_file_was_read_with(held):
 
 def test_few_rows_are_judged_by_what_they_hold():
     one = Recording("one", np.zeros(1), np.zeros((1, 3)), np.full((1, 3), np.nan))
-    assert [f"{f.level} {f.sensor} {f.code}" for f in check(one)][:2] == ["error gyro all_zero", "error accel no_samples"]
+    assert [f"{f.level} {f.sensor} {f.code}" for f in check(one)][:2] == ["error accel no_samples", "warning gyro all_zero"]
     two = Recording("two", np.arange(2.0), np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)))
     assert not alarms(two)
 

@@ -23,14 +23,15 @@ from hnav.cli.parameters import (
     Strict,
     TimeUnit,
 )
-from hnav.cli.recordings import read_plausible
+from hnav.cli.recordings import read_told, warn, warnings_of
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
 from hnav.io.outputs import refuse_overwriting
+from hnav.io.plausibility import Finding
 from hnav.units import TESLA_PER
 
-UNCALIBRATED = ("strength", "sign")  # findings that a magnetometer may give before its calibration
+UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration
 
 
 def command(
@@ -61,7 +62,8 @@ def command(
         "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
         "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
     }  # fmt: skip
-    data = read_plausible(recording, hemisphere, strict, told, UNCALIBRATED)
+    data = read_told(recording, told)
+    doubts = warnings_of(recording, [finding for finding in data.check(hemisphere) if matters(finding)], strict)
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
     unit = data.mag_unit()  # the unit in the file is the one to answer in
@@ -85,6 +87,12 @@ def command(
     if found.note:
         where = "" if found.offset_axes == 3 else ", in the plane of the field alone"
         say(f"hard iron only{where}: {found.note}")
+    warn(doubts)
+
+
+def matters(finding: Finding) -> bool:
+    """Whether a finding is about what a calibration takes: force and field, of which one may have hard iron, and no rates."""
+    return finding.sensor in ("accel", "mag") and finding.code not in UNCALIBRATED
 
 
 def calibration_table(found: MagnetometerCalibration, name: str) -> Table:

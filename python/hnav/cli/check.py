@@ -39,10 +39,11 @@ def command(
     drop_repeats: DropRepeats = False,
     hemisphere: Hemisphere = None,
 ) -> None:
-    data = read_told(
-        recording, columns, axes, format=format, gyro_unit=gyro_unit, accel_unit=accel_unit, mag_unit=mag_unit,
-        time_unit=time_unit, rate_hz=rate_hz, drop_repeats=drop_repeats,
-    )  # fmt: skip
+    options = {
+        "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
+        "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
+    }  # fmt: skip
+    data = read_told(recording, options)
     say(repr(data))
     for note in data.origin.notes if data.origin else ():
         say(with_options(note))

@@ -27,7 +27,7 @@ from hnav.cli.parameters import (
     TimeUnit,
     parse_settings,
 )
-from hnav.cli.recordings import read_plausible
+from hnav.cli.recordings import read_told, warn, warnings_of
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
@@ -35,6 +35,7 @@ from hnav.filters.run_files import write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
+from hnav.io.recordings import Recording
 from hnav.renamed import new_name
 
 WARNED_S = 1.0  # a sensor that was not ok for longer
@@ -87,29 +88,46 @@ def command(
         "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
         "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
     }  # fmt: skip
-    data = read_plausible(recording, hemisphere, strict, told)
+    data = read_told(recording, told)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
+    doubts = warnings_of(recording, data.check(hemisphere), strict)
+    result = filtered(data, filter, engine, chosen, preset, step, smooth)
+    if out is not None:
+        write_table(out, result, made_of(recording, engine, smooth, calibration))
+    if report is not None:
+        write_page(report, result, data)
+    say(summary(result, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
+    for warning in warnings(result):
+        say(warning)
+    warn(doubts)
+
+
+def filtered(
+    data: Recording, filter: str, engine: str, settings: dict[str, str], preset: str, step: float | None, smooth: bool
+) -> Result:
+    """The run, with a progress bar."""
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
 
         def show(done: int, total: int) -> None:
             progress.update(task, completed=done, total=total)
 
-        result = run_recording(data, filter, engine, chosen, preset, step, show, smooth, gates=True)
-    if out is not None:
-        write_table(out, result, made_of(recording, engine, smooth, calibration))
-    if report is not None:
-        # Plotly takes a while to load.
-        from hnav.reports.recording_page import write_recording_report
-        from hnav.reports.recording_run import recording_run
+        return run_recording(data, filter, engine, settings, preset, step, show, smooth, gates=True)
 
-        write_recording_report(recording_run(result, data), report)
+
+def write_page(file: Path, result: Result, data: Recording) -> None:
+    # Plotly takes a while to load.
+    from hnav.reports.recording_page import write_recording_report
+    from hnav.reports.recording_run import recording_run
+
+    write_recording_report(recording_run(result, data), file)
+
+
+def summary(result: Result, engine: str, written: str) -> str:
+    """What was done, in a line."""
     counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
-    written = " and ".join(str(file) for file in (out, report) if file is not None)
-    say(f"{len(result.t_s)} rows to {written}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}")
-    for warning in warnings(result):
-        say(warning)
+    return f"{len(result.t_s)} rows to {written}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}"
 
 
 def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,30 +24,21 @@ def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
     return found
 
 
-def read_told(path: Path, columns: list[str] | None = None, axes: list[str] | None = None, **told_units: Any) -> Recording:
-    """The recording, with the options of the command line; the others as of hnav.read."""
-    return read(path, columns=pairs("--columns", columns), axes=pairs("--axes", axes), **told_units)
+def read_told(path: Path, options: Mapping[str, Any]) -> Recording:
+    """The recording, with the options of the command line by the arguments of hnav.read. Raises HnavError."""
+    return read(path, **{**options, **{name: pairs(f"--{name}", options[name]) for name in ("columns", "axes")}})
 
 
-def read_plausible(
-    path: Path, hemisphere: str | None, strict: bool, options: Mapping[str, Any], untold: Collection[str] = ()
-) -> Recording:
-    """The recording. Warnings go to stderr; an error, or with strict a warning, raises UsageError.
-
-    options: of read_told. untold: codes of findings that do not matter here.
-    """
-    data = read_told(path, **options)
-    refuse(path, [finding for finding in data.check(hemisphere) if finding.code not in untold], strict)
-    return data
+def warnings_of(path: Path, findings: list[Finding], strict: bool) -> list[str]:
+    """A line for each warning; raises UsageError for an error, or with strict for a warning."""
+    alarms = [finding for finding in findings if finding.level != "note"]
+    if any(finding.level == "error" or strict for finding in alarms):
+        more = f" (and {len(alarms) - 1} more: hnav check {path})" if len(alarms) > 1 else ""
+        raise UsageError(f"{path}: {told(alarms[0])}{more}")
+    return [f"warning: {path.name}: {told(finding)}" for finding in alarms]
 
 
-def refuse(path: Path, findings: list[Finding], strict: bool) -> None:
-    """Says what was found, and raises UsageError for an error, or with strict for a warning."""
-    errors = [finding for finding in findings if finding.level == "error"]
-    warnings = [finding for finding in findings if finding.level == "warning"]
-    worst = errors or (warnings if strict else [])
-    if worst:
-        more = f" (and {len(errors + warnings) - 1} more: hnav check {path})" if len(errors + warnings) > 1 else ""
-        raise UsageError(f"{path}: {told(worst[0])}{more}")
-    for finding in warnings:
-        print(f"warning: {told(finding)}", file=sys.stderr)
+def warn(lines: list[str]) -> None:
+    """To stderr, where they are no part of what a command answers."""
+    for line in lines:
+        print(line, file=sys.stderr)

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, Strict, parse_settings
-from hnav.cli.recordings import refuse
+from hnav.cli.recordings import warn, warnings_of
 from hnav.fmi.engines import run_recording
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.readers import read
@@ -38,11 +38,12 @@ def command(
     scores: dict[str, Score] = {}
     consistency: dict[str, float] = {}
     us_per_sample = []
+    doubts: list[str] = []
     with bar() as progress:
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
             data = read(path)
-            refuse(path, data.check(), strict)
+            doubts += warnings_of(path, data.check(), strict)
             if crop is not None:
                 data = data.cropped(crop)
             result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)
@@ -51,6 +52,7 @@ def command(
             consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis
             us_per_sample.append(result.us_per_sample)
             progress.advance(task)
+    warn(doubts)
     show(score_table(scores, consistency, f"{filter} ({engine})"))
     us = float(np.median(us_per_sample))
     say(f"median time per sample: {us:.2f} us")

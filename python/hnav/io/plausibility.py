@@ -113,7 +113,9 @@ def _working(recording: Recording, samples: Samples) -> Iterator[Finding]:
         elif n == 0:
             yield Finding("error", "no_samples", sensor, f"none of {len(recording.t_s)} rows has a sample", advice=NOTHING)
         elif not values.any():
-            yield Finding("error", "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING)
+            # A body at rest has no rate; without gravity, or without a field that is said to be there, nothing can be done.
+            level = "warning" if sensor == "gyro" else "error"
+            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING)
         elif n >= ENOUGH:
             yield from _stuck(sensor, values)
 

@@ -24,7 +24,7 @@ def test_filter_warns_with_the_cure_and_the_cure_cures(in_g, tmp_path):
     out = tmp_path / "out.csv"
     warned = hnav("filter", in_g, "--out", out)
     assert warned.returncode == 0 and out.is_file()
-    assert "warning: accel: median |force| 1.0 m/s2: this looks like g; use --accel-unit g\n" in warned.stderr.replace(
+    assert "warning: house.csv: accel: median |force| 1.0 m/s2: this looks like g; use --accel-unit g\n" in warned.stderr.replace(
         " 1 m", " 1.0 m"
     )
     assert not hnav("filter", in_g, "--accel-unit", "g", "--out", out).stderr
