@@ -206,3 +206,11 @@ def test_a_dark_screen_gets_light_ink():
         assert colour in table, colour
         if colour in (INK, FAINT):
             assert int(table[colour][1:3], 16) > int(colour[1:3], 16)
+
+
+def test_a_gate_says_nothing_before_its_first_sample(recording):
+    late = replace(recording, field_b_tesla=recording.field_b_tesla.copy())
+    late.field_b_tesla[:2000] = np.nan
+    seen = view(recording_run(filtered(late), late))
+    assert not seen["ahrs.gate.mag_ok"][:2000].any() and seen["ahrs.gate.mag_ok"][3000:].any()
+    assert "gate.mag_ok" not in {name.partition(".")[2] for name in view(recording_run(filtered(late.cropped(15)))).columns}

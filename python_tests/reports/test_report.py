@@ -16,6 +16,8 @@ from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import NOISE, make_system, make_turntable
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")
+from plotly.offline import get_plotlyjs
+
 from hnav.reports.attitude_panels import ATTITUDE_PANELS as DRAWN
 from hnav.reports.attitude_panels import timing_panel
 from hnav.reports.body_panel import body_panel
@@ -50,6 +52,10 @@ def test_every_panel_is_drawn_for_a_turntable(run, page):
     for panel in ATTITUDE_PANELS:
         assert f'<section id="{panel.name}">' in text
         assert (f'id="plot-{panel.name}"' in text) == (panel in PLOTS)
+
+
+def test_the_page_is_small(page):
+    assert page.stat().st_size - len(get_plotlyjs().encode()) < 1.5e6
 
 
 def test_the_page_loads_nothing_from_a_network(page):

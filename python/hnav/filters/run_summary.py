@@ -25,8 +25,6 @@ class Summary:
     """Rows of the run."""
     length_s: float
     """From the first row to the last."""
-    row_rate_hz: float
-    """By the median interval."""
     last_s: float
     """Time of the last row with an attitude."""
     euler_deg: Array
@@ -64,7 +62,6 @@ def summary(run: Run) -> Summary:
     used = np.isfinite(nis)
     return Summary(
         rows=n, length_s=float(run.t_s[-1] - run.t_s[0]) if n else 0.0,
-        row_rate_hz=1 / float(np.median(np.diff(run.t_s))) if n > 1 and run.t_s[-1] > run.t_s[0] else np.nan,
         last_s=np.nan if last is None else float(run.t_s[last]),
         euler_deg=there(run.euler_rad), heading_deg=float(there(run.heading_rad)) % 360,
         tilt_sigma_deg=float(np.hypot(sigma[0], sigma[1])), heading_sigma_deg=float(sigma[2]),
@@ -86,7 +83,7 @@ def rows(found: Summary) -> list[tuple[str, str]]:
     """Name and value of each figure that is known, as text."""
     roll, pitch, _ = found.euler_deg
     said = {
-        "length": f"{found.length_s:.6g} s, {found.rows} rows, {found.row_rate_hz:.4g} Hz",
+        "length": f"{found.length_s:.6g} s, {found.rows} rows",
         "last attitude at": f"{found.last_s:.15g} s",
         "roll, pitch": f"{roll:.2f}, {pitch:.2f} deg, sigma of tilt {found.tilt_sigma_deg:.2f} deg",
         "heading": f"{found.heading_deg:.2f} deg, sigma {found.heading_sigma_deg:.2f} deg",

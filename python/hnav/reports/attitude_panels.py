@@ -308,10 +308,11 @@ def states_panel(run: Run) -> go.Figure:
         (f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name))
         for e, state, text in kinds
     ]
-    at_s = small(run.t_s[starts])
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
-        top = small(np.where(values > 0.5, 0.72, 0.0) + level)
+        # Where it changes says all.
+        turns = np.union1d(np.flatnonzero(np.diff(values > 0.5)) + 1, [0, len(starts) - 1])
+        top, at_s = small(np.where(values[turns] > 0.5, 0.72, 0.0) + level), small(run.t_s[starts[turns]])
         figure.add_trace(go.Scatter(x=at_s[[0, -1]], y=np.full(2, float(level)), mode="lines", line=dict(width=0),
                                     showlegend=False, hoverinfo="skip"))  # fmt: skip
         figure.add_trace(go.Scatter(x=at_s, y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),

@@ -1,9 +1,9 @@
 // The body that turns. page.js has the colours and sizes of the screen.
 const canvas = document.getElementById("body-canvas");
-const floats = text => new Float32Array(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
-const body = JSON.parse(document.getElementById("body-data").textContent), t = floats(body.t);
-const tracks = body.tracks.map(track => ({ ...track, q: floats(track.q) }));
-const truth = body.truth && { ...body.truth, q: floats(body.truth.q) };
+const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+const body = JSON.parse(document.getElementById("body-data").textContent), t = new Float32Array(bytes(body.t));
+const unpacked = track => ({ ...track, q: new Int16Array(bytes(track.q)) });
+const tracks = body.tracks.map(unpacked), truth = body.truth && unpacked(body.truth);
 const slider = document.getElementById("body-time"), says = document.getElementById("body-says");
 const chooser = document.getElementById("body-filter"), button = document.getElementById("body-play");
 const speed = document.getElementById("body-speed");
@@ -17,7 +17,7 @@ function turned(q, v) {
   const p = 2 * (y * c - z * b), r = 2 * (z * a - x * c), s = 2 * (x * b - y * a);
   return toEnu([a + w * p + y * s - z * r, b + w * r + z * p - x * s, c + w * s + x * r - y * p]);
 }
-const attitude = (track, i) => Array.from(track.q.subarray(4 * i, 4 * i + 4));
+const attitude = (track, i) => Array.from(track.q.subarray(4 * i, 4 * i + 4), part => part / body.unit);
 const known = q => q.some(value => value !== 0);
 
 const HALF = [1, 0.62, 0.16];

@@ -11,20 +11,21 @@ import numpy as np
 
 from hnav.reports.attitude_panels import has_filters, truth_name
 from hnav.reports.colours import INK
-from hnav.reports.panels import colour_of, panel, small
+from hnav.reports.panels import colour_of, panel
 from hnav.systems.results import Run
 from hnav.systems.run_views import estimates, truth_q_nb
 
 RECOMMENDED = "ahrs"  # is shown first
-ATTITUDES = 4000  # of each filter: more than a slider has places
+ATTITUDES = 3000  # of each filter: more than a slider has places
+UNIT = 32767  # in the data: to 0.002 deg
 
 
-def _base64(values: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(small(values)).astype("<f4").tobytes()).decode()
+def _base64(values: np.ndarray, kind: str) -> str:
+    return base64.b64encode(values.astype(kind).tobytes()).decode()
 
 
 def _attitudes(q_nb: np.ndarray, rows: np.ndarray) -> str:
-    return _base64(np.nan_to_num(q_nb[rows]))  # all zero where there is none
+    return _base64(np.round(UNIT * np.nan_to_num(q_nb[rows])), "<i2")  # all zero where there is none
 
 
 @panel("body", "The body", "Seen from the south-west and above; drag to look from elsewhere. The arrow is the body's x axis, the shadow "
@@ -35,7 +36,7 @@ def body_panel(run: Run) -> str:
     tracks = [{"name": e.name, "colour": colour_of(run, e.name), "q": _attitudes(e.q_nb, rows)} for e in filters]
     truth = truth_q_nb(run)
     data = {
-        "t": _base64(run.t_s[rows]), "frame": run.about.get("frame", "ned"), "tracks": tracks,
+        "t": _base64(run.t_s[rows], "<f4"), "unit": UNIT, "frame": run.about.get("frame", "ned"), "tracks": tracks,
         "truth": None if truth is None else {"name": truth_name(run), "colour": INK, "q": _attitudes(truth, rows)},
     }  # fmt: skip
     said = json.dumps(data).replace("</", r"<\/")

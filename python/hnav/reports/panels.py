@@ -21,8 +21,8 @@ from hnav.systems.run_views import estimates
 
 FILTER_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
 # A browser stays quick with twice this many points a line, and no screen shows more; the files hold all.
-POINTS = 800
-BAND_POINTS, DOT_EXTREMES = 400, 100
+POINTS = 600
+BAND_POINTS, DOT_EXTREMES = 400, 80
 ROW_PX = 190
 
 

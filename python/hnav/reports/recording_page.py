@@ -47,7 +47,7 @@ def _header(run: RecordingRun) -> str:
     t_s = run.recording.t_s
     facts = {
         "filter": run.filter, "frame": "-".join(run.axes), "begins": began(run), "length": f"{t_s[-1] - t_s[0]:.6g} s",
-        "rows": str(len(t_s)), **rates(run), "hnav": __version__,
+        "rows": str(len(t_s)), "hnav": __version__,
     }  # fmt: skip
     listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
     warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in run.findings)
@@ -66,7 +66,7 @@ def _options(run: RecordingRun) -> str:
 
 def _figures(run: RecordingRun) -> str:
     """The figures as text that one click marks, for a copy."""
-    found = rows(summary(run.result)) + _against(run)
+    found = [*rows(summary(run.result)), *_against(run), *rates(run)]
     width = max(len(name) for name, _ in found)
     lines = "\n".join(f"{name:<{width}}  {value}" for name, value in found)
     note = '<p class="note">A click on the text marks all of it.</p>'

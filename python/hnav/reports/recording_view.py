@@ -60,7 +60,8 @@ def _filter_columns(run: RecordingRun) -> dict[str, np.ndarray]:
         used = np.isfinite(nis)
         columns |= {f"nis.{sensor}": nis, f"count.{sensor}_used": np.cumsum(used).astype(float)}
         if result.accepted is not None and used.any():
-            columns[f"gate.{sensor}_ok"] = (~used | result.accepted[:, column]).astype(float)
+            # What was said of the last sample holds; before the first nothing was.
+            columns[f"gate.{sensor}_ok"] = ((~used | result.accepted[:, column]) & (np.cumsum(used) > 0)).astype(float)
     return columns | {f"health.{sensor}.state": result.health[:, i] for i, sensor in enumerate(HEALTH_SENSORS)}
 
 
@@ -76,14 +77,15 @@ def field_n(run: RecordingRun) -> np.ndarray:
     return turned
 
 
-def rates(run: RecordingRun) -> dict[str, str]:
-    """What is known of each sensor's samples, by its name: rate and number; empty without a recording."""
-    found = {}
+def rates(run: RecordingRun) -> list[tuple[str, str]]:
+    """What is known of each sensor's samples: its name, rate and number; empty without a recording."""
+    found = []
     arrays = (run.recording.rate_b_rad_s, run.recording.force_b_m_s2, run.recording.field_b_tesla)
     for sensor, values in zip(HEALTH_SENSORS, arrays):
         at_s = np.empty(0) if values is None else run.recording.t_s[np.isfinite(values).all(axis=1)]
         if len(at_s) > 1 and at_s[-1] > at_s[0]:
-            found[sensor] = f"{1 / np.median(np.diff(at_s)):.4g} Hz, {len(at_s)} samples, longest gap {np.diff(at_s).max():.3g} s"
+            said = f"{1 / np.median(np.diff(at_s)):.4g} Hz, {len(at_s)} samples, longest gap {np.diff(at_s).max():.3g} s"
+            found.append((sensor, said))
     return found
 
 
