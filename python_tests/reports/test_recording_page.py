@@ -23,7 +23,7 @@ from plotly.offline import get_plotlyjs
 
 from hnav.reports.colours import BLUE, FAINT, INK
 from hnav.reports.page import AXIS, LAYOUT, section
-from hnav.reports.recording_page import SHOWN, report_run, write_recording_report
+from hnav.reports.recording_page import SHOWN, write_recording_report
 from hnav.reports.recording_view import field_n, view
 from hnav.reports.strength_panel import strength_panel
 
@@ -47,7 +47,8 @@ def filtered(recording: Recording, **options):
 @pytest.fixture(scope="module")
 def page(recording, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "walk.html"
-    report_run(filtered(recording, navigation_frame="enu"), file, recording, ["median |force| 1.00: < this looks like g"])
+    run = filtered(recording, navigation_frame="enu")
+    write_recording_report(recording_run(run, recording, ["warning: median |force| 1.00: < this looks like g"]), file)
     return file
 
 
@@ -102,6 +103,27 @@ def test_a_run_without_its_recording_has_a_page_too(recording, tmp_path):
     assert "states" in write_recording_report(recording_run(run), tmp_path / "alone.html")
     with pytest.raises(HnavError, match="has other rows than the run"):
         run.report(tmp_path / "other.html", recording.cropped(5))
+
+
+def test_what_is_not_plausible_stands_at_the_head(recording, tmp_path):
+    in_g = replace(recording, force_b_m_s2=recording.force_b_m_s2 / 9.81)
+    filtered(in_g).report(tmp_path / "g.html", in_g)
+    assert re.search(
+        r'<p class="warning">warning: accel: [^<]*this looks like g[^<]*accel_unit', (tmp_path / "g.html").read_text()
+    )
+    assert 'class="warning"' not in _header(recording, tmp_path)
+    table = np.column_stack([in_g.t_s, in_g.rate_b_rad_s, in_g.force_b_m_s2, in_g.field_b_tesla])
+    np.savetxt(tmp_path / "g.csv", table, fmt="%.17g", delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+    done = hnav("report", tmp_path / "g.csv", "--out", tmp_path / "g.html")
+    assert done.returncode == 0 and "use --accel-unit g" in done.stderr
+    assert re.search(r'<p class="warning">warning: accel: [^<]*use --accel-unit g', (tmp_path / "g.html").read_text())
+    assert hnav("report", tmp_path / "g.csv", "--strict").returncode == 2
+    assert hnav("report", tmp_path / "g.csv", "--accel-unit", "g", "--strict").returncode == 0
+
+
+def _header(recording, tmp_path) -> str:
+    filtered(recording).report(tmp_path / "good.html", recording)
+    return (tmp_path / "good.html").read_text()
 
 
 @pytest.mark.parametrize("rows", [1, 2, 30])
@@ -180,6 +202,7 @@ OPERATE = """<script>addEventListener("load", () => {
   time.value = time.max; time.dispatchEvent(new Event("input")); note();
   said.push(canvas.toDataURL() !== drawn);
   document.getElementById("body-speed").value = 100;
+  time.value = time.max - 2; time.dispatchEvent(new Event("input"));
   button.click(); said.push(button.textContent);
   const waiting = setInterval(() => {
     if (button.textContent !== "play") return;
@@ -194,7 +217,7 @@ def test_slider_and_play_turn_the_body(page, tmp_path):
     operated.write_text(page.read_text(encoding="utf-8").replace("</body></html>", f"{OPERATE}</body></html>"), encoding="utf-8")
     document, console, _ = browse(operated, tmp_path)
     assert not console
-    # Begin, end, another picture; played from the end it begins anew, and stops there.
+    # Begin, end, another picture; played, it stops at the end.
     assert re.search('<pre id="said">(.*?)</pre>', document)[1] == "0.00|59.99|true|stop|59.99"
 
 

@@ -20,8 +20,8 @@ from hnav.cli.parameters import (
     Rate,
     TimeUnit,
 )
-from hnav.cli.recordings import read_told
-from hnav.cli.words import told, with_options
+from hnav.cli.recordings import lines_of, read_told
+from hnav.cli.words import with_options
 
 IMPLAUSIBLE = 1  # exit code
 
@@ -48,8 +48,8 @@ def command(
     for note in data.origin.notes if data.origin else ():
         say(with_options(note))
     findings = data.check(hemisphere)
-    for finding in findings:
-        say(f"{finding.level}: {told(finding)}")
+    for line in lines_of(findings):
+        say(line)
     if any(finding.level != "note" for finding in findings):
         raise typer.Exit(IMPLAUSIBLE)
     say("plausible")

@@ -27,7 +27,7 @@ from hnav.cli.parameters import (
     TimeUnit,
     parse_settings,
 )
-from hnav.cli.recordings import read_told, warn, warnings_of
+from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
@@ -91,12 +91,13 @@ def command(
     data = read_told(recording, told)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
-    doubts = warnings_of(recording, data.check(hemisphere), strict)
+    found = data.check(hemisphere)
+    doubts = warnings_of(recording, found, strict)
     result = filtered(data, filter, engine, chosen, preset, step, smooth)
     if out is not None:
         write_table(out, result, made_of(recording, engine, smooth, calibration))
     if report is not None:
-        write_page(report, result, data)
+        write_page(report, result, data, lines_of(found))
     say(summary(result, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
     for warning in warnings(result):
         say(warning)
@@ -116,12 +117,13 @@ def filtered(
         return run_recording(data, filter, engine, settings, preset, step, show, smooth, gates=True)
 
 
-def write_page(file: Path, result: Result, data: Recording) -> None:
+def write_page(file: Path, result: Result, data: Recording, doubts: list[str]) -> list[str]:
+    """Returns the names of its panels."""
     # Plotly takes a while to load.
     from hnav.reports.recording_page import write_recording_report
     from hnav.reports.recording_run import recording_run
 
-    write_recording_report(recording_run(result, data), file)
+    return write_recording_report(recording_run(result, data, doubts), file)
 
 
 def summary(result: Result, engine: str, written: str) -> str:

@@ -29,6 +29,11 @@ def read_told(path: Path, options: Mapping[str, Any]) -> Recording:
     return read(path, **{**options, **{name: pairs(f"--{name}", options[name]) for name in ("columns", "axes")}})
 
 
+def lines_of(findings: list[Finding]) -> list[str]:
+    """A line for each finding: its level, what was found, and the option that mends it."""
+    return [f"{finding.level}: {told(finding)}" for finding in findings]
+
+
 def warnings_of(path: Path, findings: list[Finding], strict: bool) -> list[str]:
     """A line for each warning; raises UsageError for an error, or with strict for a warning."""
     alarms = [finding for finding in findings if finding.level != "note"]

@@ -8,9 +8,29 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import say
-from hnav.cli.parameters import FilterName, Preset, Settings, parse_settings
+from hnav.cli.filter import filtered, write_page
+from hnav.cli.parameters import (
+    AccelUnit,
+    Axes,
+    Columns,
+    DropRepeats,
+    FilterName,
+    Format,
+    GyroUnit,
+    Hemisphere,
+    MagUnit,
+    Preset,
+    Rate,
+    Settings,
+    Strict,
+    TimeUnit,
+    parse_settings,
+)
+from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
 from hnav.cli.words import UsageError
+from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
+from hnav.io.readers.formats import reader_of
 
 
 def command(
@@ -31,32 +51,54 @@ def command(
     settings: Settings = None,
     preset: Preset = "default",
     frame: Annotated[str, typer.Option(help="Of a recording: navigation frame, ned or enu")] = "ned",
-    mag_unit: Annotated[str | None, typer.Option(help="Of a recording whose file does not say: T, uT, G or au")] = None,
+    format: Format = None,
+    columns: Columns = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
+    mag_unit: MagUnit = None,
+    time_unit: TimeUnit = None,
+    rate_hz: Rate = None,
+    axes: Axes = None,
+    drop_repeats: DropRepeats = False,
+    hemisphere: Hemisphere = None,
+    strict: Strict = False,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
-    if source.is_dir():
+    if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
     else:
         if pictures is not None:
             raise UsageError("--pictures: a recording has none; hnav demo FILE draws one")
         file = out or source.with_suffix(".html")
-        of_recording(source, file, filter, {"navigation_frame": frame} | parse_settings(settings), preset, mag_unit)
+        refuse_overwriting([file], [source])
+        told = {
+            "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
+            "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
+        }  # fmt: skip
+        data = read_told(source, told)
+        found = data.check(hemisphere)
+        doubts = warnings_of(source, found, strict)
+        result = filtered(data, filter, "c", {"navigation_frame": frame} | parse_settings(settings), preset, None, False)
+        say_page(file, write_page(file, result, data, lines_of(found)))
+        warn(doubts)
     if open:
         typer.launch(str(file))
 
 
-def of_recording(source: Path, file: Path, filter: str, settings: dict[str, str], preset: str, mag_unit: str | None) -> None:
-    """The page about a recording."""
-    # What a page about a recording needs is not needed for one about a simulation, and takes a while to load.
-    from hnav.fmi.engines import run_recording
-    from hnav.io.readers import read
-    from hnav.reports.recording_page import write_recording_report
-    from hnav.reports.recording_run import recording_run
+def is_simulation(source: Path) -> bool:
+    """Whether it is a folder of a simulation, whole or not; one that no reader of recordings knows is taken for one too."""
+    if not source.is_dir() or (source / "run.json").exists() or (source / "signals.h5").exists():
+        return source.is_dir()
+    try:
+        reader_of(source, None)
+    except HnavError:
+        return True
+    return False
 
-    refuse_overwriting([file], [source])
-    data = read(source, mag_unit=mag_unit)
-    panels = write_recording_report(recording_run(run_recording(data, filter, "c", settings, preset, gates=True), data), file)
+
+def say_page(file: Path, panels: list[str]) -> None:
+    """Where the page lies, and what it has."""
     say(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}")
 
 
@@ -69,8 +111,7 @@ def of_simulation(folder: Path, file: Path, pictures: Path | None) -> None:
     for output in (file, *(pictures.glob("*.png") if pictures else ())):
         refuse_overwriting([output], inputs)
     run = read_run(folder)
-    panels = write_report(run, file)
-    say(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}")
+    say_page(file, write_report(run, file))
     if pictures is not None:
         # Matplotlib takes a while to load.
         from hnav.reports.pictures import write_pictures

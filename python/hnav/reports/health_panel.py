@@ -13,6 +13,7 @@ from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates
 
 ROW_PX = 34
+BLOCKS = 2000
 
 
 def _found(estimate: Estimate) -> list[Finding]:
@@ -49,7 +50,7 @@ def health_panel(run: Run) -> go.Figure:
 
 def _draw(figure: go.Figure, row: str, t_s: np.ndarray, states: np.ndarray, named: set[str]) -> None:
     # The worst of each block: no state of a single row falls between the drawn points.
-    starts = blocks(len(t_s))
+    starts = blocks(len(t_s), BLOCKS)
     drawn = list(spells(t_s[starts], np.maximum.reduceat(states, starts)))
     for state in SENSOR_STATES[1:]:
         begins = np.array([begin for name, begin, _ in drawn if name == state])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -24,12 +23,13 @@ from hnav.systems.run_views import figures as errors
 SHOWN = ("body", "attitude", "error", "states", "bias", "strength", "nis", "health", "field")
 
 
-def report_run(run: Run, path: str | Path, recording: Recording | None = None, findings: Sequence[str] = ()) -> None:
+def report_run(run: Run, path: str | Path, recording: Recording | None = None) -> None:
     """Writes one HTML page about a run that needs no network. Needs Plotly. Raises HnavError if it cannot be written.
 
-    recording: what the run was made of; the page then shows its field, its rates and its reference attitude too. findings: what
-    was noticed of it, a line each.
+    recording: what the run was made of; the page then shows its field, its rates, its reference attitude and what is not
+    plausible in it too.
     """
+    findings = [str(finding) for finding in recording.check()] if recording is not None else []
     write_recording_report(recording_run(run, recording, findings), Path(path))
 
 
@@ -50,7 +50,7 @@ def _header(run: RecordingRun) -> str:
         "rows": str(len(t_s)), "hnav": __version__,
     }  # fmt: skip
     listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in run.findings)
+    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in run.findings)
     return f"<header><h1>{escape(run.recording.name)}</h1><dl>{listed}</dl>{warned}{_options(run)}</header>"
 
 

@@ -85,7 +85,8 @@ def rates(run: RecordingRun) -> list[tuple[str, str]]:
         at_s = np.empty(0) if values is None else run.recording.t_s[np.isfinite(values).all(axis=1)]
         if len(at_s) > 1 and at_s[-1] > at_s[0]:
             said = f"{1 / np.median(np.diff(at_s)):.4g} Hz, {len(at_s)} samples, longest gap {np.diff(at_s).max():.3g} s"
-            found.append((sensor, said))
+            unit = run.recording.origin.units.get(sensor) if run.recording.origin else None
+            found.append((sensor, f"{said}, read as {unit}" if unit else said))
     return found
 
 
