@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import Table, decoded, parse, raw_of, stream_of, times_of
+from hnav.io.readers.tables import Table, parse, raw_of, stream_of, times_of
 from hnav.io.recordings import RecordingError, Unit
 
 ZIP_MAGIC = b"PK\x03\x04"
@@ -98,7 +98,7 @@ def _ios_sign(files: Mapping[str, bytes]) -> bool:
     """Whether the metadata tell of iOS, and of frames that were not made alike."""
     if "metadata" not in files:
         return False
-    rows = list(csv.DictReader(io.StringIO(decoded("metadata.csv", files["metadata"]))))
+    rows = list(csv.DictReader(io.StringIO(files["metadata"].decode("utf-8-sig", "replace"))))
     row = {str(key).strip().lower(): str(value).strip().lower() for key, value in (rows[0] if rows else {}).items()}
     return row.get("platform") == "ios" and row.get("standardisation", "false") != "true"
 

@@ -24,7 +24,7 @@ from hnav.units import S_PER
 if TYPE_CHECKING:
     import pandas as pd
 
-HEADER_WITHIN = 60  # lines
+HEADER_WITHIN, HEAD_CHARACTERS = 60, 100_000  # lines; the header, and the first rows
 SHOWN_CHARACTERS = 40
 DELIMITERS = ",;\t"
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
@@ -128,15 +128,16 @@ def _stands_twice(table: Table, rows: np.ndarray) -> bool:
 
 def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) -> Table:
     """The columns of a text. sensor: the only one whose samples it holds. Raises RecordingError that names line and column."""
-    text = decoded(shown, data)
-    layout = layout_of(shown, text, wishes, sensor)
+    encoding = encoding_of(shown, data)
+    text = data.decode(encoding)
+    layout = layout_of(shown, text[:HEAD_CHARACTERS], wishes, sensor)
     at = _at(shown, layout)
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
         raise RecordingError(
             f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
         )
-    frame = _read(shown, text, layout, columns)
+    frame = _read(shown, text, io.BytesIO(data), encoding, layout, columns)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
     values = {role: frame[column.place].to_numpy() for role, column in columns.items()}
@@ -146,15 +147,16 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     return Table(columns, values, layout, instants)
 
 
-def decoded(shown: str, data: bytes) -> str:
-    """The text of a file. Raises RecordingError."""
+def encoding_of(shown: str, data: bytes) -> str:
+    """What the text of a file is written in. Raises RecordingError."""
     if not data.strip():
         raise RecordingError(f"{shown}: the file is empty")
     encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
     if b"\0" not in data or len(encodings) == 1:
         for encoding in encodings:
             try:
-                return data.decode(encoding)
+                data.decode(encoding)
+                return encoding
             except UnicodeDecodeError:
                 continue
     raise RecordingError(f"{shown}: not a text file")
@@ -215,7 +217,9 @@ def _decimal(text: str, layout: Layout) -> str:
     return "," if "," in rows and "." not in rows else "."
 
 
-def _read(shown: str, text: str, layout: Layout, columns: Mapping[str, Column]) -> pd.DataFrame:
+def _read(
+    shown: str, text: str, stream: io.BytesIO, encoding: str, layout: Layout, columns: Mapping[str, Column]
+) -> pd.DataFrame:
     import pandas
 
     used = sorted({column.place for column in columns.values()})
@@ -226,7 +230,7 @@ def _read(shown: str, text: str, layout: Layout, columns: Mapping[str, Column]) 
         with warnings.catch_warnings():
             warnings.simplefilter("error", pandas.errors.ParserWarning)
             frame = pandas.read_csv(
-                io.StringIO(text), sep=layout.delimiter, skiprows=layout.line + 1, header=None,
+                stream, encoding=encoding, sep=layout.delimiter, skiprows=layout.line + 1, header=None,
                 names=[str(place) for place in range(len(layout.names))], usecols=[str(place) for place in used],
                 dtype={str(place): kind for place, kind in kinds.items()}, skipinitialspace=True, decimal=layout.decimal,
                 index_col=False,
@@ -265,7 +269,7 @@ def _number(cell: str, decimal: str) -> float:
 
 def _is_instant(text: str, layout: Layout, place: int) -> bool:
     """Whether the first time is one of a calendar: 2026-01-31 12:00:00.01."""
-    for _, row in _rows(text, layout):
+    for _, row in _rows(text[:HEAD_CHARACTERS], layout):
         cell = row[place].strip() if place < len(row) else ""
         return cell.count(":") > 1 or cell.count("-") == 2
     return False

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from hnav.io.readers.streams import Raw, Wishes
-from hnav.io.readers.tables import Table, decoded, parse, raw_of
+from hnav.io.readers.tables import Table, parse, raw_of
 from hnav.io.recordings import RecordingError, Unit
 
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "au"}
+HEAD_BYTES = 1 << 16
 FINE_S = 1e-4
 COUNTERS = {"SampleTimeFine": 2**32, "PacketCounter": 2**16}
 EXPORT = "export text from MT Manager (File, Export; in the export settings choose acceleration, rate of turn and magnetic field)"
@@ -44,7 +45,7 @@ def refuse_binary(path: Path, wishes: Wishes) -> Raw:
 def read_xsens_text(path: Path, wishes: Wishes) -> Raw:
     """Times by SampleTimeFine, else by PacketCounter and the update rate of the comments. Raises RecordingError."""
     data = path.read_bytes()
-    text = decoded(str(path), data)
+    text = data[:HEAD_BYTES].decode("utf-8-sig", "replace")
     for counter, turn in COUNTERS.items():
         interval_s = FINE_S if counter == "SampleTimeFine" else _interval_s(text)
         if interval_s is None or not re.search(rf"^(?:.*\t)?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
