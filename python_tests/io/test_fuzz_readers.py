@@ -3,6 +3,7 @@
 HNAV_FUZZ_EXAMPLES=20000 tries harder than the default, --all a little.
 """
 
+import importlib.util
 import json
 from pathlib import Path
 
@@ -13,11 +14,13 @@ import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import recorded
 from fuzzing import bounded, damaged, json_values, places
 from hnav.errors import HnavError
 from hnav.io.readers import read
 from hnav.io.recordings import Recording, RecordingError
 from hnav.systems.aircraft_file import models_folder, read_aircraft
+from motion import tilted_motion
 
 # MATLAB files are read in a process of their own, which takes a second on a busy machine.
 bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
@@ -156,6 +159,58 @@ def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
                 file[name] = value
     path.write_bytes(damaged(path.read_bytes(), seed))
     read_or_say_why(path)
+
+
+# --------------------------------------------------------------------------------------------- what devices and robots write
+
+PACKAGES = {"ulog": "pyulog", "ros 1": "rosbags", "mcap": "rosbags", "parquet": "pyarrow"}
+
+
+@pytest.fixture(scope="module")
+def written(folder) -> dict[str, tuple[Path, bytes]]:
+    """A small file of each shape, and its bytes."""
+    small = tilted_motion(0.08).recording
+    found = {}
+    for shape in ("semicolons", "tabs", "x-io", "xsens text", "sensor logger", *PACKAGES):
+        if importlib.util.find_spec(PACKAGES.get(shape, "numpy")):
+            path = recorded.SHAPES[shape](folder, small)
+            file = next(path.glob("*.mcap")).rename(folder / "alone.mcap") if shape == "mcap" else path
+            found[shape] = file, file.read_bytes()
+    return found
+
+
+@pytest.mark.parametrize("shape", ["semicolons", "tabs", "x-io", "xsens text", "sensor logger", *PACKAGES])
+@bounded_mat
+@given(seed=st.integers(0, 2**32))
+def test_a_damaged_file_of_any_shape_is_read_whole_or_refused(written, shape, seed):
+    if shape not in written:
+        pytest.skip(f"{PACKAGES[shape]} is not installed")
+    path, whole = written[shape]
+    path.write_bytes(damaged(whole, seed))
+    read_or_say_why(path)
+
+
+names = st.sampled_from(
+    ["t", "time_ms", "GyroX", "gyro y (deg/s)", "wz", "ax", "acc_y", "Acc_Z [g]", "mx", "PacketCounter", "", "x", "//", "#"]
+)
+
+
+@bounded
+@given(
+    header=st.lists(names, max_size=10), rows=rows, delimiter=st.sampled_from(";\t,"),
+    wishes=st.fixed_dictionaries({}, optional={"rate_hz": st.floats(), "columns": st.dictionaries(st.sampled_from(["gx", "t_s"]), st.text(max_size=3), max_size=1),
+                                               "drop_repeats": st.booleans()}),
+)  # fmt: skip
+def test_a_table_of_any_names_and_cells_is_read_whole_or_refused(folder, header, rows, delimiter, wishes):
+    path = folder / "names.txt"
+    path.write_text("\n".join(delimiter.join(row) for row in [header, *rows]) + "\n", encoding="utf-8", errors="replace")
+    try:
+        recording = read(path, **wishes)
+    except RecordingError as error:
+        assert "\n" not in str(error)
+    else:
+        is_whole(recording)
+        recording.check()
 
 
 # --------------------------------------------------------------------------------------------- aircraft
