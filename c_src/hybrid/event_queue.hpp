@@ -45,7 +45,15 @@ public:
 
     // Puts a sample into the event of time t_s, or opens one. Events before `from` are closed. Null: no room.
     Event* insert(const typename Event::Sample& sample, double t_s, int from) {
-        // Search from the newest end: almost every sample belongs there.
+        // What almost every sample is: the companion of the newest, in the only event of its time.
+        if (size_ > from && solved_ < size_) {
+            Event& newest = event(size_ - 1);
+            if (newest.t_s == t_s && !newest.has(sample.channel) && event(size_ - 2).t_s < t_s) {
+                newest.add(sample);
+                return &newest;
+            }
+        }
+        // Search from the newest end.
         int place = size_;
         while (place > from && event(place - 1).t_s > t_s) --place;
         // A second sample of a channel at one time opens another event behind, so the first event that lacks it is it.

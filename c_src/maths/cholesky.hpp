@@ -51,7 +51,18 @@ public:
         const Rows<k> B = forward<k>(right);
         Rows<k> scaled = B;
         for (int i = 0; i < n; ++i) scaled.row(i) *= inverse_d_[i];
-        return B.transpose() * scaled;
+        if constexpr (n > 2) {
+            return B.transpose() * scaled;
+        } else { // column by column: Eigen would send a product of so few rows through code for large matrices
+            const Eigen::Matrix<R, k, n> Bt = B.transpose();
+            Square<k, R> form;
+            for (int j = 0; j < k; ++j) {
+                Eigen::Matrix<R, k, 1> column = scaled(0, j) * Bt.col(0);
+                for (int i = 1; i < n; ++i) column += scaled(i, j) * Bt.col(i);
+                form.col(j) = column;
+            }
+            return form;
+        }
     }
 
 private:

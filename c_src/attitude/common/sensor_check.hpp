@@ -49,6 +49,7 @@ struct SensorCheck {
     std::uint64_t outliers_in_row;
     std::uint64_t repeated; // bit i: axis i repeated its value once; quantised noise does that all the time
     std::uint64_t running;  // an axis goes on repeating
+    std::uint64_t at_ease;  // nothing of what follows is there to be looked at again
     std::uint64_t axes;    // bit i: axis i is at fault
     SensorFault fault;     // of the newest sample
     std::uint64_t outliers, stuck, saturated, left_out; // samples so far
@@ -81,13 +82,11 @@ struct SensorCheck {
             }
             change2 += memory * (change_squared - change2);
         }
-        const std::uint64_t repeats = (change[0] == 0 ? 1 : 0) | (change[1] == 0 ? 2 : 0) | (change[2] == 0 ? 4 : 0);
-        const bool again = (repeats & repeated) != 0;
-        repeated = repeats;
-        if (again || running || limit > 0 || settings.range > 0 || before != SensorFault::none)
-            look_at_axes(settings, y, change, interval_s, moves, noisy);
         Eigen::Map<Vector3Of<R>> kept(last);
         kept = y;
+        // No axis repeats its value, and none did.
+        if (at_ease && change.prod() != 0) return false;
+        look_closer(settings, y, change, interval_s, moves, noisy);
         if (fault != before) since_s = t_s;
         return fault != SensorFault::none;
     }
@@ -117,7 +116,18 @@ private:
         ++outliers;
         outlier_s = t_s;
         fault = SensorFault::outlier;
+        at_ease = 0;
         if (before != fault) since_s = t_s;
+    }
+
+    void look_closer(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, const Vector3Of<R>& change, R interval_s,
+                     bool moves, bool noisy) {
+        const std::uint64_t repeats = (change[0] == 0 ? 1 : 0) | (change[1] == 0 ? 2 : 0) | (change[2] == 0 ? 4 : 0);
+        const bool again = (repeats & repeated) != 0;
+        repeated = repeats;
+        if (again || running || limit > 0 || settings.range > 0 || fault != SensorFault::none)
+            look_at_axes(settings, y, change, interval_s, moves, noisy);
+        at_ease = !(repeated || running || limit > 0 || settings.range > 0 || fault != SensorFault::none);
     }
 
     R ceiling(const SensorCheckSettings<R>& settings) const {
