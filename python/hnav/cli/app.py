@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
+import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -17,21 +20,50 @@ COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
     "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
     "score": "Scores a filter on all BROAD trials of a folder.",
-    "options": "Prints the options of a filter with unit, default, range and meaning.",
+    "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",
+    "systems": "Lists the systems, and of one its components, scenarios and grades.",
     "report": "One self-contained HTML page about a recording or a simulation.",
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
     "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
-    "demo": "The paper's experiment in closed co-simulation, and a filter's FMU over real recordings, with pictures.",
+    "demo": "Your own recording, or two of devices and a closed loop of FMUs: what the filter makes of it, and a page.",
 }
 MOVED = {"bench": "it is a study now: ./run study bench, in a checkout"}
 
 
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 hnav check found something that is not plausible; 2 what was asked cannot be done, and a line on "
+    "stderr says why; 130 interrupted."
+)
+
+
 def load(name: str) -> Any:
     """A command with its arguments and options."""
+    command = _typed(name, COMMANDS[name], importlib.import_module(f"hnav.cli.{name}").command)
+    command.params += _typed("shared", "", shared).params
+    return command
+
+
+def shared(
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", callback=be_quiet, expose_value=False, help="Print errors and warnings only")
+    ] = False,
+) -> None:
+    """What every command takes."""
+
+
+def be_quiet(wanted: bool) -> None:
+    # Rich takes a while to load, which a command does anyway.
+    from hnav.cli.console import be_quiet
+
+    be_quiet(wanted)
+
+
+def _typed(name: str, text: str, function: Any) -> Any:
+    """A command as typer makes it of the arguments of a function."""
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command(name, help=COMMANDS[name])(importlib.import_module(f"hnav.cli.{name}").command)
+    alone.command(name, help=text)(function)
     return typer.main.get_command(alone)
 
 
@@ -49,12 +81,17 @@ class _Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name in MOVED:
             raise UsageError(f"{cmd_name}: {MOVED[cmd_name]}")
+        if cmd_name not in COMMANDS and not cmd_name.startswith("-") and not ctx.resilient_parsing:
+            near = difflib.get_close_matches(cmd_name, COMMANDS, n=1)
+            meant = f"did you mean {near[0]}?" if near else f"there are {', '.join(COMMANDS)}"
+            raise UsageError(f"there is no command {cmd_name}: {meant}")
         return _Later(cmd_name, callback=None, help=COMMANDS[cmd_name]) if cmd_name in COMMANDS else None
 
 
 app = typer.Typer(
-    cls=_Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help="Hybrid navigation filters."
-)
+    cls=_Commands, pretty_exceptions_enable=False, help="Attitude and heading from recordings, simulations and proofs about them.",
+    epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]},
+)  # fmt: skip
 
 
 def show_version(wanted: bool) -> None:
@@ -74,4 +111,5 @@ def root(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """One line on stderr and exit code 2 for everything that the user can mend."""
-    answer("hnav", app, arguments)
+    typed = list(sys.argv[1:] if arguments is None else arguments)
+    answer("hnav", partial(app, prog_name="hnav"), typed or ["--help"])

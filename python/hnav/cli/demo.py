@@ -12,10 +12,9 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.table import Table
 
-from hnav.cli.console import console, say
+from hnav.cli.console import console, say, working
 from hnav.cli.parameters import MagUnit, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.fmi.engines import ENGINES, run_recording
@@ -68,7 +67,7 @@ def show_experiment(out: Path) -> None:
     """One run of the turntable in closed co-simulation, with its report."""
     console.print("[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, "
                   "yaw to and fro by 60 deg", soft_wrap=True, highlight=False)  # fmt: skip
-    with Console(stderr=True).status("60 s at 100 Hz"):
+    with working("60 s at 100 Hz"):
         run = simulate(SYSTEM, seed=1)
     folder = out / SYSTEM
     write_run(run, folder)
@@ -102,7 +101,7 @@ def run_engine(recording: Recording, reference: str, filter: str, engine: str, s
 
     Raises HnavError for impossible settings, UsageError when the recording does not let the filter start.
     """
-    with Console(stderr=True).status(f"{recording.name} by {engine}"):
+    with working(f"{recording.name} by {engine}"):
         result = run_recording(recording, filter, engine, settings={**settings, "navigation_frame": "enu"})
     if not np.isfinite(result.q_nb[-1]).all():
         raise UsageError(f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)")

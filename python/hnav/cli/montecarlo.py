@@ -24,7 +24,9 @@ def command(
     system: SystemName,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Parquet, a row for each filter and run")],
     runs: Annotated[int, typer.Option(help="Runs of each scenario")] = 200,
-    scenarios: Annotated[str | None, typer.Option(metavar="A,B,...", help="Scenarios; default: the system as it is")] = None,
+    scenarios: Annotated[
+        str | None, typer.Option(metavar="A,B,...", help="Scenarios (hnav systems NAME lists them); default: the system as it is")
+    ] = None,
     grade: Grade = None,
     settings: SystemSettings = None,
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,

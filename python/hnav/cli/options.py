@@ -2,20 +2,96 @@
 
 from __future__ import annotations
 
-import numpy as np
-from rich.table import Table
+import json
+import textwrap
+from typing import Annotated, Any
 
-from hnav.cli.console import show
+import typer
+
+from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterName
+from hnav.cli.words import UsageError
 from hnav.filters.attitude import Options, option_table
+from hnav.native.options import OptionInfo
+
+FEW = 5  # of which everything is told
 
 
-def command(filter: FilterName = "ahrs") -> None:
-    defaults = Options(filter)
-    table = Table("option", "default", "unit", "range or choices", "meaning")
-    for info in option_table(filter).values():
-        value = getattr(defaults, info.name)
-        shown = value if info.choices else ",".join(f"{v:g}" for v in np.ravel(value))
-        allowed = ", ".join(info.choices) or f"{info.min:g} to {info.max:g}"
-        table.add_row(info.name, shown, info.unit, allowed, info.description)
-    show(table, width=200)
+def command(
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="[WORD]...", help="Show the options that have these words in name, unit or text")
+    ] = None,
+    filter: FilterName = "ahrs",
+    as_json: Annotated[bool, typer.Option("--json", help="As JSON, with the reasons of the defaults")] = False,
+) -> None:
+    Options(filter)  # a filter that there is
+    everything = list(option_table(filter).values())
+    found = sorted((info for info in everything if matches(info, words or [])), key=lambda info: info.advanced)
+    if as_json:
+        typer.echo(json.dumps([described(info) for info in found], indent=1))
+        return
+    if not found:
+        raise UsageError(
+            f"no option of {filter} has {' and '.join(words or [])} in its name or text; hnav options lists them all"
+        )
+    (tell_all if console.is_terminal else table)(filter, found)
+
+
+def table(_: str, found: list[OptionInfo]) -> None:
+    """One line each, for grep and its like."""
+    widths = [max(len(cells(info)[i]) for info in found) for i in range(3)]
+    for info in found:
+        first = "  ".join(f"{cell:<{width}}" for cell, width in zip(cells(info), widths))
+        say(f"{first}  {info.description}")
+
+
+def tell_all(filter: str, found: list[OptionInfo]) -> None:
+    """For people: under two heads, as wide as the terminal."""
+    for advanced, head in ((False, "to look at first"), (True, "advanced")):
+        of_kind = [info for info in found if info.advanced == advanced]
+        if of_kind:
+            console.print(f"[bold]{filter}: {head}[/bold]", highlight=False)
+        for info in of_kind:
+            tell(info, whole=len(found) <= FEW)
+
+
+def matches(info: OptionInfo, words: list[str]) -> bool:
+    """Whether every word stands somewhere in what is shown of an option, in capitals or not."""
+    text = " ".join([info.name, info.group, info.unit, info.description, *info.choices, *info.choice_descriptions]).lower()
+    return all(word.lower() in text for word in words)
+
+
+def cells(info: OptionInfo) -> tuple[str, str, str]:
+    """Name, default with its unit, and what it may be."""
+    values = info.default if isinstance(info.default, tuple) else (info.default,)
+    default = ",".join(value if isinstance(value, str) else f"{value:g}" for value in values)
+    allowed = ", ".join(info.choices) or f"{info.min:g} to {info.max:g}"
+    return info.attribute, f"{default} {info.unit}".rstrip(), allowed
+
+
+def tell(info: OptionInfo, whole: bool) -> None:
+    """An option on two lines or three, its name never cut; whole: also why the default is what it is."""
+    name, default, allowed = cells(info)
+    head = f"{name} = {default}"
+    lines = [f"  {head}  ({allowed})"]
+    if len(lines[0]) > console.width:
+        lines = [f"  {head}", *textwrap.wrap(f"({allowed})", console.width, initial_indent=" " * 6, subsequent_indent=" " * 6)]
+    texts = [info.description]
+    if whole:
+        texts += [f"{choice}: {meaning}" for choice, meaning in zip(info.choices, info.choice_descriptions)]
+        texts += [f"Default: {info.reason}"] if info.reason else []
+    for text in texts:
+        lines += textwrap.wrap(text, console.width, initial_indent=" " * 6, subsequent_indent=" " * 6)
+    for line in lines:
+        say(line)
+
+
+def described(info: OptionInfo) -> dict[str, Any]:
+    """An option for other programs."""
+    allowed = (
+        {"choices": dict(zip(info.choices, info.choice_descriptions))} if info.choices else {"min": info.min, "max": info.max}
+    )
+    return {
+        "name": info.attribute, "group": info.group, "unit": info.unit, "default": info.default, **allowed,
+        "description": info.description, "reason": info.reason, "advanced": info.advanced,
+    }  # fmt: skip

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
+from hnav.cli.completion import among, grade_names, option_names, scenario_names, system_names
 from hnav.cli.words import UsageError
+from hnav.filters.attitude import FILTERS
 from hnav.fmi.engines import ENGINES
 from hnav.io.readers import FORMATS
 from hnav.renamed import now_called
@@ -21,14 +23,27 @@ def known_filter(name: str) -> str:
 
 
 FilterName = Annotated[
-    str, typer.Option("--filter", metavar="NAME", callback=known_filter, help="ahrs (real sensors) or hrekf (the paper's)")
+    str,
+    typer.Option(
+        "--filter",
+        metavar="NAME",
+        callback=known_filter,
+        help="ahrs (real sensors) or hrekf (the paper's)",
+        autocompletion=among(*FILTERS),
+    ),
 ]
-Engine = Annotated[str, typer.Option(help=", ".join(ENGINES))]
+Engine = Annotated[str, typer.Option(help=", ".join(ENGINES), autocompletion=among(*ENGINES))]
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options")
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="An option of the filter; see hnav options", autocompletion=option_names),
 ]
 Format = Annotated[
-    str | None, typer.Option(metavar="NAME", help=f"Of the recording, where its content does not tell: {', '.join(FORMATS)}")
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help=f"Of the recording, where its content does not tell: {', '.join(FORMATS)}",
+        autocompletion=among(*FORMATS),
+    ),
 ]
 Columns = Annotated[
     list[str] | None,
@@ -51,14 +66,24 @@ Hemisphere = Annotated[
     str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="Refuse a recording that is not plausible")]
-Preset = Annotated[str, typer.Option(help="default or paper")]
+Preset = Annotated[str, typer.Option(help="default or paper", autocompletion=among("default", "paper"))]
 Smooth = Annotated[
     bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")]
 
-SystemName = Annotated[str, typer.Argument(help="Name of a built system, an .ssp file, or a folder with SystemStructure.ssd")]
-Grade = Annotated[str | None, typer.Option(help="A sensor grade of the system")]
+SystemName = Annotated[
+    str,
+    typer.Argument(
+        help="Name (hnav systems lists them), an .ssp file, or a folder with SystemStructure.ssd", autocompletion=system_names
+    ),
+]
+Grade = Annotated[
+    str | None, typer.Option(help="A sensor grade of the system; hnav systems NAME lists them", autocompletion=grade_names)
+]
+Scenario = Annotated[
+    str | None, typer.Option(help="A scenario of the system; hnav systems NAME lists them", autocompletion=scenario_names)
+]
 SystemSettings = Annotated[
     list[str] | None, typer.Option("--set", metavar="COMPONENT.PARAMETER=VALUE", help="A parameter, after grade and scenario")
 ]

@@ -8,7 +8,16 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.parameters import (
+    AllowOutside,
+    Grade,
+    Scenario,
+    SystemName,
+    SystemSettings,
+    SystemStep,
+    SystemStop,
+    parse_system_settings,
+)
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.systems.simulation import ABOUT, SIGNALS, simulate, write_run
@@ -18,7 +27,7 @@ from hnav.systems.ssp_reader import system_files
 def command(
     system: SystemName,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
-    scenario: Annotated[str | None, typer.Option(help="A scenario of the system")] = None,
+    scenario: Scenario = None,
     grade: Grade = None,
     settings: SystemSettings = None,
     seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,

@@ -8,7 +8,9 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
+
+import typer
 
 from hnav.errors import HnavError
 
@@ -31,6 +33,11 @@ IN_A_LINE = (
     (re.compile(r'\bhemisphere "(\w+)"'), lambda match: f"--hemisphere {match.group(1)}"),
     (re.compile(r"\b(?=(?:gyro|accel|mag)_range_\w+=)"), lambda match: "--set "),
 )
+
+
+INTERRUPTED = 130  # exit code
+# The UsageError of Click, which newer versions of typer bring along.
+MISTYPED = cast(type[Exception], typer.BadParameter.__bases__[0])
 
 
 class UsageError(Exception):
@@ -65,16 +72,29 @@ def told(finding: Finding) -> str:
 
 
 def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | None = None) -> None:
-    """Runs a command; what the user can mend becomes one line on stderr and exit code 2."""
+    """Runs a command of typer; what the user can mend becomes one line on stderr and exit code 2."""
     try:
         with tidy_end():
-            command(arguments)
-    except KeyboardInterrupt:  # before typer listens to it
-        print(f"{name}: interrupted", file=sys.stderr)
-        sys.exit(130)
+            code = command(arguments, standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
+    except MISTYPED as error:
+        print(f"{name}: {mistyped(error, name)}", file=sys.stderr)
+        sys.exit(2)
     except (UsageError, HnavError, OSError, MemoryError) as error:
         print(f"{name}: {in_one_line(error)}", file=sys.stderr)
         sys.exit(2)
+    if code == INTERRUPTED:
+        print(f"{name}: interrupted", file=sys.stderr)
+    if code:
+        sys.exit(code)
+
+
+def mistyped(error: Any, name: str) -> str:
+    """What is wrong with the words of a command, and where they are explained."""
+    text = error.format_message().rstrip(".")
+    asked = error.ctx.command_path if error.ctx else name
+    return f"{text[:1].lower()}{text[1:]}; see {asked} --help"
 
 
 @contextmanager

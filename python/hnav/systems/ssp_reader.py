@@ -28,7 +28,7 @@ from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT, PACKAGE
 from hnav.systems.ssp_archive import SystemFiles, unpack
 from hnav.systems.ssp_checks import BASE_UNITS, Units, check_system, text_of
-from hnav.systems.structure import Component, Connection, Connector, Parameter, System, Variable, refuse
+from hnav.systems.structure import Component, Connection, Connector, Parameter, ParameterSet, System, Variable, refuse
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
@@ -48,14 +48,14 @@ def system_path(text: str) -> Path:
         if not path.exists():
             refuse(f"{text}: file not found")
         return path
-    known = _known_systems()
+    known = known_systems()
     if text in known:
         return known[text]
     hint = f"there are {', '.join(sorted(known))}" if known else "./run fmus makes them, or set HNAV_SYSTEMS to their folder"
     refuse(f"there is no system {text}: {hint}")
 
 
-def _known_systems() -> dict[str, Path]:
+def known_systems() -> dict[str, Path]:
     """By name: archives beside the FMUs of a build, or the folders of a wheel, which has each FMU once, among its own."""
 
     def archives(folder: Path) -> dict[str, Path]:
@@ -257,8 +257,8 @@ def _entries(parameter_set: ElementTree.Element, prefix: str = "") -> Iterator[P
                 )
 
 
-def _beside(folder: Path, kind: str) -> Iterator[tuple[str, list[Parameter]]]:
-    """Name and parameters of the sets that lie in the system without being bound."""
+def _beside(folder: Path, kind: str) -> Iterator[tuple[str, ParameterSet]]:
+    """Name and content of the sets that lie in the system without being bound."""
     for path in sorted(folder.rglob("*.ssv")):
         if path.stem.startswith(f"{kind}_"):
             name = path.stem[len(kind) + 1 :]
@@ -266,4 +266,5 @@ def _beside(folder: Path, kind: str) -> Iterator[tuple[str, list[Parameter]]]:
             name = path.stem
         else:
             continue
-        yield name, list(_entries(_parse(path, path.name)))
+        root = _parse(path, path.name)
+        yield name, ParameterSet(list(_entries(root)), root.get("description", ""))

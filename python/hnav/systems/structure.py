@@ -81,6 +81,14 @@ class Parameter:
     unit: str = ""
 
 
+@dataclass(frozen=True)
+class ParameterSet:
+    """Parameters that are chosen together, by name: a grade or a scenario."""
+
+    parameters: list[Parameter]
+    description: str = ""
+
+
 @dataclass
 class System:
     """A checked system, ready to run. Use as a context manager: unpacked archives go when it ends."""
@@ -90,8 +98,8 @@ class System:
     components: dict[str, Component]
     connectors: dict[str, Connector]
     connections: list[Connection]
-    grades: dict[str, list[Parameter]]
-    scenarios: dict[str, list[Parameter]]
+    grades: dict[str, ParameterSet]
+    scenarios: dict[str, ParameterSet]
     start_s: float
     stop_s: float | None
     step_s: float | None
@@ -120,10 +128,10 @@ class System:
                 refuse(f"system {self.name} has no {kind} {name}: {known}")
         bound = self.parameters()
         if grade is not None:
-            self.apply(self.grades[grade], f"grade {grade}")
+            self.apply(self.grades[grade].parameters, f"grade {grade}")
         if scenario is not None:
             graded = self.parameters()
-            self.apply(self.scenarios[scenario], f"scenario {scenario}")
+            self.apply(self.scenarios[scenario].parameters, f"scenario {scenario}")
             if grade is not None:
                 for name, value in self.parameters().items():
                     if value == bound.get(name) and name in graded:
