@@ -354,7 +354,7 @@ class Run:
 
         recording: what the run was made of; its reference attitude is drawn beside, if it has one.
         """
-        import hnav
+        import hnav  # what draws stands above the filters; hnav itself knows both
 
         return hnav.plot_run(self, recording)
 
@@ -363,7 +363,7 @@ class Run:
 
         recording: what the run was made of; the page then shows its field, its rates and its reference attitude too.
         """
-        import hnav
+        import hnav  # as in plot
 
         hnav.report_run(self, path, recording)
 
