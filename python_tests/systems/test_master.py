@@ -250,7 +250,8 @@ def test_bad_input_ends_with_one_line_and_code_2(turntable, tmp_path):
         (["simulate", str(turntable), "--set", "hekf.gamma_mode=soft"], "one of off, fixed, relative, kl is wanted"),
         (["simulate", str(turntable), "--step", "0"], "--step 0: must be above 0 seconds"),
         (["simulate", str(turntable), "--stop", "-1"], "--stop -1: must be at least a step"),
-        (["report", str(tmp_path / "none")], "run.json: file not found"),
+        (["report", str(tmp_path / "none")], "none: no such file"),
+        (["report", str(tmp_path)], "run.json: file not found; hnav simulate writes it"),
     ):
         done = hnav(*arguments)
         assert done.returncode == 2 and done.stdout == ""
