@@ -22,6 +22,7 @@ from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 
 PARQUET = (".parquet", ".pq")
+ROWS = 50_000  # that become text at once
 
 
 def columns(run: Run) -> dict[str, np.ndarray]:
@@ -93,10 +94,14 @@ def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
 def _csv(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
     formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
     # The shortest text that has the bits of the number.
-    line = ",".join((formats | {"t_s": "%r"}).values())
+    line = ",".join((formats | {"t_s": "%r"}).values()) + "\n"
     head = [*(f"# {text}" for text in said), ",".join(table)]
-    rows = (line % row for row in zip(*(values.tolist() for values in table.values())))
-    return ("\n".join([*head, *rows]) + "\n").encode()
+    parts = ["\n".join([*head, ""]).encode()]
+    # In pieces: as objects of Python the numbers take many times their room.
+    for begin in range(0, len(table["t_s"]), ROWS):
+        piece = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))
+        parts.append("".join([line % row for row in piece]).encode())
+    return b"".join(parts)
 
 
 def _parquet(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
