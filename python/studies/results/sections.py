@@ -126,6 +126,14 @@ SECTIONS = {
         "study streams --streams 10000",
         False,
     ),
+    "mutants": Section(
+        "Mutants: would the tests notice",
+        "Small changes of the C++ sources, one at a time: an operator, a constant, a condition, a call left out, chosen by a hash from "
+        "all that a parser finds. Killed: a C++ test, or a quick law in Python, fails with it. Equivalent: no test can tell it from "
+        "the original; why, stands in python/studies/mutants/equivalent.csv. Those that live are listed.",
+        "study mutants",
+        False,
+    ),
     "long": Section(
         "Thirty days",
         "Error and memory of every simulated day at 100 Hz, with stamps of today's clocks.",
