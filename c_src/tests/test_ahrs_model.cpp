@@ -230,6 +230,227 @@ TEST(Ahrs, AnIntegratorOutsideComesToTheSameStateAsTheOneInside) {
     EXPECT_LT((Eigen::Map<Vector14>(inside.x) - Eigen::Map<Vector14>(outside.x)).cwiseAbs().maxCoeff(), 1e-15);
 }
 
+TEST(Ahrs, AnInnovationIsToldWithItsCovarianceAndItsNormalisedSquare) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    Turning motion;
+    motion.bias = {0.01, -0.006, 0.004};
+    follow(model, s, motion, 5);
+    Event e = motion.event(5.005);
+    e.add(Sample{5.005, heading, {roll_pitch_yaw(motion.q(5.005))[2] + 0.02, 0.03}});
+    model.before_flow(s, e);
+    model.flow_exactly(s, 0.005);
+    model.jump(s, e);
+    for (const int channel : {accel, mag, heading}) {
+        const Innovation& i = s.innovation[channel];
+        const int n = static_cast<int>(i.dimension);
+        const Matrix3 whole(i.S);
+        const Eigen::MatrixXd S = whole.topLeftCorner(n, n);
+        const Eigen::VectorXd nu = Vector3(i.value).head(n);
+        EXPECT_EQ(i.t_s, 5.005);
+        EXPECT_GT(i.nis, 0) << channel;
+        EXPECT_NEAR(nu.dot(S.inverse() * nu), i.nis, 1e-9 * i.nis) << channel;
+        EXPECT_LT((S - S.transpose()).norm(), 1e-12 * S.norm()) << channel;
+    }
+}
+
+TEST(Ahrs, AHeadingBeyondItsGateCountsAsMuchLessAsItLiesFurtherOutside) {
+    AhrsModel::Settings set = settings();
+    set.heading_gate_nis = 4;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    const Turning motion;
+    follow(model, s, motion, 20);
+    ASSERT_TRUE(model.estimate(s).heading_ready);
+    const double sigma = 2 * deg;
+    Event e = motion.event(20.005);
+    e.add(Sample{20.005, heading, {roll_pitch_yaw(motion.q(20.005))[2] + 20 * deg, sigma}});
+    model.before_flow(s, e);
+    model.flow_exactly(s, 0.005);
+    model.jump(s, e);
+    const Innovation& i = s.innovation[heading];
+    EXPECT_EQ(s.gated[heading], 1u);
+    const double noise = sigma * sigma, of_state = i.S[0] - noise;
+    // With the noise that it counts with it lies at the gate.
+    EXPECT_NEAR(i.value[0] * i.value[0] / (of_state + i.noise_scale * noise), 4, 1e-9);
+}
+
+TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
+    AhrsModel::Settings set = settings();
+    set.rest_bias_density2 = 1e-20;
+    set.start.mode = StartMode::attitude;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    const Vector3 bias(0.01, -0.02, 0.015);
+    for (int k = 0; k <= 1200; ++k) {
+        const double t_s = 0.005 * k;
+        Event e{};
+        e.t_s = t_s;
+        e.add(Sample{t_s, gyro, {bias[0], bias[1], bias[2]}});
+        // A push that is no tilt: the velocity that it leaves speaks against the bias.
+        e.add(Sample{t_s, accel, {t_s > 3 ? 0.3 : 0, t_s > 3 ? -0.2 : 0, -AhrsModel::gravity_m_s2}});
+        model.before_flow(s, e);
+        if (k > 0) model.flow_exactly(s, 0.005);
+        const std::uint64_t before = s.corrections;
+        model.jump(s, e);
+        if (t_s < set.rest.duration_s || t_s > set.rest.duration_s + 0.1) {
+            EXPECT_EQ(s.rest.at_rest(set.rest), t_s > set.rest.duration_s) << t_s;
+        }
+        if (s.corrections > before && s.rest.at_rest(set.rest)) {
+            ASSERT_LT((Vector3(s.bias) - Vector3(s.rest.mean_rate)).norm(), 1e-9) << t_s;
+        }
+    }
+    EXPECT_TRUE(model.field_estimate(s).at_rest);
+}
+
+TEST(Ahrs, WhatItTellsOfItsCovarianceAgrees) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    follow(model, s, Turning{}, 5.01);
+    const ErrorCovariance C = model.error_covariance(s);
+    EXPECT_LT((C - C.transpose()).norm(), 1e-15);
+    EXPECT_LT((model.bias_variances(s) - C.diagonal().tail<3>()).norm(), 1e-18);
+    EXPECT_LT((model.rotation_covariance(s) - C.topLeftCorner<3, 3>()).norm(), 1e-18);
+    EXPECT_GT(C.topRightCorner(3, 3).norm(), 0);
+    // Before the start an attitude has nothing to do with a bias.
+    const State fresh = state_at_start(model);
+    const ErrorCovariance first = model.error_covariance(fresh);
+    EXPECT_EQ(first.topRightCorner(3, 3).norm(), 0);
+    EXPECT_EQ(first.bottomLeftCorner(3, 3).norm(), 0);
+    double S[9], sigma[9];
+    model.gyro_calibration(fresh, S, sigma);
+    for (int i = 0; i < 9; ++i) EXPECT_NEAR(sigma[i], i % 4 ? settings().sigma.misalignment : settings().sigma.scale, 1e-12) << i;
+}
+
+TEST(Ahrs, TheTiltIsReadyWhenBothOfItsAnglesAre) {
+    const AhrsModel model(settings());
+    State ready = state_at_start(model);
+    follow(model, ready, Turning{}, 10);
+    ASSERT_TRUE(model.estimate(ready).tilt_ready);
+    for (int angle = AhrsErrors::rotation; angle < AhrsErrors::rotation + 2; ++angle) {
+        State s = ready;
+        s.P[AhrsErrors::packed(angle, angle)] = 1;
+        EXPECT_FALSE(model.estimate(s).tilt_ready) << angle;
+    }
+}
+
+TEST(Ahrs, TheLengthOfAQuaternionIsRestoredWhenItIsFarFromOne) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    const Quaternion q = Quaternion(1, 2, -3, 4).normalized();
+    for (const double length : {0.3, 0.8, 1.5, 3.0}) {
+        Eigen::Map<Quaternion>(s.x) = length * q;
+        model.normalise(s);
+        EXPECT_NEAR(Quaternion(s.x).norm(), length > 0.5 && length < 2 ? length : 1, 1e-15) << length;
+        EXPECT_LT((Quaternion(s.x).normalized() - q).norm(), 1e-15);
+    }
+}
+
+TEST(Ahrs, AVelocityBeyondItsGateTakesTheAttitudeForLost) {
+    AhrsModel::Settings set = settings();
+    set.velocity_gate_nis = 30;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    const Turning motion;
+    follow(model, s, motion, 20);
+    ASSERT_TRUE(model.estimate(s).tilt_ready && model.estimate(s).heading_ready);
+    const double before = s.P[AhrsErrors::packed(AhrsErrors::rotation + 2, AhrsErrors::rotation + 2)];
+    for (int k = 1; !s.lost && k < 20; ++k) {
+        const Event e = motion.event(20 + 0.005 * k);
+        s.velocity[0] = 50;
+        s.velocity[1] = -30;
+        model.before_flow(s, e);
+        model.flow_exactly(s, 0.005);
+        model.jump(s, e);
+    }
+    EXPECT_EQ(s.lost, 1u);
+    EXPECT_EQ(s.times_lost, 1u);
+    EXPECT_EQ(s.information.tilt, 0);
+    EXPECT_EQ(s.velocity[0], 0);
+    EXPECT_EQ(s.velocity[1], 0);
+    EXPECT_FALSE(model.estimate(s).tilt_ready || model.estimate(s).heading_ready);
+    EXPECT_GT(s.P[AhrsErrors::packed(AhrsErrors::rotation + 2, AhrsErrors::rotation + 2)], before);
+}
+
+TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
+    const AhrsModel model(settings());
+    State plain = state_at_start(model);
+    const Turning motion;
+    follow(model, plain, motion, 5);
+    plain.last_correction_s = 4; // the event corrects
+    State jumped = plain;
+    Event e{};
+    e.t_s = 5.001;
+    e.add(Sample{5.001, gyro, {motion.rate_b[0], motion.rate_b[1], motion.rate_b[2]}});
+    model.jump(plain, e);
+    e.present |= new_time_base;
+    model.jump(jumped, e);
+    const Square<20> added = unpack<20>(jumped.P) - unpack<20>(plain.P);
+    const Vector3 variances(0.1 * 0.1, 0.1 * 0.1, 0.2 * 0.2);
+    for (int i = 0; i < 3; ++i) {
+        const double share = added(AhrsErrors::rotation + i, AhrsErrors::rotation + i) / variances[i];
+        EXPECT_GT(share, 0.5) << i; // the correction takes some of it back
+        EXPECT_LT(share, 1) << i;
+    }
+    EXPECT_EQ(jumped.repaired, 0u);
+}
+
+TEST(Ahrs, AnAxisThatIsStuckIsFoundAfterAQuarterOfASecondAndWhatWasEarnedIsGone) {
+    AhrsModel::Settings set = settings();
+    set.check[gyro].min_range = 1.7;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    const Turning motion;
+    test::Random random(9);
+    double found_s = 0;
+    for (int k = 0; k <= 2200 && found_s == 0; ++k) {
+        const double t_s = 0.005 * k;
+        Event e = motion.event(t_s);
+        const Vector3 rate = motion.rate_b + random.vector(0.003);
+        e.add(Sample{t_s, gyro, {rate[0], rate[1], k >= 2000 ? 0.8 : rate[2]}});
+        e.add(Sample{t_s, accel, {k % 2 ? 9.0 : -9.0, 0, -9}}); // it is shaken
+        const double before = s.information.tilt;
+        model.before_flow(s, e);
+        if (s.check[gyro].fault == SensorFault::stuck) {
+            found_s = t_s;
+            EXPECT_GT(before, 0);
+            EXPECT_EQ(s.information.tilt, 0);
+            EXPECT_EQ(s.information.heading, 0);
+        }
+        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
+        model.jump(s, e);
+    }
+    EXPECT_GT(found_s, 10.24);
+    EXPECT_LT(found_s, 10.5);
+}
+
+TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    const Turning motion;
+    bool turned = false;
+    for (int k = 0; k <= 8000; ++k) {
+        const double t_s = 0.005 * k;
+        Event e = motion.event(t_s, false);
+        const Vector3 field_n = t_s < 4 ? Vector3(1.5e-5, 2.6e-5, 6e-5) : Vector3(2.5e-5, 0, 4.33e-5);
+        const Vector3 field = rotation_matrix(motion.q(t_s)).transpose() * field_n;
+        e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
+        const State before = s;
+        model.before_flow(s, e);
+        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
+        model.jump(s, e);
+        if (s.field.changes > before.field.changes) {
+            turned = true;
+            EXPECT_GT(model.rotation_covariance(s)(2, 2),
+                      0.5 * settings().field.heading_added_rad * settings().field.heading_added_rad);
+            EXPECT_FALSE(model.estimate(s).heading_ready);
+        }
+    }
+    EXPECT_TRUE(turned);
+    EXPECT_EQ(s.repaired, 0u);
+    EXPECT_LT(angle_between(Quaternion(s.x), motion.q(40)), 3 * deg);
+}
+
 TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
     const MagneticReferenceSettings<double> set = settings().field;
     for (const bool trusted : {false, true}) {
@@ -245,6 +466,8 @@ TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
         const double needed_s = trusted ? 0.4 * 70 : 1.6;
         EXPECT_NEAR(until / 28.0, needed_s, 0.2);
         EXPECT_NEAR(m.distrust(set, 1e-4), trusted ? 0 : 1 - 1 / 60.0, 0.02);
+        EXPECT_NEAR(m.candidate_horizontal(), 0.5, 1e-3);
+        EXPECT_NEAR(m.candidate_azimuth_rad(), 0.4, 1e-3);
     }
 }
 
@@ -273,6 +496,18 @@ TEST(RestDetector, KnowsRestFromSteadyTurningAndFromShaking) {
     EXPECT_TRUE(ends_at_rest({0.01, -0.02, 0.03}, 0.1));
     EXPECT_FALSE(ends_at_rest({0, 0, 0.1}, 0.1));
     EXPECT_FALSE(ends_at_rest({0, 0, 0}, 1));
+}
+
+TEST(RestDetector, RestBeginsAnewAfterEveryMovement) {
+    const RestSettings<double> set = settings().rest;
+    RestDetector<double> rest;
+    rest.clear(Vector3::Zero(), {0, 0, -9.8});
+    rest.note_force(set, {0, 0, -9.8}, 0.01);
+    for (int k = 0; k < 400; ++k) rest.note_rate(set, Vector3::Zero(), 0.01);
+    EXPECT_TRUE(rest.at_rest(set));
+    for (int k = 0; k < 400; ++k) rest.note_rate(set, {k % 2 ? 0.1 : -0.1, 0, 0}, 0.01); // it trembles
+    EXPECT_FALSE(rest.at_rest(set));
+    EXPECT_EQ(rest.still_s, 0);
 }
 
 // ------------------------------------------------------------------------------------------------ through the C API
@@ -439,6 +674,8 @@ TEST(AhrsApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
     ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
     EXPECT_FALSE(a.heading_ready);
     EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30.005)), 1 * deg);
+    ASSERT_EQ(hnav_filter_gyro_bias(f.get(), kept, kept_sigma), HNAV_OK);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(sigma[i], kept_sigma[i], 1e-2 * sigma[i]);
 }
 
 TEST(AhrsApi, OptionsOfAnotherFilterAreRefused) {

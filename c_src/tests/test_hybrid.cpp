@@ -180,7 +180,8 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
         double x[2] = {1, 0};
         ASSERT_TRUE(propagator.integrate(nullptr, 3.0, x));
         EXPECT_NEAR(x[0], std::cos(6.0), tolerance);
-        EXPECT_GT(propagator.rhs_evals(), 0u);
+        EXPECT_GT(propagator.steps(), 0u);
+        EXPECT_GE(propagator.rhs_evals(), propagator.steps());
     }
 }
 

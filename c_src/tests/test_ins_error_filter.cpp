@@ -190,6 +190,10 @@ TEST(InsErrorFilter, WithoutWhiteNoiseTheDifferencedFormIsTheAugmentedOne) {
             augmented.step(d, k);
             ASSERT_LT((differenced.x() - augmented.x()).norm(), 1e-9) << "step " << k << ", lag " << lag;
             ASSERT_LT((differenced.P() - augmented.P()).norm(), 1e-9) << "step " << k << ", lag " << lag;
+            Eigen::Vector3d lambda[2], sigma[2];
+            ASSERT_EQ(hnav_ins_error_filter_coloured_error(differenced, lambda[0].data(), sigma[0].data(), nullptr), HNAV_OK);
+            ASSERT_EQ(hnav_ins_error_filter_coloured_error(augmented, lambda[1].data(), sigma[1].data(), nullptr), HNAV_OK);
+            ASSERT_LT((lambda[0] - lambda[1]).norm() + (sigma[0] - sigma[1]).norm(), 1e-7) << "step " << k << ", lag " << lag;
         }
     }
 }
@@ -300,6 +304,25 @@ TEST(InsErrorFilter, AStepWithoutAnyChannelIsAPrediction) {
         ASSERT_EQ(hnav_ins_error_filter_innovation(f, nullptr, nullptr, &nis), HNAV_OK);
         EXPECT_TRUE(std::isnan(nis));
     }
+}
+
+TEST(InsErrorFilter, AModeThatNoMeasurementShowsIsNotHeldAgainstTheModel) {
+    Model m;
+    m.A(1, 2) = 0; // the oscillator by itself
+    const auto separability = [](const Model& model) {
+        double value = -1;
+        Handle f(model, options_of(HNAV_INS_ERROR_AUGMENTED));
+        EXPECT_EQ(hnav_ins_error_filter_separability(f, &value), HNAV_OK);
+        return value;
+    };
+    m.A(2, 2) = 0.2; // far from An
+    const double seen = separability(m);
+    EXPECT_GT(seen, 0.1);
+    m.H(2, 2) = 0; // and now the third state is not
+    EXPECT_GE(separability(m), seen - 1e-12);
+    m.H(2, 2) = 1;
+    m.A(2, 2) = 0.99; // as An: what moves alike cannot be told apart
+    EXPECT_LT(separability(m), 1e-6);
 }
 
 TEST(InsErrorFilter, ContinuousMatricesAreDiscretisedExactly) {

@@ -222,6 +222,34 @@ TEST(Recovery, AGapInWhichTheBodyTurnedIsFoundOut) {
     }
 }
 
+// Without a magnetometer's word after the gap: what the rate may have done in it is known by how it changed before.
+TEST(Recovery, AfterAShortGapTheHeadingIsAsUncertainAsTheRateWasRestless) {
+    const auto added = [](double restless_rad_s) {
+        hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+        hnav_filter* filter = nullptr;
+        EXPECT_EQ(hnav_hrekf_create(&filter, &options, nullptr, 0), HNAV_OK);
+        const double force[3] = {0, 0, -9.80665}, field[3] = {2e-5, 0, 4e-5};
+        auto before = hnav_sized<hnav_attitude>(), after = before;
+        for (int k = 0; k <= 1000; ++k) {
+            const double rate[3] = {0, 0, k % 2 ? restless_rad_s : -restless_rad_s}, t_s = k * interval_s;
+            EXPECT_EQ(hnav_filter_push_imu(filter, t_s, rate, force), HNAV_OK);
+            EXPECT_EQ(hnav_filter_push_mag(filter, t_s, field), HNAV_OK);
+            EXPECT_EQ(hnav_filter_advance(filter, t_s), HNAV_OK);
+        }
+        EXPECT_EQ(hnav_filter_attitude(filter, &before), HNAV_OK);
+        const double end_s = 10.4, rate[3] = {};
+        EXPECT_EQ(hnav_filter_push_imu(filter, end_s, rate, force), HNAV_OK);
+        EXPECT_EQ(hnav_filter_advance(filter, end_s), HNAV_OK);
+        EXPECT_EQ(hnav_filter_attitude(filter, &after), HNAV_OK);
+        hnav_filter_destroy(filter);
+        return std::pow(after.sigma_rad[2], 2) - std::pow(before.sigma_rad[2], 2);
+    };
+    const double calm = added(0), restless = added(0.01), twice = added(0.02);
+    EXPECT_GT(calm, 0);
+    EXPECT_GT(restless, calm + 0.01);
+    EXPECT_NEAR(twice - calm, 4 * (restless - calm), 0.2 * (restless - calm));
+}
+
 TEST(Recovery, AClockThatIsSetBackCostsNothing) {
     for (const bool ahrs : {true, false}) {
         double set_s = 0;

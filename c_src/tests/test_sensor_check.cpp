@@ -1,4 +1,5 @@
 // What the samples of one sensor tell about its health.
+#include "attitude/common/rate_change.hpp"
 #include "attitude/common/sensor_check.hpp"
 
 #include <gtest/gtest.h>
@@ -85,6 +86,35 @@ TEST(SensorCheck, AnAxisThatRepeatsIsStuckWhileTheBodyMoves) {
         EXPECT_FALSE(gyro.check.is_at_fault(0));
         EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none); // and is well again with the first that differs
     }
+}
+
+TEST(SensorCheck, AxesThatRepeatOneAfterTheOtherAreNoRun) {
+    for (int axis = 0; axis < 3; ++axis) {
+        Gyro gyro;
+        gyro.run(200);
+        for (const int repeats : {axis, (axis + 1) % 3}) {
+            Vector3 y = gyro.sample();
+            y[repeats] = gyro.check.last[repeats];
+            EXPECT_EQ(gyro.take(y), SensorFault::none);
+        }
+        EXPECT_EQ(gyro.check.running, 0u) << axis;
+        EXPECT_EQ(gyro.check.run[(axis + 1) % 3], 0) << axis;
+        Vector3 y = gyro.sample();
+        y[(axis + 1) % 3] = gyro.check.last[(axis + 1) % 3];
+        gyro.take(y); // the second repeat of one axis
+        EXPECT_EQ(gyro.check.run[(axis + 1) % 3], 1) << axis;
+    }
+}
+
+TEST(RateChange, AfterAGapTheTurnIsKnownAsTheChangeOfTheRateAllows) {
+    constexpr double acceleration = 3, gap_s = 0.4;
+    hnav::RateChange<double> change{};
+    for (int k = 0; k < 10000; ++k) // of each axis
+        change.note(acceleration * interval_s * Vector3(1, k % 2 ? 1 : -1, 1), interval_s);
+    const double by_last = acceleration * gap_s * gap_s / 2, by_mean = acceleration * gap_s * gap_s / 8;
+    EXPECT_NEAR(std::sqrt(change.gap_variance(gap_s, false, 1)), by_last, 1e-9);
+    EXPECT_NEAR(std::sqrt(change.gap_variance(gap_s, true, 1)), by_mean, 1e-9);
+    EXPECT_NEAR(std::sqrt(change.gap_variance(gap_s, true, 2.5)), 2.5 * by_mean, 1e-9);
 }
 
 TEST(SensorCheck, ASensorThatSticksASecondTimeIsFoundAgain) {

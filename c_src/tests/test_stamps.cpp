@@ -86,6 +86,18 @@ TEST(Stamps, ASingleStampFarAheadIsLeftOutAndASecondOneIsBelieved) {
     EXPECT_EQ(clock.stamps.left_out(0), 1u);
 }
 
+TEST(Stamps, WhatFollowsAStampFarAheadIsBelievedWithinTenLimits) {
+    for (const double limit : {0.1, 20.0})
+        for (const double limits : {9.0, 11.0}) {
+            Stamps<1> stamps;
+            const auto newest = [] { return 0.0; };
+            const auto how = [&](double stamp_s) { return stamps.place(0, stamp_s, 0, 0, limit, newest).how; };
+            EXPECT_EQ(how(1000 * limit), Stamps<1>::Place::left_out);
+            EXPECT_EQ(how((1000 + limits) * limit), limits < 10 ? Stamps<1>::Place::stamped : Stamps<1>::Place::left_out)
+                << limit << ", " << limits;
+        }
+}
+
 TEST(Stamps, WithoutALimitStampsAreTakenAsTheyStand) {
     Stamps<1> stamps;
     const auto newest = [] { return 5.0; };

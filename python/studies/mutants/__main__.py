@@ -20,7 +20,7 @@ from studies.mutants.mutated_copy import ROOMS, chosen, room_of, write_copy
 from studies.mutants.sites import Mutant
 from studies.mutants.trials import Build, Test, trial, with_reach
 
-COUNT = 160
+COUNT = 150
 GOAL = 0.9  # share of the mutants that differ from the original
 EQUIVALENT = Path(__file__).parent / "equivalent.csv"
 
