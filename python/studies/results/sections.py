@@ -130,7 +130,8 @@ SECTIONS = {
         "Mutants: would the tests notice",
         "Small changes of the C++ sources, one at a time: an operator, a constant, a condition, a call left out, chosen by a hash from "
         "all that a parser finds. Killed: a C++ test, or a quick law in Python, fails with it. Equivalent: no test can tell it from "
-        "the original; why, stands in python/studies/mutants/equivalent.csv. Those that live are listed.",
+        "the original; why, stands in python/studies/mutants/equivalent.csv. Those that live are listed. Tests were written for what this "
+        "choice showed; before, at revision 37c890c, 118 of 146 were killed (81 %), so of another choice more will live than of this.",
         "study mutants",
         False,
     ),
