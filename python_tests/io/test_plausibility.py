@@ -8,7 +8,7 @@ import pytest
 from hnav import HnavError, Recording, read
 from hnav.io.plausibility import check
 from hnav.io.recordings import Origin, Unit
-from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes
+from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes, stay_of
 from hnav.systems.sensors import GRADES
 from motion import tilted_motion
 from studies.plausibility.faults import FAULTS
@@ -72,6 +72,20 @@ def test_the_turning_of_a_field_tells_the_scale_of_the_rates_whatever_hard_iron_
             )
             assert fit.scale * factor == pytest.approx(1, abs=0.03)
             assert fit.as_it_is > 0.99 and axes_text(best_fit(fit).matrix) == "x,y,z"
+
+
+def test_gravity_stays_where_it_is_when_the_rates_are_undone():
+    r = tilted_motion(25, noise=0).recording
+    gyro = (r.t_s, r.rate_b_rad_s - [0.03, -0.05, 0.02])
+    pushed = r.force_b_m_s2 + 5 * np.sin(9 * r.t_s)[:, None] * [1, 2, 1]  # accelerations as large as gravity
+    stay = stay_of(gyro, (r.t_s, pushed), 1.0)
+    assert stay.as_it_is == pytest.approx(1, abs=0.15) and not stay.off and stay.tells
+    swapped = stay_of(gyro, (r.t_s, pushed[:, [1, 0, 2]]), 1.0)
+    assert swapped.off and swapped.best.correlation == pytest.approx(stay.as_it_is)
+    np.testing.assert_array_equal(np.abs(swapped.best.matrix), np.eye(3)[[1, 0, 2]])
+    lying = stay_of((r.t_s, 0 * r.rate_b_rad_s), (r.t_s, np.tile([0, 0, 9.81], (len(r.t_s), 1))), 1.0)
+    assert lying.as_it_is == pytest.approx(1) and not lying.tells
+    assert stay_of(*(((r.t_s[:100], v[:100])) for v in (r.rate_b_rad_s, r.force_b_m_s2)), 1.0) is None
 
 
 def test_ways_are_all_signed_permutations():

@@ -15,7 +15,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.recordings import ARRAYS, Recording
-from hnav.io.turning import Fit, axes_text, best_fit, fit_of, fixed_axes
+from hnav.io.turning import Fit, Stay, axes_text, best_fit, fit_of, fixed_axes, stay_of
 from hnav.units import G_M_S2, SI_PER
 
 LEVELS = ("error", "warning", "note")
@@ -304,8 +304,9 @@ def _turning(recording: Recording, live: Samples, found: list[Finding], hemisphe
     if time is not None and not time.argument:
         return
     yield from _scale(recording, fits, codes)
-    wrong = _wrong_axes(fits)
-    yield from _axes(live, fits, wrong, hemisphere)
+    stay = stay_of(live["gyro"], live["accel"], factor) if "gyro" in live and "accel" in live and not gravity_gone else None
+    wrong = _wrong_axes(fits, stay)
+    yield from _axes(live, fits, stay, wrong, hemisphere)
     if not wrong:
         yield from _sign(live, codes, hemisphere, gravity_gone)
 
@@ -339,18 +340,18 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
             )
 
 
-def _wrong_axes(fits: Mapping[str, Fit | None]) -> str | None:
+def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None:
     """The sensor whose axes do not fit the others."""
     mag, accel = (fits[sensor] for sensor in ("mag", "accel"))
-    field_off, force_off = (fit is not None and _fits_otherwise(fit) for fit in (mag, accel))
-    if field_off and force_off:
-        return "gyro"
+    force_off = stay is not None and stay.off
+    if mag is not None and _fits_otherwise(mag):
+        return "gyro" if force_off or best_fit(mag).handed < 0 else "mag"
     if force_off:
-        # With no field that turns as the rates say, either may be wrong.
-        return "accel" if mag is not None and mag.as_it_is >= SURE else "gyro"
-    if not field_off or mag is None:
+        return "accel"
+    if accel is None or not _fits_otherwise(accel):
         return None
-    return "mag" if best_fit(mag).handed > 0 else "gyro"
+    # With no field that turns as the rates say, either may be wrong.
+    return "accel" if mag is not None and mag.as_it_is >= SURE else "gyro"
 
 
 def _fits_otherwise(fit: Fit) -> bool:
@@ -358,26 +359,42 @@ def _fits_otherwise(fit: Fit) -> bool:
     return best.correlation >= SURE and best.correlation - fit.as_it_is > BETTER_BY
 
 
-def _axes(live: Samples, fits: Mapping[str, Fit | None], wrong: str | None, hemisphere: str | None) -> Iterator[Finding]:
-    if wrong:
-        other = (
-            "mag" if wrong == "mag" or (wrong == "gyro" and fits["mag"] is not None and _fits_otherwise(fits["mag"])) else "accel"
-        )
-        fit = fits[other]
-        if fit is None:
-            return
-        best = best_fit(fit)
-        matrix = best.matrix if wrong == "gyro" else fixed_axes(best.matrix, wrong, live, hemisphere)
-        shown = f"the axes do not fit: {NAMES[other]} and rate turn together with a correlation of {fit.as_it_is:.2f}, with these of {best.correlation:.2f}"
+def _axes(
+    live: Samples, fits: Mapping[str, Fit | None], stay: Stay | None, wrong: str | None, hemisphere: str | None
+) -> Iterator[Finding]:
+    fit = fits["mag"]
+    if wrong == "accel" and stay is not None and stay.off:
+        matrix = fixed_axes(stay.best.matrix.T, wrong, live, hemisphere)
+        shown = f"the axes do not fit: {stay.as_it_is:.2f} of gravity stays when the body turns, with these {stay.best.correlation:.2f}"
         yield _warning("axes", wrong, shown, "axes", f"{wrong}={axes_text(matrix)}")
-        return
+    elif wrong:
+        yield from _other_axes(live, fits, wrong, hemisphere)
+    else:
+        yield from _axes_not_testable(live, fit, stay)
+
+
+def _axes_not_testable(live: Samples, fit: Fit | None, stay: Stay | None) -> Iterator[Finding]:
+    if "accel" in live and "gyro" in live and not (stay and stay.tells):
+        yield Finding("note", "not_testable", "accel", "not testable: axes of force and rate, because the body turns too little")
     if "mag" in live and "gyro" in live:
-        fit = fits["mag"]
         if fit is None:
             yield Finding("note", "not_testable", "mag", "not testable: axes of field and rate, because the body hardly turns")
         elif fit.as_it_is < SURE:
             shown = f"not testable: axes of field and rate, because the field changes by more than turning (correlation {fit.as_it_is:.2f})"
             yield Finding("note", "not_testable", "mag", shown)
+
+
+def _other_axes(live: Samples, fits: Mapping[str, Fit | None], wrong: str, hemisphere: str | None) -> Iterator[Finding]:
+    """The axes with which field or force turn as the rates say."""
+    for other in ("mag", "accel"):
+        fit = fits[other]
+        if fit is None or not _fits_otherwise(fit) or (wrong != "gyro" and other != wrong):
+            continue
+        best = best_fit(fit)
+        matrix = best.matrix if wrong == "gyro" else fixed_axes(best.matrix, wrong, live, hemisphere)
+        shown = f"the axes do not fit: {NAMES[other]} and rate turn together with a correlation of {fit.as_it_is:.2f}, with these of {best.correlation:.2f}"
+        yield _warning("axes", wrong, shown, "axes", f"{wrong}={axes_text(matrix)}")
+        return
 
 
 def _sign(

@@ -11,12 +11,16 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 KNOT_S = 0.04  # v is averaged over so long
 SMOOTH_S = 0.4
 LONGEST_STEP_S = 0.5
 MOVING_RAD_S = 0.1  # rms of the turning of v, below which noise and disturbances are as large
 ENOUGH = 30
+STAY_S, STAY_STEP_S = 10.0, 0.02
+LARGEST_GRID = 10  # points for each sample: more are gaps
+STAYS, STAYS_BETTER, STAYED = 0.95, 0.06, (0.9, 1.2)
 AS_GOOD = 0.02  # correlations that differ by less are alike
 LEVI_CIVITA = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -60,6 +64,60 @@ class Fit:
 
 
 Samples = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Stay:
+    """How much of the force stays where it is, seen from axes that the rates hold still: gravity does, accelerations average out.
+
+    That holds for bodies that accelerate too much for a fit.
+    """
+
+    shares: np.ndarray
+    """48: of the force with its axes named by each of WAYS; 1 where these are right."""
+
+    @property
+    def as_it_is(self) -> float:
+        """With the axes as they are."""
+        return float(self.shares[IDENTITY])
+
+    @property
+    def best(self) -> Way:
+        """The way with which most stays, without a mirror: a way and its negative are alike."""
+        i = int(np.argmax(np.where(HANDED > 0, self.shares, -1)))
+        return Way(WAYS[i], float(self.shares[i]), 1.0)
+
+    @property
+    def tells(self) -> bool:
+        """Whether other axes than these would be seen to be wrong: a body that hardly turns holds all still."""
+        others = [share for way, handed, share in zip(WAYS, HANDED, self.shares) if handed > 0 and np.trace(way) < 3]
+        return bool(max(others) < STAYS)
+
+    @property
+    def off(self) -> bool:
+        """Whether other axes hold gravity still, and these do not."""
+        return self.as_it_is < min(STAYS, self.best.correlation - STAYS_BETTER) and STAYED[0] < self.best.correlation < STAYED[1]
+
+
+def stay_of(gyro: Samples, force: Samples, time_factor: float) -> Stay | None:
+    """How much of the force stays over STAY_S, as a mean over the recording; None where it is shorter."""
+    (gyro_s, rate), (force_s, values) = (gyro[0] * time_factor, gyro[1]), (force[0] * time_factor, force[1])
+    steps, length_s = round(STAY_S / STAY_STEP_S), float(gyro_s[-1] - gyro_s[0])
+    count = int(length_s / STAY_S)
+    if count == 0 or count * steps > LARGEST_GRID * len(gyro_s):
+        return None
+    grid_s = gyro_s[0] + STAY_STEP_S * np.arange(count * steps + 1)
+    turns = Rotation.from_rotvec(_angle_between(gyro_s, rate, grid_s)).as_matrix().reshape(count, steps, 3, 3)
+    middle_s = grid_s[:-1] + 0.5 * STAY_STEP_S
+    held = np.stack([np.interp(middle_s, force_s, column) for column in values.T], axis=1).reshape(count, steps, 3)
+    attitude, total = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3, 3, 3))
+    for i in range(steps):
+        total = total + attitude[:, :, :, None] * held[:, i, None, None, :]
+        attitude = attitude @ turns[:, i]
+    size = steps * float(np.median(np.linalg.norm(held, axis=2)))
+    if size <= 0:
+        return None
+    return Stay(np.linalg.norm(np.einsum("kabc,wbc->wka", total, WAYS), axis=2).mean(axis=1) / size)
 
 
 def fit_of(gyro: Samples, vector: Samples, time_factor: float, offset: bool) -> Fit | None:
