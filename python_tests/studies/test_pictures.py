@@ -5,7 +5,7 @@ import pytest
 
 from command_line import answered
 from hnav.io.readers import read
-from studies.pictures import overview
+from studies.pictures import hybrid, overview
 from studies.pictures.__main__ import main
 
 
@@ -28,7 +28,7 @@ def test_a_folder_without_trials_gets_one_line(tmp_path):
 
 def test_sigma_grows_between_samples_and_falls_at_them(broad_trials):
     recording = read(next(iter(broad_trials.values())))
-    zoom = overview.look_between(recording, 10.0, 0.05, {"navigation_frame": "enu"})
+    zoom = hybrid.look_between(recording, 10.0, 0.05, {"navigation_frame": "enu"})
     sum_of_squares = (zoom.sigma_rad**2).sum(axis=1)
     at_jump = np.zeros(len(zoom.t_s) - 1, bool)
     at_jump[zoom.after_jump[1:] - 1] = True

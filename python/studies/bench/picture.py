@@ -16,10 +16,10 @@ OUT_OF_SCALE = 4.0  # times the median of all bars
 GAP = 0.55  # of a row, between those that see the future and the others
 
 
-def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender]) -> plots.Figure:
+def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: bool = True) -> plots.Figure:
     """One row a filter, best first: mean total error in deg, undisturbed and disturbed trials apart, beside the time per
     sample in microseconds on a logarithmic axis. hnav's filters in blue, others' in grey; those that see the future
-    are set apart by a line, times that are mostly Python's have hollow points."""
+    are set apart by a line, times that are mostly Python's have hollow points. times=False leaves the times out."""
     ours = {contender.name for contender in entered if contender.ours}
     looped = {contender.name for contender in entered if contender.looped}
     causal, hindsight = _ranked(lines, entered, offline=False), _ranked(lines, entered, offline=True)
@@ -27,17 +27,19 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender]) -> plots
     gap = GAP if causal and hindsight else 0.0
     place = np.arange(len(ranked)) + gap * (np.arange(len(ranked)) >= len(causal))
     with plots.styled():
-        fig = plots.figure(1400, 190 + 62 * len(ranked), dpi=130)
-        errors, times = fig.subplots(1, 2, sharey=True, width_ratios=[1.75, 1.0])
+        fig = plots.figure(1400 if times else 1000, 190 + 62 * len(ranked), dpi=130)
+        panels = list(fig.subplots(1, 2, sharey=True, width_ratios=[1.75, 1.0]) if times else [fig.subplots()])
+        errors = panels[0]
         _draw_errors(errors, ranked, place, ours)
-        _draw_times(times, ranked, place, ours, looped)
+        if times:
+            _draw_times(panels[1], ranked, place, ours, looped)
         errors.set_yticks(place, [line.filter.replace(":solver=", ", ").replace("_", " ") for line in ranked])
         for label, line in zip(errors.get_yticklabels(), ranked):
             label.set(fontweight="bold" if line.filter in ours else "normal", color=plots.INK)
         if gap:
-            _draw_divide(errors, times, len(causal) - 0.5 + gap / 2)
+            _draw_divide(panels, len(causal) - 0.5 + gap / 2)
         errors.set_ylim(place[-1] + 0.6, -0.6)
-        for axes in (errors, times):
+        for axes in panels:
             axes.grid(False, axis="y")
             axes.tick_params(axis="y", length=0)
             axes.spines["left"].set_visible(False)
@@ -51,10 +53,10 @@ def _ranked(lines: Sequence[Line], entered: Sequence[Contender], offline: bool) 
     return sorted((line for line in lines if line.filter in names), key=lambda line: line.total_deg)
 
 
-def _draw_divide(errors: plots.Axes, times: plots.Axes, y: float) -> None:
-    for axes in (errors, times):
+def _draw_divide(panels: Sequence[plots.Axes], y: float) -> None:
+    for axes in panels:
         axes.axhline(y, color=plots.FAINT, lw=0.8, ls=(0, (1, 2)))
-    errors.annotate("with hindsight", (1.0, y), xycoords=("axes fraction", "data"), xytext=(-4, -3), textcoords="offset points",
+    panels[0].annotate("with hindsight", (1.0, y), xycoords=("axes fraction", "data"), xytext=(-4, -3), textcoords="offset points",
                     ha="right", va="top", fontsize=8, color=plots.FAINT, style="italic")  # fmt: skip
 
 
