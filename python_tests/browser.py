@@ -13,7 +13,7 @@ import pytest
 LOADED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
 
-def browse(page: Path, folder: Path) -> tuple[str, list[str], set[str]]:
+def browse(page: Path, folder: Path, query: str = "") -> tuple[str, list[str], set[str]]:
     """The document after its scripts, the lines on the console, and who asked for what goes over a network."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
@@ -21,7 +21,7 @@ def browse(page: Path, folder: Path) -> tuple[str, list[str], set[str]]:
     log = folder / "net.json"
     command = [
         chromium, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile", "--enable-logging=stderr", "--v=0",
-        f"--log-net-log={log}", "--virtual-time-budget=30000", "--window-size=1280,2000", "--dump-dom", page.as_uri(),
+        f"--log-net-log={log}", "--virtual-time-budget=30000", "--window-size=1280,2000", "--dump-dom", page.as_uri() + query,
     ]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, timeout=180)
     # The browser's own services ask without a page: "not an origin".

@@ -9,6 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,12 @@ import pytest
 
 from checkout import BUILD, TOP
 from hnav.cli.app import COMMANDS, load
+from hnav.io.recordings import Recording
 from motion import tilted_motion
+from studies.plausibility.good import good_recording
 
-PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", TOP / "SECURITY.md", *sorted((TOP / "docs").glob("*.md"))]
+README = TOP / "README.md"
+PAGES = [README, TOP / "CHANGELOG.md", TOP / "SECURITY.md", *sorted((TOP / "docs").glob("*.md"))]
 FMUS = Path(os.environ.get("HNAV_FMUS", BUILD / "fmus"))
 LIBRARY = Path(os.environ.get("HNAV_LIBRARY", BUILD / "c_src" / "libhnav.so"))
 
@@ -59,17 +63,6 @@ def test_every_relative_link_leads_to_a_file_and_a_heading(page):
     assert broken == []
 
 
-def test_the_site_builds_without_a_warning(tmp_path):
-    build = pytest.importorskip("mkdocs.commands.build", reason="the extra docs is not installed")
-    pytest.importorskip("material", reason="the extra docs is not installed")
-    from mkdocs.config import load_config
-
-    config = load_config(str(TOP / "mkdocs.yml"), site_dir=str(tmp_path / "site"), strict=True)
-    build.build(config)  # strict: a warning ends it
-    written = (tmp_path / "site" / "navigation.html").read_text()
-    assert "fonts.googleapis" not in written and 'href="readme.html' in written
-
-
 def test_the_page_of_old_names_lists_every_renaming():
     page = (TOP / "docs" / "from_0.1_to_0.2.md").read_text()
     with (TOP / "python" / "hnav" / "renamed.csv").open() as file:
@@ -80,8 +73,7 @@ def test_the_page_of_old_names_lists_every_renaming():
 # ------------------------------------------------------------------------------------------------ snippets
 
 
-def write_recording(path: Path, duration_s: float) -> None:
-    r = tilted_motion(duration_s).recording
+def write_recording(path: Path, r: Recording) -> None:
     table = np.column_stack([r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla])
     np.savetxt(path, table, fmt="%.9g", delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
 
@@ -90,8 +82,9 @@ def write_recording(path: Path, duration_s: float) -> None:
 def recordings(tmp_path_factory) -> Path:
     """What the snippets' file names stand for."""
     folder = tmp_path_factory.mktemp("recordings")
-    write_recording(folder / "flight.csv", 3)
-    write_recording(folder / "tumbled.csv", 30)
+    write_recording(folder / "flight.csv", tilted_motion(3).recording)
+    write_recording(folder / "tumbled.csv", tilted_motion(30).recording)
+    write_recording(folder / "walk.csv", good_recording("hand", "consumer", seed=1))
     return folder
 
 
@@ -126,6 +119,15 @@ def test_a_python_snippet_runs(code):
         pytest.skip(f"{FMUS} is not built")
     given = {name: value for name, value in inputs_that_the_reader_has().items() if name in names_read(code)}
     exec(compile(code, "snippet", "exec"), {"__name__": "snippet", **given})
+
+
+@pytest.mark.usefixtures("scratch")
+def test_the_readme_says_what_its_snippet_prints(capsys):
+    text = README.read_text()
+    (code,) = [code for kind, code in FENCE.findall(text) if kind == "python"]
+    (printed,) = [lines for kind, lines in FENCE.findall(text) if kind == "text"]
+    exec(compile(code, "snippet", "exec"), {"__name__": "snippet"})
+    assert capsys.readouterr().out == printed
 
 
 def names_read(code: str) -> set[str]:
@@ -181,10 +183,10 @@ def test_a_c_snippet_compiles_without_a_warning_and_runs(code, tmp_path):
 # ------------------------------------------------------------------------------------------------ command lines
 
 
-def command_lines() -> list:
+def command_lines(pages: Sequence[Path] = PAGES) -> list:
     """Every ./run ... of an indented block, a fence or inline code; a description behind two spaces does not belong to it."""
     found = {}
-    for page in PAGES:
+    for page in pages:
         text = page.read_text()
         inline = re.findall(r"`(\./run [^`]+)`", text)
         indented = [COMMENT.sub("", line.strip()) for line in re.findall(r"^ {4,}(\./run [^\n]*)$", text, re.MULTILINE)]
@@ -193,6 +195,38 @@ def command_lines() -> list:
                 if command.startswith("./run "):
                     found.setdefault(command, page.stem)
     return [pytest.param(command, id=f"{page}: {command}") for command, page in found.items()]
+
+
+# They build, check and run everything else, here or in the CI; `docs` is tested in test_site.py.
+NOT_RUN_HERE = ("./run test", "./run demo", "./run release", "./run docs")
+
+
+def lines_of_the_readme() -> list[str]:
+    found = [line.values[0] for line in command_lines([README])]
+    return [line for line in found if not line.startswith(NOT_RUN_HERE)]
+
+
+@pytest.mark.parametrize("line", lines_of_the_readme())
+def test_a_command_of_the_readme_runs(line, scratch, request):
+    words = shlex.split(line)[1:]
+    if "DIR" in words:
+        trial = next(iter(request.getfixturevalue("broad_trials").values()))
+        (scratch / "DIR").mkdir()
+        (scratch / "DIR" / trial.name).symlink_to(trial)
+    module = ["hnav", *words[1:]] if words[0] == "hnav" else [f"studies.{words[1]}", *words[2:]]
+    environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "HNAV_LIBRARY": str(LIBRARY)}
+    done = subprocess.run([sys.executable, "-m", *module], capture_output=True, text=True, env=environment, timeout=120)
+    assert done.returncode == 0, done.stderr
+    if "--report" in words:
+        assert "</html>" in Path(words[words.index("--report") + 1]).read_text()
+
+
+def test_the_readme_is_short():
+    assert len(README.read_text().splitlines()) <= 130
+
+
+def test_nothing_is_said_to_be_published():
+    assert [page.name for page in PAGES if re.search(r"pip install '?hnav\b", page.read_text())] == []
 
 
 def modules() -> list[str]:
