@@ -1,4 +1,4 @@
-"""The demo: the figures are printed, the picture is written, bad input gets one line."""
+"""The demo: one's own file, recordings of devices, the closed loop; what it says is what the pages are of."""
 
 import re
 from pathlib import Path
@@ -6,16 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from checkout import built_system
 from command_line import Answer, hnav
-from hnav.cli.demo import run_engine
+from hnav.cli import demo
+from hnav.cli.demo import SCENARIOS, recommended_first, rmse_deg, run_ahrs
+from hnav.filters.run_summary import rows, summary
+from hnav.fmi.engines import run_recording
 from hnav.io import device_recordings
+from hnav.io.readers import read
 from hnav.reports.recording_run import compare
+from hnav.systems.simulation import read_run
 
 RNG_SEED = 20240508
 
 
-def run_demo(*arguments: str) -> Answer:
-    return hnav("demo", *arguments)
+def run_demo(*arguments: object) -> Answer:
+    return hnav("demo", "--no-open", *arguments)
 
 
 def write_csv(file: Path, seconds: float = 3.0, rate_hz: float = 50.0) -> Path:
@@ -27,133 +33,130 @@ def write_csv(file: Path, seconds: float = 3.0, rate_hz: float = 50.0) -> Path:
     return file
 
 
-def test_demo_prints_its_figures_and_writes_the_picture(wheel, tmp_path, monkeypatch):
-    monkeypatch.setenv(device_recordings.WHEEL_VARIABLE, str(wheel))
-    done = run_demo("--part", "recordings", "--out", str(tmp_path))
-    assert done.returncode == 0, done.stdout
-    for row in ("total", "heading, offset removed", "inclination"):
-        assert len(re.findall(r"\d+\.\d +\d+\.\d deg", re.search(rf"│ +{row} .*", done.stdout)[0])) == 2, row
-    for word in (
-        "constant heading offset",
-        "mean NIS force (expected 3)",
-        "mean NIS field (expected 3)",
-        "gyro bias z",
-        "time per row",
-        "no ground truth",
-        "demo.png",
-    ):
-        assert word in done.stdout
-    assert "nan" not in done.stdout
-    assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
+def pages(done: Answer) -> list[Path]:
+    """Those that it names."""
+    return [Path(path) for path in re.findall(r"page.*: (\S+\.html)$", done.stdout, re.MULTILINE)]
 
 
-def test_demo_runs_the_experiment_in_closed_co_simulation(tmp_path):
-    pytest.importorskip("plotly", reason="plotly is not installed: no report")
-    done = run_demo("--part", "experiment", "--out", str(tmp_path))
-    if "is not built" in done.stderr:
-        pytest.skip(done.stderr)
-    assert done.returncode == 0, done.stdout
-    for word in ("the paper", "closed co-simulation", "report.html"):
-        assert word in done.stdout
-    assert (tmp_path / "turntable" / "report.html").stat().st_size > 1e6
+@pytest.fixture
+def short(monkeypatch):
+    """The closed loop for a few seconds and seeds."""
+    built_system("turntable")
+    whole = demo.simulate
+    monkeypatch.setattr(demo, "simulate", lambda *a, **named: whole(*a, **named, stop_s=3.0))
+    monkeypatch.setattr(demo, "SEEDS", range(1, 4))
 
 
-def test_a_part_that_is_none_is_named():
-    done = run_demo("--part", "half")
-    assert done.returncode == 2 and "--part half: choose one of all, experiment, recordings" in done.stderr
+# ------------------------------------------------------------------------------------------------ one's own file
 
 
-def test_filter_and_device_agree_on_the_vertical(device_recording):
-    run = run_engine(device_recording, "device", "hrekf", "c", {})
-    against = compare(device_recording.t_s, run.result.q_nb, device_recording.reference_q_nb)
-    assert np.nanmedian(against.inclination_deg) < 4.0
-    assert abs(against.heading_offset_deg) < 10.0
+def test_ones_own_file_comes_first_with_the_figures_of_the_filter_and_a_page(tmp_path):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
+    file = write_csv(tmp_path / "still.csv")
+    done = run_demo(file, "--out", tmp_path / "pages")
+    assert done.returncode == 0, done.stderr
+    data = read(file)
+    said = rows(summary(run_recording(data, "ahrs", "c", {}, gates=True)))
+    lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
+    assert lines == [repr(data), *(f"{name} {value}" for name, value in said), f"page: {tmp_path / 'pages' / 'still.html'}"]
+    assert pages(done) == list((tmp_path / "pages").iterdir())
+    assert "turntable" not in done.stdout
 
 
-def test_a_users_file_is_run_without_a_reference(tmp_path):
-    done = run_demo(str(write_csv(tmp_path / "still.csv")), "--out", str(tmp_path), "--engine", "c")
-    assert done.returncode == 0, done.stdout
-    assert "difference to" not in done.stdout
-    assert "gyro bias x" in done.stdout
-    assert (tmp_path / "demo.png").stat().st_size > 10_000
+def test_what_is_not_plausible_in_a_file_is_said(tmp_path):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
+    table = np.loadtxt(write_csv(tmp_path / "si.csv"), delimiter=",", skiprows=1)
+    table[:, 4:7] /= 9.80665
+    np.savetxt(tmp_path / "g.csv", table, delimiter=",", comments="", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
+    assert "--accel-unit g" in run_demo(tmp_path / "g.csv", "--out", tmp_path).stderr
+    assert run_demo(tmp_path / "g.csv", "--out", tmp_path, "--strict").returncode == 2
+    assert run_demo(tmp_path / "g.csv", "--out", tmp_path, "--accel-unit", "g", "--strict").returncode == 0
 
 
-def test_a_broad_trial_is_compared_with_the_optics(broad_trials, tmp_path):
-    done = run_demo(
-        str(next(iter(broad_trials.values()))), "--out", str(tmp_path), "--engine", "c", "--set", "gyro_hold=backward"
-    )
-    assert done.returncode == 0, done.stdout
-    assert "difference to the optics" in done.stdout
-    assert "gyro_hold=backward" in done.stdout
-    assert float(re.search(r"total +│ +([\d.]+)", done.stdout)[1]) < 10.0
+@pytest.mark.parametrize("rows, columns", [(150, 7), (1, 10), (2, 10), (3, 10)])
+def test_a_recording_of_which_little_can_be_said_is_one_too(tmp_path, rows, columns):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
+    file = write_csv(tmp_path / "little.csv")
+    lines = [",".join(line.split(",")[:columns]) for line in file.read_text().splitlines()]
+    file.write_text("\n".join(lines[: rows + 1]) + "\n")
+    done = run_demo(file, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "heading ready never" in " ".join(done.stdout.split()) and "nan" not in done.stdout
+    assert len(pages(done)) == 1
 
 
-def test_a_recording_without_a_field_does_not_start_and_says_so(tmp_path):
-    file = write_csv(tmp_path / "no_field.csv")
-    rows = [",".join(line.split(",")[:7]) for line in file.read_text().splitlines()]
-    file.write_text("\n".join(rows) + "\n")
-    done = run_demo(str(file), "--out", str(tmp_path), "--engine", "c")
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "did not start" in done.stderr and "start_mode=heading" in done.stderr
-    assert run_demo(str(file), "--out", str(tmp_path), "--engine", "c", "--set", "start_mode=heading").returncode == 0
-
-
-def test_one_row_is_no_recording(tmp_path):
-    done = run_demo(str(write_csv(tmp_path / "one.csv", seconds=0.02)), "--out", str(tmp_path), "--engine", "c")
-    assert done.returncode == 2
-    assert "one.csv" in done.stderr
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / "taken").write_text("a file")
-    done = run_demo(str(write_csv(tmp_path / "still.csv")), "--out", str(tmp_path / "taken"), "--engine", "c")
-    assert done.returncode == 2
-    assert "taken" in done.stderr and done.stderr.count("\n") == 1
-
-
-def test_a_bad_file_gets_one_line_and_exit_code_2(tmp_path):
+@pytest.mark.parametrize("arguments, named", [
+    (["nowhere.csv"], "nowhere.csv"),
+    (["FILE", "--set", "no_such_option=1"], "no_such_option"),
+    (["FILE", "--gyro-unit", "rpm"], "--gyro-unit rpm"),
+    (["FILE", "--out", "TAKEN"], "taken"),
+    (["BAD"], "line 8"),
+])  # fmt: skip
+def test_what_cannot_be_done_is_one_line(arguments, named, tmp_path):
     bad = write_csv(tmp_path / "bad.csv")
     lines = bad.read_text().splitlines()
     lines[7] = lines[7].replace(",", ",abc", 1)
     bad.write_text("\n".join(lines))
-    done = run_demo(str(bad), "--out", str(tmp_path))
+    (tmp_path / "taken").write_text("a file")
+    places = {"FILE": write_csv(tmp_path / "still.csv"), "BAD": bad, "TAKEN": tmp_path / "taken"}
+    done = run_demo("--out", tmp_path / "pages", *(places.get(argument, argument) for argument in arguments))
     assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "bad.csv" in done.stderr and "line 8" in done.stderr and "gx" in done.stderr
-    assert not (tmp_path / "demo.png").exists()
+    assert named in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "pages").exists()
 
 
-@pytest.mark.parametrize(
-    "arguments, named",
-    [
-        (["nowhere.csv"], "nowhere.csv"),
-        (["--engine", "fmi9"], "fmi9"),
-        (["--set", "no_such_option=1"], "no_such_option"),
-        (["--set", "navigation_frame=ned"], "navigation_frame"),
-    ],
-)
-def test_wrong_arguments_are_named_in_one_line(arguments, named, tmp_path):
-    own = [] if arguments[0].endswith(".csv") else [str(write_csv(tmp_path / "still.csv"))]
-    done = run_demo(*own, *arguments, "--out", str(tmp_path))
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert named in done.stderr
+# ------------------------------------------------------------------------------------------------ what comes with it
 
 
-def test_without_network_the_package_and_the_way_out_are_named(monkeypatch, tmp_path):
+@pytest.mark.usefixtures("short")
+def test_without_a_file_it_shows_devices_and_the_closed_loop(wheel, tmp_path, monkeypatch):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
+    monkeypatch.setenv(device_recordings.WHEEL_VARIABLE, str(wheel))
+    done = run_demo("--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) <= 12 and "nan" not in done.stdout
+    assert "Xsens" in done.stdout and "x-IMU" in done.stdout
+    assert len(pages(done)) == 3 and all(page.is_file() for page in pages(done))
+    assert all(text in done.stdout for text in SCENARIOS.values())
+
+
+@pytest.mark.usefixtures("short")
+def test_the_page_of_the_closed_loop_is_of_the_run_in_the_middle(tmp_path, monkeypatch):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
+    made = []
+    short = demo.simulate
+    monkeypatch.setattr(demo, "simulate", lambda *a, **named: made.append(short(*a, **named)) or made[-1])
+    page = demo.show_closed_loop(tmp_path)
+    last = made[-len(demo.SEEDS) :]
+    errors = [rmse_deg(run, "ahrs") for run in last]
+    shown = read_run(page.parent)
+    assert rmse_deg(shown, "ahrs") == np.median(errors)
+    assert shown.about["seed"] == list(demo.SEEDS)[int(np.argsort(errors)[1])]
+    assert recommended_first(shown)[0] == "ahrs" and set(recommended_first(shown)) == {"ahrs", "hekf", "hrekf"}
+
+
+def test_the_ahrs_and_the_device_agree_on_the_vertical(device_recording):
+    result = run_ahrs(device_recording, {"navigation_frame": "enu"})
+    against = compare(device_recording.t_s, result.q_nb, device_recording.reference_q_nb)
+    assert np.nanmedian(against.inclination_deg) < 4.0
+
+
+@pytest.mark.usefixtures("short")
+def test_without_network_the_way_out_is_named_and_the_rest_is_shown(monkeypatch, tmp_path):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
     monkeypatch.delenv(device_recordings.WHEEL_VARIABLE, raising=False)
     monkeypatch.setattr(device_recordings, "cache_folder", lambda: tmp_path / "empty")
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    done = run_demo("--part", "recordings", "--out", str(tmp_path))
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "scikit-kinematics 0.10.4" in done.stderr and "HNAV_DEMO_WHEEL" in done.stderr
+    done = run_demo("--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "scikit-kinematics 0.10.4" in done.stdout and "HNAV_DEMO_WHEEL" in done.stdout
+    assert len(pages(done)) == 1
 
 
-def test_a_wheel_with_another_hash_is_refused(monkeypatch, tmp_path):
+@pytest.mark.usefixtures("short")
+def test_a_wheel_with_another_hash_is_not_read(monkeypatch, tmp_path):
+    pytest.importorskip("plotly", reason="plotly is not installed: no page")
     (tmp_path / "other.whl").write_bytes(b"not the wheel")
     monkeypatch.setenv(device_recordings.WHEEL_VARIABLE, str(tmp_path / "other.whl"))
-    done = run_demo("--out", str(tmp_path))
-    assert done.returncode == 2
-    assert "other.whl" in done.stderr and "sha256" in done.stderr
+    done = run_demo("--out", tmp_path)
+    assert "other.whl" in done.stdout and "sha256" in done.stdout and "Xsens" not in done.stdout

@@ -170,7 +170,7 @@ def test_the_commands_write_the_page(recording, tmp_path):
     done = hnav("filter", tmp_path / "walk.csv")
     assert done.returncode == 2 and "--out FILE.csv" in done.stderr and "--report" in done.stderr
     done = hnav("report", tmp_path / "walk.csv", "--pictures", tmp_path)
-    assert done.returncode == 2 and "hnav demo" in done.stderr
+    assert done.returncode == 2 and "Run.plot" in done.stderr
     assert hnav("report", tmp_path / "walk.csv", "--out", tmp_path / "walk.csv").returncode == 2
 
 

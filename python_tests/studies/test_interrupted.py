@@ -7,7 +7,7 @@ import pytest
 
 from checkout import built_system
 from command_line import answered
-from hnav.cli import filter as filter_command
+from hnav.filters import run_files
 from studies.interrupted import commands
 from studies.interrupted.__main__ import FULL, KILLED, READ_ONLY, interrupt, main, table
 from studies.interrupted.commands import NEW, NOT_WHOLE, OLD
@@ -37,13 +37,13 @@ def test_a_command_that_is_interrupted_leaves_the_old_output_or_the_new_one(name
 def test_a_command_that_writes_bit_by_bit_is_found_out(tmp_path, monkeypatch):
     def write_slowly(contents):
         for path, text in contents.items():
-            with path.open("w") as file:
+            with path.open("wb") as file:
                 for part in range(10):
                     file.write(text[part * len(text) // 10 : (part + 1) * len(text) // 10])
                     file.flush()
                     time.sleep(0.02)
 
-    monkeypatch.setattr(filter_command, "write_files", write_slowly)
+    monkeypatch.setattr(run_files, "write_files", write_slowly)
     (trial,) = interrupt(4, 1, tmp_path, ["filter"])
     assert trial.found[KILLED]["fault"] > 0
     assert "filter, killed: out.csv: neither the old output nor the new one" in trial.faults

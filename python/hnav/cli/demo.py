@@ -1,131 +1,185 @@
-"""hnav demo: the paper's experiment in closed co-simulation, and an attitude filter's FMU over real recordings.
+"""hnav demo: what the AHRS makes of your own recording, or of two recordings of devices and of sensors in closed loop.
 
-The experiment: FMUs of turntable, sensors and three filters, stepped by fmpy from their SSP system, and a report of the run.
-The recordings: two that hold the device's own attitude (see hnav.io.device_recordings), or the user's own, with the
-default preset and nothing tuned; how far filter and device are apart, what the filter says about itself, and one picture.
+The recordings hold the device's own attitude (see hnav.io.device_recordings), an estimate too. In the closed loop, FMUs of a
+turntable, sensors and three filters are stepped from their SSP system; the truth is known, and what is shown is the run in the
+middle of several. Nothing is tuned for any of it.
 """
 
 from __future__ import annotations
 
+import os
+import re
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.table import Table
 
 from hnav.cli.console import console, say, working
-from hnav.cli.parameters import MagUnit, Settings, parse_settings
-from hnav.cli.words import UsageError
-from hnav.fmi.engines import ENGINES, run_recording
-from hnav.io.device_recordings import PACKAGE, VERSION, find_wheel, read_x_imu, read_xsens
+from hnav.cli.filter import write_page
+from hnav.cli.parameters import (
+    AccelUnit,
+    Axes,
+    Columns,
+    DropRepeats,
+    Format,
+    GyroUnit,
+    Hemisphere,
+    MagUnit,
+    Rate,
+    Settings,
+    Strict,
+    TimeUnit,
+    parse_settings,
+)
+from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
+from hnav.filters.run_summary import rows, summary
+from hnav.fmi.engines import run_recording
+from hnav.fmi.results import Result
+from hnav.io.device_recordings import DeviceRecording, WheelUnavailable, find_wheel, read_x_imu, read_xsens
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.readers import read
-from hnav.io.recordings import Recording, RecordingError
-from hnav.reports import plots
+from hnav.io.recordings import Recording
 from hnav.reports.page import write_report
-from hnav.reports.recording_picture import draw_recordings
-from hnav.reports.recording_run import RecordingRun, figures
-from hnav.systems.simulation import simulate, write_run
+from hnav.reports.recording_page import write_recording_report
+from hnav.reports.recording_run import RecordingRun, compare
+from hnav.systems.run_views import estimates, figures
+from hnav.systems.simulation import Run, simulate, write_run
 
-SYSTEM = "turntable"
-PARTS = ("all", "experiment", "recordings")
+SYSTEM, RECOMMENDED = "turntable", "ahrs"
+SEEDS = range(1, 6)
+# Scenarios of the system; the page is about the last.
+SCENARIOS = {"nominal": "as the paper has it", "magnetic_disturbance": "0.3 of the field false for 10 s"}
 
 
 def command(
     recording: Annotated[
-        Path | None, typer.Argument(help="CSV or BROAD file; without it the experiment and two recordings of devices")
+        Path | None,
+        typer.Argument(help="Your file, as hnav filter takes it; without it two recordings of devices, and the closed loop"),
     ] = None,
-    part: Annotated[str, typer.Option(help=", ".join(PARTS))] = "all",
-    filter: Annotated[str, typer.Option(help="hrekf or ahrs")] = "hrekf",
-    engine: Annotated[str, typer.Option(help=", ".join(ENGINES))] = "fmi3-cs",
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the pages")] = Path("demo_out"),
     settings: Settings = None,
+    format: Format = None,
+    columns: Columns = None,
+    gyro_unit: GyroUnit = None,
+    accel_unit: AccelUnit = None,
     mag_unit: MagUnit = None,
-    out: Annotated[Path, typer.Option(help="Folder for report and picture")] = Path("demo_out"),
+    time_unit: TimeUnit = None,
+    rate_hz: Rate = None,
+    axes: Axes = None,
+    drop_repeats: DropRepeats = False,
+    hemisphere: Hemisphere = None,
+    strict: Strict = False,
+    open: Annotated[
+        bool | None, typer.Option("--open/--no-open", help="Show the last page in the browser; default: where there is a screen")
+    ] = None,
 ) -> None:
-    if part not in PARTS:
-        raise UsageError(f"--part {part}: choose one of {', '.join(PARTS)}")
     chosen = parse_settings(settings)
-    if "navigation_frame" in chosen:
-        raise UsageError("--set navigation_frame: the demo works in east-north-up; hnav filter has the others")
-    if recording is None and part != "recordings":
-        show_experiment(out)
-    if recording is None and part == "experiment":
-        return
-    file = out / "demo.png"
-    refuse_overwriting([file], [recording])
-    runs = [own_run(recording, mag_unit, filter, engine, chosen)] if recording else device_runs(filter, engine, chosen)
-    console.print()
-    console.print(summary(runs, chosen))
-    for note in notes(runs):
-        console.print(note, highlight=False)
-    plots.save(draw_recordings(runs), file)
-    say(f"picture: {file}")
+    if recording is not None:
+        told = {
+            "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
+            "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
+        }  # fmt: skip
+        data = read_told(recording, told)
+        found = data.check(hemisphere)
+        doubts = warnings_of(recording, found, strict)
+        page = show_own(recording, data, chosen, lines_of(found), out)
+        warn(doubts)
+    else:
+        show_devices(chosen, out)
+        page = show_closed_loop(out)
+    if has_screen() if open is None else open:
+        typer.launch(str(page))
 
 
-def show_experiment(out: Path) -> None:
-    """One run of the turntable in closed co-simulation, with its report."""
-    console.print("[bold]the paper's experiment[/bold]  FMUs of turntable, sensors and three filters in closed co-simulation, "
-                  "yaw to and fro by 60 deg", soft_wrap=True, highlight=False)  # fmt: skip
-    with working("60 s at 100 Hz"):
-        run = simulate(SYSTEM, seed=1)
-    folder = out / SYSTEM
-    write_run(run, folder)
-    write_report(run, folder / "report.html")
-    say(f"  {len(run.t_s)} points of {len(run.columns)} signals in {sum(run.about['wall_s'].values()):.1f} s")
-    say(f"  report: {folder / 'report.html'}")
-
-
-def device_runs(filter: str, engine: str, settings: dict[str, str]) -> list[RecordingRun]:
-    """The two device recordings; prints what is known about each."""
-    wheel = find_wheel()
-    runs = []
-    for found in (read_xsens(wheel), read_x_imu(wheel)):
-        console.print(f"[bold]{found.recording.name}[/bold]  {PACKAGE} {VERSION}, {found.source}", highlight=False)
-        for finding in found.findings:
-            console.print(f"  {finding}", highlight=False)
-        runs.append(run_engine(found.recording, "device", filter, engine, settings))
-    return runs
-
-
-def own_run(file: Path, mag_unit: str | None, filter: str, engine: str, settings: dict[str, str]) -> RecordingRun:
-    """The user's file, against the optical reference if it holds one."""
-    recording = read(file, mag_unit=mag_unit)
-    if len(recording.t_s) < 2:
-        raise RecordingError(f"{file}: one row is no recording")
-    return run_engine(recording, "" if recording.reference_q_nb is None else "optics", filter, engine, settings)
-
-
-def run_engine(recording: Recording, reference: str, filter: str, engine: str, settings: dict[str, str]) -> RecordingRun:
-    """The filter over the recording, in east-north-up as the references are.
-
-    Raises HnavError for impossible settings, UsageError when the recording does not let the filter start.
-    """
-    with working(f"{recording.name} by {engine}"):
-        result = run_recording(recording, filter, engine, settings={**settings, "navigation_frame": "enu"})
-    if not np.isfinite(result.q_nb[-1]).all():
-        raise UsageError(f"{recording.name}: the filter did not start: it needs force and field (or --set start_mode=heading)")
-    return RecordingRun(recording, result, reference, filter)
-
-
-def summary(runs: list[RecordingRun], settings: dict[str, str]) -> Table:
-    """The figures of all runs, one column each."""
-    chosen = ["default preset", *(f"{name}={value}" for name, value in settings.items())]
-    table = Table(title=f"{runs[0].filter}, engine {runs[0].result.engine}, {', '.join(chosen)}", title_justify="left")
-    table.add_column("", no_wrap=True)
-    for run in runs:
-        table.add_column(run.recording.name, justify="right", no_wrap=True)
-    columns = [figures(run) for run in runs]
-    for name in columns[0]:
-        table.add_row(name, *(column[name] for column in columns))
-    return table
-
-
-def notes(runs: list[RecordingRun]) -> list[str]:
-    """How to read the table."""
-    device = "The device's attitude is an estimate too, no ground truth; both recordings are magnetically disturbed."
-    nis = (
-        "NIS has the expected mean when the noise is as parametrised; the default preset leaves room for accelerations and "
-        "disturbed fields, so quiet recordings lie below."
+def has_screen() -> bool:
+    """Whether somebody looks who has a browser."""
+    return console.is_terminal and (
+        sys.platform in ("darwin", "win32") or any(os.environ.get(s) for s in ("DISPLAY", "WAYLAND_DISPLAY"))
     )
-    return [device, nis] if any(run.reference == "device" for run in runs) else [nis]
+
+
+def show_own(file: Path, data: Recording, settings: dict[str, str], doubts: list[str], out: Path) -> Path:
+    """What the AHRS makes of the user's file: the figures, and its page."""
+    page = out / f"{file.stem}.html"
+    refuse_overwriting([page], [file])
+    result = run_ahrs(data, settings)
+    write_page(page, result, data, doubts)
+    say(repr(data))
+    said = rows(summary(result))
+    width = max(len(name) for name, _ in said)
+    for name, value in said:
+        say(f"  {name:<{width}}  {value}")
+    say(f"page: {page}")
+    return page
+
+
+def run_ahrs(data: Recording, settings: dict[str, str]) -> Result:
+    with working(data.name):
+        return run_recording(data, RECOMMENDED, "c", settings, gates=True)
+
+
+# --------------------------------------------------------------------------------------------- recordings of devices
+
+
+def show_devices(settings: dict[str, str], out: Path) -> None:
+    """Two recordings of devices that people wear, beside the devices' own attitude."""
+    try:
+        wheel = find_wheel()
+    except WheelUnavailable as reason:
+        say(f"Two recordings of devices are left out: {reason}")
+        return
+    say("Two devices, worn where iron bends the field; the AHRS beside the device's own attitude, which is an estimate too:")
+    for found in (read_xsens(wheel), read_x_imu(wheel)):
+        show_device(found, settings, out)
+
+
+def show_device(found: DeviceRecording, settings: dict[str, str], out: Path) -> None:
+    data = found.recording
+    result = run_ahrs(data, settings)
+    run = RecordingRun(data, result, "device", RECOMMENDED, found.findings)
+    page = out / f"{'_'.join(re.findall(r'[a-z]+', data.name.lower()))}.html"
+    write_recording_report(run, page)
+    reference = run.reference_q_nb
+    assert reference is not None
+    against, of_run = compare(data.t_s, result.q_nb, reference), summary(result)
+    tilt, heading = (np.sqrt(np.nanmean(series**2)) for series in (against.inclination_deg, against.heading_deg))
+    apart = f"heading {heading:.1f} deg besides a constant {against.heading_offset_deg:.1f} deg"
+    say(f"  {data.name}, {of_run.length_s:.0f} s: RMS from the device's: tilt {tilt:.1f} deg, {apart}")
+    ready = [f"{name} {'never' if np.isnan(s) else f'after {s:.1f} s'}" for name, s in zip(("tilt", "heading"), of_run.ready_s)]
+    say(f"    ready: {', '.join(ready)}; the gate let {100 * of_run.accepted_share[1]:.0f} % of the field pass; page: {page}")
+
+
+# --------------------------------------------------------------------------------------------- closed loop
+
+
+def show_closed_loop(out: Path) -> Path:
+    """Filters against the truth over some seeds, and the page of the run in the middle."""
+    say(
+        f"Turntable, sensors and filters as FMUs in closed loop, 60 s, {len(SEEDS)} seeds: RMS error in deg, median (least to most):"
+    )
+    for scenario, text in SCENARIOS.items():
+        with working(f"{len(SEEDS)} runs of {scenario}"):
+            runs = [simulate(SYSTEM, scenario, seed=seed) for seed in SEEDS]
+        errors = {name: [rmse_deg(run, name) for run in runs] for name in recommended_first(runs[0])}
+        said = (f"{name} {np.median(values):.2f} ({min(values):.2f} to {max(values):.2f})" for name, values in errors.items())
+        say(f"  {text}: {', '.join(said)}")
+    say("  hekf and hrekf, the paper's, are told the noise of these sensors; ahrs has its defaults")
+    middle = int(np.argsort(errors[RECOMMENDED])[len(SEEDS) // 2])
+    run, folder = runs[middle], out / SYSTEM
+    write_run(run, folder)
+    page = folder / "report.html"
+    components = {name: run.about["components"][name] for name in sorted(run.components, key=lambda name: name != RECOMMENDED)}
+    write_report(replace(run, about=run.about | {"components": components}), page)
+    say(f"  page of the last line's run in the middle, seed {SEEDS[middle]}: {page}")
+    return page
+
+
+def recommended_first(run: Run) -> list[str]:
+    return sorted((estimate.name for estimate in estimates(run)), key=lambda name: name != RECOMMENDED)
+
+
+def rmse_deg(run: Run, name: str) -> float:
+    """Over the whole run, from the start of the filter."""
+    return next(figures(estimate).rmse_deg for estimate in estimates(run) if estimate.name == name)

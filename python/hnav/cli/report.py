@@ -69,7 +69,7 @@ def command(
         of_simulation(source, file, pictures)
     else:
         if pictures is not None:
-            raise UsageError("--pictures: a recording has none; hnav demo FILE draws one")
+            raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
         file = out or source.with_suffix(".html")
         refuse_overwriting([file], [source])
         told = {

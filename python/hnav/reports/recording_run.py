@@ -1,4 +1,4 @@
-"""What a filter made of a recording, beside another attitude where there is one: figures for a table."""
+"""What a filter made of a recording, beside another attitude where there is one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from hnav.errors import HnavValueError
 from hnav.filters.attitude import Run
 from hnav.filters.rotations import quaternion_product
-from hnav.filters.run_summary import NIS_DIMENSIONS
 from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 
@@ -97,44 +96,3 @@ def tilt_sigma_deg(result: Result) -> np.ndarray:
     """Standard deviation of the inclination: both horizontal axes together."""
     tilt: np.ndarray = np.degrees(np.hypot(result.sigma_rad[:, 0], result.sigma_rad[:, 1]))
     return tilt
-
-
-def figures(run: RecordingRun) -> dict[str, str]:
-    """The figures of a run as text, by the name of their row."""
-    recording, result = run.recording, run.result
-    counts = result.counts
-    duration_s = recording.t_s[-1] - recording.t_s[0]
-    rows = {
-        "length, median sample rate": f"{duration_s:.1f} s, {1 / np.median(np.diff(recording.t_s)):.0f} Hz",
-        "used rate / force / field": " / ".join(str(counts[f"{sensor}_used"]) for sensor in ("gyro", "accel", "mag")),
-        "gated force / field": f"{counts['accel_gated']} / {counts['mag_gated']}",
-    }
-    if run.reference_q_nb is not None:
-        against = compare(recording.t_s, result.q_nb, run.reference_q_nb)
-        rows |= {
-            f"difference to the {run.reference}": "median    RMS    ",
-            "  total": _median_rms(against.total_deg),
-            "  heading, offset removed": _median_rms(against.heading_deg),
-            "  inclination": _median_rms(against.inclination_deg),
-            "  constant heading offset": f"{against.heading_offset_deg:+.1f} deg",
-        }
-    bias, bias_sigma = np.degrees(result.gyro_bias_rad_s[-1]), np.degrees(result.gyro_bias_sigma_rad_s[-1])
-    tilt_deg, heading_deg = tilt_sigma_deg(result)[-1], np.degrees(result.sigma_rad[-1, 2])
-    return rows | {
-        "the filter about itself": "",
-        "  σ tilt, heading at the end": f"{tilt_deg:.1f}, {heading_deg:.1f} deg",
-        f"  mean NIS force (expected {NIS_DIMENSIONS[run.filter][0]})": _mean(result.accel_nis),
-        f"  mean NIS field (expected {NIS_DIMENSIONS[run.filter][1]})": _mean(result.mag_nis),
-        **{f"  gyro bias {axis} ± σ": f"{bias[i]:+.2f} ± {bias_sigma[i]:.2f} deg/s" for i, axis in enumerate("xyz")},
-        "time per row": f"{result.us_per_sample:.1f} µs",
-    }
-
-
-def _median_rms(difference_deg: np.ndarray) -> str:
-    size = np.abs(difference_deg[np.isfinite(difference_deg)])
-    return f"{np.median(size):6.1f} {np.sqrt(np.mean(size**2)):6.1f} deg"
-
-
-def _mean(nis: np.ndarray) -> str:
-    used = nis[np.isfinite(nis)]
-    return f"{used.mean():.2g}" if len(used) else "no samples"
