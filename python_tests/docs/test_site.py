@@ -27,6 +27,12 @@ def test_pages_load_nothing_from_a_network(site):
     assert 'href="readme.html' in (site / "navigation.html").read_text()
 
 
+def test_every_picture_is_there(site):
+    pictures = {(page.name, src) for page in site.glob("*.html") for src in re.findall(r'<img [^>]*src="([^":]+)"', page.read_text())}
+    assert len(pictures) > 8
+    assert [(page, src) for page, src in sorted(pictures) if not (site / src).is_file()] == []
+
+
 def test_formulas_are_formulas(site):
     pages = {page.name: page.read_text() for page in site.glob("*.html")}
     assert "<math" in pages["filters.html"] and "<math" in pages["units.html"]
