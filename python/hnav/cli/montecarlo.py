@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
-from hnav.cli.words import UsageError
+from hnav.cli.words import Interrupted, UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.record_file import RecordFile
 from hnav.systems.montecarlo import Job, finished_runs, jobs, need_parquet, run_jobs, write_table
@@ -67,7 +67,7 @@ def command(
 
 
 def run_and_keep(work: Sequence[Job], kept: RecordFile, workers: int, scheduler: str | None) -> pd.DataFrame:
-    """The rows of all runs. Raises UsageError when the user interrupts them; those that are finished stay in the file."""
+    """The rows of all runs. Raises Interrupted when the user interrupts them; those that are finished stay in the file."""
     if kept.records:
         say(f"{len(kept.records)} of {len(work)} runs are finished, in {kept.path}")
     with bar() as progress:
@@ -76,7 +76,7 @@ def run_and_keep(work: Sequence[Job], kept: RecordFile, workers: int, scheduler:
             return run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done), kept)
         except KeyboardInterrupt:
             told = f"interrupted; {len(kept.records)} of {len(work)} runs are in {kept.path}"
-            raise UsageError(f"{told}, and the same command goes on from there") from None
+            raise Interrupted(f"{told}, and the same command goes on from there") from None
 
 
 def means_table(runs: pd.DataFrame) -> Table:

@@ -44,6 +44,10 @@ class UsageError(Exception):
     """What the user typed cannot be done; the text says why."""
 
 
+class Interrupted(UsageError):
+    """The user ended it; the text says what is kept."""
+
+
 def of_the_command_line(error: HnavError) -> str:
     """The text of an error in which the argument at its head bears the name of its option."""
     argument = error.argument if error.argument and str(error).startswith(error.argument) else ""
@@ -83,7 +87,7 @@ def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | No
         sys.exit(2)
     except (UsageError, HnavError, OSError, MemoryError) as error:
         print(f"{name}: {in_one_line(error)}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(INTERRUPTED if isinstance(error, Interrupted) else 2)
     if code == INTERRUPTED:
         print(f"{name}: interrupted", file=sys.stderr)
     if code:
