@@ -50,7 +50,7 @@ from hnav.systems.simulation import Run, simulate, write_run
 SYSTEM, RECOMMENDED = "turntable", "ahrs"
 SEEDS = range(1, 6)
 # Scenarios of the system; the page is about the last.
-SCENARIOS = {"nominal": "as the paper has it", "magnetic_disturbance": "0.3 of the field false for 10 s"}
+SCENARIOS = {"nominal": "in a true field", "magnetic_disturbance": "with 0.3 of the field false for 10 s"}
 
 
 def command(
