@@ -197,6 +197,11 @@ def command_lines(pages: Sequence[Path] = PAGES) -> list:
     return [pytest.param(command, id=f"{page}: {command}") for command, page in found.items()]
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_command_is_laid_out_as_one(page):
+    assert re.findall(r"^(?:\./run|cmake) .*$", FENCE.sub("", page.read_text()), re.MULTILINE) == []
+
+
 # They build, check and run everything else, here or in the CI; `docs` is tested in test_site.py.
 NOT_RUN_HERE = ("./run test", "./run demo", "./run release", "./run docs")
 

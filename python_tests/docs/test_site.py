@@ -28,7 +28,9 @@ def test_pages_load_nothing_from_a_network(site):
 
 
 def test_every_picture_is_there(site):
-    pictures = {(page.name, src) for page in site.glob("*.html") for src in re.findall(r'<img [^>]*src="([^":]+)"', page.read_text())}
+    pictures = {
+        (page.name, src) for page in site.glob("*.html") for src in re.findall(r'<img [^>]*src="([^":]+)"', page.read_text())
+    }
     assert len(pictures) > 8
     assert [(page, src) for page, src in sorted(pictures) if not (site / src).is_file()] == []
 

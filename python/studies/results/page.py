@@ -7,17 +7,22 @@ import re
 HEADING = re.compile(r"^## (.*)$", re.MULTILINE)
 
 
+def _trimmed(body: str) -> str:
+    """Without empty lines around; a first line that is indented is a command and stays so."""
+    return body.strip("\n").rstrip()
+
+
 class Page:
     """A page whose sections are known by their headings, in their order."""
 
     def __init__(self, text: str):
         parts = HEADING.split(text)
         self.head = parts[0].rstrip()
-        self.sections = {title.strip(): body.strip() for title, body in zip(parts[1::2], parts[2::2])}
+        self.sections = {title.strip(): _trimmed(body) for title, body in zip(parts[1::2], parts[2::2])}
 
     def put(self, title: str, body: str) -> None:
         """Replaces the section, or adds it at the end."""
-        self.sections[title] = body.strip()
+        self.sections[title] = _trimmed(body)
 
     def text(self) -> str:
         return "\n\n".join([self.head, *(f"## {title}\n\n{body}" for title, body in self.sections.items())]) + "\n"
