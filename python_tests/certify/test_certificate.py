@@ -24,7 +24,7 @@ from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
 
 
 def solver():
-    pytest.importorskip("cvxpy", reason="cvxpy is not installed: pip install 'hnav[certify]'")
+    pytest.importorskip("cvxpy", reason="cvxpy is not installed")
 
 
 @pytest.fixture(scope="module")

@@ -178,7 +178,7 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
         import cvxpy  # noqa: F401
     except ImportError as error:
         raise HnavRuntimeError(
-            "unsupported", f"the certificate needs the package {error.name}: pip install 'hnav[certify]'"
+            "unsupported", f"the certificate needs {error.name}: python -m pip install {error.name} (the extra 'certify')"
         ) from None
     if len(record.corrections) < 2:
         raise HnavRuntimeError(

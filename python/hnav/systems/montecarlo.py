@@ -178,7 +178,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     try:
         from distributed import Client, LocalCluster
     except ImportError:
-        refuse("many workers need Dask: pip install 'hnav[montecarlo]'")
+        refuse("many workers need Dask: python -m pip install distributed (the extra 'montecarlo')")
     with ExitStack() as closed:
         try:
             # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
@@ -197,7 +197,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
 def need_parquet() -> None:
     """Raises HnavError where no Parquet can be written, which is better known before the runs."""
     if importlib.util.find_spec("pyarrow") is None:
-        refuse("Parquet needs pyarrow: pip install 'hnav[montecarlo]'")
+        refuse("Parquet needs pyarrow: python -m pip install pyarrow (the extra 'montecarlo')")
 
 
 def write_table(table: pd.DataFrame, file: Path) -> None:
