@@ -25,6 +25,13 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/hnavConfigVersion.c
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hnavConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/hnavConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/hnav)
 
+# What a static link by a C compiler needs behind -lhnav.
+set(HNAV_STATIC_LIBRARIES "")
+if(HNAV_SUNDIALS_NAMES)
+  list(JOIN HNAV_SUNDIALS_NAMES " -l" hnav_sundials_linked)
+  set(HNAV_STATIC_LIBRARIES "-L\${libdir}/hnav -l${hnav_sundials_linked} ")
+endif()
+string(APPEND HNAV_STATIC_LIBRARIES "-lstdc++ -lm")
 # By its own place, so that an unpacked archive works wherever it lies.
 file(RELATIVE_PATH HNAV_PREFIX_FROM_PC "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
 configure_file(${PROJECT_SOURCE_DIR}/cmake/hnav.pc.in ${CMAKE_CURRENT_BINARY_DIR}/hnav.pc @ONLY)

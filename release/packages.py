@@ -3,7 +3,7 @@
     python release/packages.py DIST
 
 c_src/examples/consumer is built by find_package, with the shared and with the static library, and its one source by
-pkg-config; all three programs have to run and find the attitude. Exits with the first thing that fails.
+pkg-config, also as one static program; all four have to run and find the attitude. Exits with the first thing that fails.
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ def use(package: str, prefix: Path, build: Path) -> str:
     pkg_config = {"PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig")}
     flags = shlex.split(run(package, "pkg-config", "--cflags", "--libs", "hnav", **pkg_config))
     run(package, "cc", EXAMPLE / "minimal.c", "-o", build / "by_pkg_config", *flags)
-    for name in ("with_shared", "with_static", "by_pkg_config"):
+    flags = shlex.split(run(package, "pkg-config", "--static", "--cflags", "--libs", "hnav", **pkg_config))
+    run(package, "cc", EXAMPLE / "minimal.c", "-o", build / "all_static", "-static", *flags)
+    for name in ("with_shared", "with_static", "by_pkg_config", "all_static"):
         said = run(package, build / name, LD_LIBRARY_PATH=str(prefix / "lib"))
         if ANSWER not in said:
             sys.exit(f"packages: {package}: {name} says {said.strip() or 'nothing'}, not {ANSWER}")

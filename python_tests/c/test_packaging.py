@@ -36,17 +36,33 @@ def test_find_package_builds_with_the_shared_and_the_static_library(prefix, tmp_
         assert EXPECTED in run(str(tmp_path / program))
 
 
-@pytest.mark.skipif(shutil.which("pkg-config") is None, reason="pkg-config is not installed")
-def test_pkg_config_builds_with_a_c_compiler(prefix, tmp_path):
+needs_pkg_config = pytest.mark.skipif(shutil.which("pkg-config") is None, reason="pkg-config is not installed")
+
+
+def by_pkg_config(prefix: Path, program: Path, *more: str, static: bool = False) -> None:
+    """The example in C, compiled and linked by a C compiler alone."""
     folder = next(prefix.rglob("hnav.pc")).parent
     # The prefix written at configuration time gives way to where it was installed.
     environment = os.environ | {"PKG_CONFIG_PATH": str(folder)}
     variable = f"--define-variable=prefix={str(prefix).replace(' ', chr(92) + ' ')}"
-    flags = run("pkg-config", variable, "--cflags", "--libs", "hnav", env=environment)
+    flags = run("pkg-config", variable, *(["--static"] if static else []), "--cflags", "--libs", "hnav", env=environment)
+    run("cc", str(TOP / "c_src" / "examples" / "minimal.c"), "-o", str(program), *more, *shlex.split(flags))
+
+
+@needs_pkg_config
+def test_pkg_config_builds_with_a_c_compiler(prefix, tmp_path):
     program = tmp_path / "minimal"
-    run("cc", str(TOP / "c_src" / "examples" / "minimal.c"), "-o", str(program), *shlex.split(flags))
+    by_pkg_config(prefix, program)
     libraries = next(prefix.rglob("libhnav.so")).parent
     assert EXPECTED in run(str(program), env=os.environ | {"LD_LIBRARY_PATH": str(libraries)})
+
+
+@needs_pkg_config
+def test_a_c_compiler_links_everything_statically(prefix, tmp_path):
+    program = tmp_path / "minimal"
+    by_pkg_config(prefix, program, "-static", static=True)
+    assert "NEEDED" not in run("readelf", "-d", str(program))
+    assert EXPECTED in run(str(program))
 
 
 def test_the_shared_library_carries_the_version_of_its_interface_and_exports_hnav_alone():
