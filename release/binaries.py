@@ -98,9 +98,16 @@ def binaries(dist: Path) -> dict[str, tuple[bytes, str]]:
             with zipfile.ZipFile(fmu) as archive:
                 for name in (n for n in archive.namelist() if n.startswith("binaries/") and not n.endswith("/")):
                     found[f"fmi{version}/{fmu.name} {name}"] = archive.read(name), f"fmi{version}"
+    return found | libraries(dist)
+
+
+def libraries(dist: Path) -> dict[str, tuple[bytes, str]]:
+    """The same of the library in wheels and .tar.gz."""
+    found = {}
     for wheel in sorted(dist.glob("hnav-*.whl")):
         with zipfile.ZipFile(wheel) as archive:
-            found[f"{wheel.name} hnav/libhnav.so"] = archive.read("hnav/libhnav.so"), "hnav_"
+            for name in (n for n in archive.namelist() if n.startswith("hnav/libhnav.")):
+                found[f"{wheel.name} {name}"] = archive.read(name), "hnav_"
     for package in sorted(dist.glob("libhnav-dev*.tar.gz")):
         with tarfile.open(package) as archive:
             for member in (m for m in archive.getmembers() if m.isfile() and "libhnav.so" in m.name):

@@ -9,9 +9,9 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Platform:
-    """Where an FMU of each version keeps its binary, and what starts a program of the platform on this machine.
+    """Where an FMU of each version keeps its binary, what a wheel is called, and what starts a program of the platform on this machine.
 
-    fmi2: None where FMI 2 has no name for the platform. emulators: names to look for, none on the machine's own platform;
+    fmi2: None where FMI 2 has no name for the platform. wheel: pip's name for it; library: what build and wheel call ours. emulators: names to look for, none on the machine's own platform;
     emulator_arguments: words behind the name; a folder among them has to be there. debian: packages that bring both.
     """
 
@@ -19,6 +19,8 @@ class Platform:
     fmi2: str | None
     fmi3: str
     suffix: str
+    wheel: str
+    library: str
     emulators: tuple[str, ...] = ()
     emulator_arguments: tuple[str, ...] = ()
     debian: str = ""
@@ -42,9 +44,11 @@ class Platform:
 
 
 PLATFORMS = (
-    Platform("x86_64-linux", "linux64", "x86_64-linux", ".so"),
+    Platform("x86_64-linux", "linux64", "x86_64-linux", ".so", "manylinux_2_17_x86_64", "libhnav.so"),
     # Debian's wine64 lies outside of PATH.
-    Platform("x86_64-windows", "win64", "x86_64-windows", ".dll", ("wine64", "/usr/lib/wine/wine64", "wine"), (), "wine64"),
-    Platform("aarch64-linux", None, "aarch64-linux", ".so", ("qemu-aarch64", "qemu-aarch64-static"),
+    Platform("x86_64-windows", "win64", "x86_64-windows", ".dll", "win_amd64", "libhnav.dll",
+             ("wine64", "/usr/lib/wine/wine64", "wine"), (), "wine64"),
+    Platform("aarch64-linux", None, "aarch64-linux", ".so", "manylinux_2_17_aarch64", "libhnav.so",
+             ("qemu-aarch64", "qemu-aarch64-static"),
              ("-L", "/usr/aarch64-linux-gnu"), "qemu-user libc6-arm64-cross"),
 )  # fmt: skip

@@ -31,8 +31,9 @@ from packageurl import PackageURL
 
 LICENCE = "BSD-3-Clause"
 ZIG_PARTS = ("libc++", "libc++abi", "libunwind", "compiler_rt")
-# What is inside, by name of part: the library of Linux, and FMUs, which hold binaries of Windows too.
+# What is inside, by name of part: the library of Linux, that of Windows, and FMUs, which hold binaries of both.
 LIBRARY = ("SUNDIALS", "Eigen", *ZIG_PARTS, "glibc")
+DLL = ("SUNDIALS", "Eigen", *ZIG_PARTS, "mingw-w64")
 FMU = {v: ("SUNDIALS", "Eigen", f"FMI {v} headers", *ZIG_PARTS, "glibc", "mingw-w64") for v in (2, 3)}
 WHEEL = tuple(dict.fromkeys(LIBRARY + FMU[2] + FMU[3]))
 
@@ -202,8 +203,10 @@ def document(
 
 
 def holdings(name: str) -> tuple[str, ...]:
-    """Names of the parts in a file of DIST, by its path there."""
-    if name.startswith("libhnav-dev"):
+    """Names of the parts in a file of DIST, or in a library, by its path."""
+    if name.endswith(".dll"):
+        return DLL
+    if name.startswith("libhnav-dev") or name.endswith(".so"):
         return LIBRARY
     return WHEEL if name.endswith(".whl") else FMU[3 if name.startswith("fmi3/") else 2]
 

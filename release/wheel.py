@@ -1,9 +1,10 @@
-"""Builds the wheel of the Python package with library, FMUs and model files inside: it needs no compiler where it is used.
+"""Makes a wheel of the Python package for each platform, with library, FMUs and model files inside: none needs a compiler.
 
-    python release/wheel.py BUILD DIST
+    python release/wheel.py BUILD DIST PLATFORM=FOLDER...
 
-BUILD has libhnav.so for x86-64 Linux with glibc 2.17; DIST/fmi2 and DIST/fmi3 hold the FMUs, DIST receives the wheel, with a
-list of what is inside (sbom.py) where PEP 770 wants it. Equal content gives equal bytes, by SOURCE_DATE_EPOCH (source_date.py).
+BUILD says what the libraries hold of others (sbom.py); FOLDER has the library of a platform of release/platforms.py; DIST/fmi2 and
+DIST/fmi3 hold the FMUs, DIST receives the wheels, each with the list of what is inside where PEP 770 wants it. Equal content gives
+equal bytes, by SOURCE_DATE_EPOCH (source_date.py).
 """
 
 from __future__ import annotations
@@ -16,25 +17,26 @@ from pathlib import Path
 
 import sbom
 import source_date
+from platforms import PLATFORMS, Platform
 
 from hnav.native.headers import write_binding
 
 TOP = Path(__file__).resolve().parents[1]
-PLATFORM = "manylinux_2_17_x86_64"
 CACHES = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
 
 
 def stage(library: Path, dist: Path, folder: Path) -> None:
-    """The package as it is installed: hnav/ with what hnav.native.library, hnav.fmi.fmus and hnav.io.model_files look for beside them."""
+    """The package as it is installed: hnav/ with what hnav.places looks for beside the modules, as cmake/python_package.cmake puts it."""
     shutil.copytree(TOP / "python" / "hnav", folder / "python" / "hnav", ignore=CACHES)
-    shutil.copy(TOP / "pyproject.toml", folder)
+    for name in ("pyproject.toml", "LICENSE"):
+        shutil.copy(TOP / name, folder)
+    shutil.copytree(TOP / "release" / "from_source", folder / "release" / "from_source", ignore=CACHES)
     package = folder / "python" / "hnav"
-    shutil.copy(library, package / "libhnav.so")
+    shutil.copy(library, package / library.name)
     write_binding(TOP / "c_src" / "include", package / "native" / "_hnav.py", "cc")
     for version in ("fmi2", "fmi3"):
         shutil.copytree(dist / version, package / "fmus" / version)
     shutil.copytree(TOP / "models", package / "models")
-    shutil.copy(TOP / "LICENSE", folder)
 
 
 def run(*module: str) -> None:
@@ -43,10 +45,12 @@ def run(*module: str) -> None:
         sys.exit(f"wheel: {' '.join(module)}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
 
 
-def pure_wheel(library: Path, dist: Path, folder: Path) -> Path:
-    """As pip makes it."""
+def plain_wheel(platform: Platform, library: Path, dist: Path, folder: Path) -> Path:
+    """As pip makes it of what is built already."""
     stage(library, dist, folder / "source")
-    run("pip", "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(folder / "source"))
+    settings = ("wheel.cmake=false", "wheel.platlib=true", "wheel.reproducible=true", f"wheel.tags=py3-none-{platform.wheel}")
+    options = [f"--config-settings={setting}" for setting in settings]
+    run("pip", "wheel", "--no-deps", "--no-build-isolation", *options, "--wheel-dir", str(folder), str(folder / "source"))
     return next(folder.glob("hnav-*.whl"))
 
 
@@ -63,26 +67,30 @@ def add_list_of_parts(wheel: Path, inside: bytes, folder: Path) -> None:
     run("wheel", "pack", "--dest-dir", str(wheel.parent), str(unpacked))
 
 
-def main(build: Path, dist: Path) -> None:
-    source_date.seconds()  # pip and wheel would take the time of day
-    for old in dist.glob("hnav-*.whl"):
-        old.unlink()
-    parts = sbom.read_parts(build)
-    library = (build / "c_src" / "libhnav.so").resolve()
+def make(platform: Platform, library: Path, dist: Path, parts: dict[str, sbom.Part]) -> None:
+    """The wheel of one platform, into DIST."""
+    if not library.is_file():
+        sys.exit(f"wheel: {library} is not built")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        pure = pure_wheel(library, dist, folder)
-        # setuptools takes a package without extension modules for one that runs anywhere.
-        run("wheel", "tags", "--remove", "--python-tag=py3", "--abi-tag=none", f"--platform-tag={PLATFORM}", str(pure))
-        made = next(folder.glob("hnav-*.whl"))
-        inside = {"hnav/libhnav.so": library.read_bytes()}
+        made = plain_wheel(platform, library, dist, folder)
+        inside = {f"hnav/{library.name}": library.read_bytes()}
         inside |= {f"hnav/fmus/{p.relative_to(dist)}": p.read_bytes() for p in sorted(dist.glob("fmi?/*.fmu"))}
-        holds = {n: sbom.LIBRARY if n.endswith(".so") else sbom.holdings(n.removeprefix("hnav/fmus/")) for n in inside}
+        holds = {n: sbom.holdings(n.removeprefix("hnav/fmus/")) for n in inside}
         listed = sbom.document(made.name, [parts[n] for n in sbom.WHEEL], inside, holds)
         add_list_of_parts(made, listed, folder / "unpacked")
         shutil.move(made, dist / made.name)
     print(f"{made.name}: {(dist / made.name).stat().st_size / 1e6:.1f} MB")
 
 
+def main(build: Path, dist: Path, folders: dict[str, Path]) -> None:
+    source_date.seconds()  # pip and wheel would take the time of day
+    for old in dist.glob("hnav-*.whl"):
+        old.unlink()
+    parts = sbom.read_parts(build)
+    for platform in (p for p in PLATFORMS if p.name in folders):
+        make(platform, folders[platform.name] / platform.library, dist, parts)
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), {p: Path(f) for p, f in (a.split("=", 1) for a in sys.argv[3:])})

@@ -5,6 +5,7 @@ import shutil
 import sys
 import tomllib
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -12,12 +13,14 @@ from checkout import BUILD, TOP
 
 pytest.importorskip("elftools", reason="pyelftools is not installed")
 pytest.importorskip("pefile", reason="pefile is not installed")
+pytest.importorskip("cyclonedx", reason="cyclonedx-python-lib is not installed")
 
 import binaries
 import fmu_archives
 import installed
 import packages
 import trajectories
+import wheel as release_wheel
 from platforms import PLATFORMS, Platform
 
 import hnav
@@ -80,10 +83,10 @@ def test_a_system_takes_the_released_fmus(tmp_path):
 
 
 def test_an_emulator_that_is_not_here_is_named_with_its_package(tmp_path):
-    absent = Platform("x", "x", "x", ".so", ("no-such-emulator", "nor-this"), (), "some-package")
+    absent = Platform("x", "x", "x", ".so", "x", "x", ("no-such-emulator", "nor-this"), (), "some-package")
     assert absent.runner() is None
     assert absent.advice() == "no-such-emulator or nor-this is missing (Debian, Ubuntu: apt-get install some-package)"
-    half = Platform("x", "x", "x", ".so", (sys.executable,), ("-L", str(tmp_path / "libraries")), "some-package")
+    half = Platform("x", "x", "x", ".so", "x", "x", (sys.executable,), ("-L", str(tmp_path / "libraries")), "some-package")
     assert half.runner() is None
     (tmp_path / "libraries").mkdir()
     assert half.runner() == [sys.executable, "-L", str(tmp_path / "libraries")]
@@ -122,16 +125,28 @@ def test_one_version_everywhere():
     assert tomllib.loads((TOP / "pyproject.toml").read_text())["project"]["version"] == wanted
 
 
-@pytest.mark.parametrize("check", [binaries, packages, installed])
+@pytest.mark.parametrize("check", [binaries.main, packages.main, lambda dist: installed.main(dist, {})])
 def test_a_check_of_an_empty_folder_says_what_is_missing(check, tmp_path):
     with pytest.raises(SystemExit, match=str(tmp_path)):
-        check.main(tmp_path)
+        check(tmp_path)
+
+
+def test_a_library_that_is_not_built_ends_with_its_name(tmp_path):
+    with pytest.raises(SystemExit, match="libhnav.dll is not built"):
+        release_wheel.make(PLATFORMS[1], tmp_path / PLATFORMS[1].library, tmp_path, {})
+
+
+def test_a_library_that_answers_wrongly_is_told(tmp_path):
+    with zipfile.ZipFile(tmp_path / "hnav.whl", "w") as wheel:
+        wheel.writestr("hnav/libhnav.so", "no library")
+    with pytest.raises(SystemExit, match="hnav.whl: true says nothing"):
+        installed.library_answers(PLATFORMS[0], tmp_path / "hnav.whl", Path(shutil.which("true")))
 
 
 def test_a_wheel_that_does_not_install_ends_with_what_pip_said(tmp_path):
-    (tmp_path / "hnav-0-py3-none-any.whl").write_bytes(b"no archive")
+    (tmp_path / "hnav-0-py3-none-manylinux_2_17_x86_64.whl").write_bytes(b"no archive")
     with pytest.raises(SystemExit, match="installed: -m pip install .*(?s:.*)(?i:error)"):
-        installed.main(tmp_path)
+        installed.main(tmp_path, {})
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -147,14 +162,13 @@ def test_released_binaries_need_no_more_than_glibc_2_17_and_system_dlls(dist):
         assert binaries.faults(binaries.needs(content), prefix) == [], name
 
 
-def test_the_wheel_holds_library_fmus_and_models_and_names_its_platform(dist):
-    wheels = list(dist.glob("hnav-*.whl"))
-    if not wheels:
-        pytest.skip(f"no wheel in {dist}")
-    assert len(wheels) == 1 and wheels[0].name.endswith("-py3-none-manylinux_2_17_x86_64.whl")
-    with zipfile.ZipFile(wheels[0]) as archive:
+@pytest.mark.parametrize("platform", PLATFORMS, ids=[p.name for p in PLATFORMS])
+def test_each_wheel_holds_library_fmus_and_models_and_names_its_platform(dist, platform):
+    wheel = installed.wheel_of(platform, dist)
+    assert wheel.name == f"hnav-{packages.version()}-py3-none-{platform.wheel}.whl"
+    with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    assert {f"hnav/fmus/{fmu.relative_to(dist)}" for fmu in dist.glob("fmi?/*.fmu")} | {"hnav/libhnav.so"} <= names
+    assert {f"hnav/fmus/{fmu.relative_to(dist)}" for fmu in dist.glob("fmi?/*.fmu")} | {f"hnav/{platform.library}"} <= names
     models = [p.relative_to(TOP) for p in (TOP / "models").rglob("*") if p.is_file()]
     assert {f"hnav/{p}" for p in models} <= names
 
@@ -162,8 +176,8 @@ def test_the_wheel_holds_library_fmus_and_models_and_names_its_platform(dist):
 def test_the_names_in_dist_carry_the_version(dist):
     version = packages.version()
     assert {p.name for p in dist.iterdir()} == {
-        "fmi2", "fmi3", "ssp", "SHA256SUMS", f"hnav-{version}.cdx.json", f"hnav-{version}-py3-none-manylinux_2_17_x86_64.whl",
-        f"libhnav-dev_{version}_amd64.deb", f"libhnav-dev-{version}-Linux.tar.gz",
+        "fmi2", "fmi3", "ssp", "SHA256SUMS", f"hnav-{version}.cdx.json", f"libhnav-dev_{version}_amd64.deb",
+        f"libhnav-dev-{version}-Linux.tar.gz", *(f"hnav-{version}-py3-none-{p.wheel}.whl" for p in PLATFORMS),
     }  # fmt: skip
 
 
@@ -174,5 +188,5 @@ def test_both_packages_serve_another_project(dist, capsys):
 
 
 def test_the_installed_wheel_filters_and_simulates(dist, capsys):
-    installed.main(dist)
+    installed.main(dist, {})
     assert "equal last rows; hnav simulate turntable, aircraft" in capsys.readouterr().out

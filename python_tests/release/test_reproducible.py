@@ -99,7 +99,7 @@ def test_a_wheel_made_twice_is_the_same_bytes(tmp_path, monkeypatch, open_umask)
             folder.mkdir(parents=True)
         (build / "c_src" / "libhnav.so").write_bytes(b"library")
         (dist / "fmi3" / "M.fmu").write_bytes(b"fmu")
-        release_wheel.main(build, dist)
+        release_wheel.main(build, dist, {"x86_64-linux": build / "c_src"})
         made.append(next(dist.glob("hnav-*.whl")).read_bytes())
     assert made[0] == made[1]
     with zipfile.ZipFile(next(dist.glob("hnav-*.whl"))) as archive:

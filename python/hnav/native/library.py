@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -26,19 +27,20 @@ except ModuleNotFoundError as error:
     ) from None
 
 MESSAGE_BYTES = 320
+FILE = {"win32": "libhnav.dll", "darwin": "libhnav.dylib"}.get(sys.platform, "libhnav.so")
 
 # --------------------------------------------------------------------------------------------- the library
 
 
 def library_path() -> Path:
-    """HNAV_LIBRARY, else the library beside this package (wheel), else the build of the checkout."""
+    """HNAV_LIBRARY, else the library in this package (installed), else the build of the checkout."""
     given = os.environ.get("HNAV_LIBRARY")
     if given:
         return Path(given)
-    for candidate in (PACKAGE / "libhnav.so", CHECKOUT / "build" / "c_src" / "libhnav.so"):
+    for candidate in (PACKAGE / FILE, CHECKOUT / "build" / "c_src" / FILE):
         if candidate.is_file():
             return candidate
-    raise HnavRuntimeError("unsupported", "libhnav.so is not built: ./run build makes it, or set HNAV_LIBRARY to its path")
+    raise HnavRuntimeError("unsupported", f"{FILE} is not built: ./run build makes it, or set HNAV_LIBRARY to its path")
 
 
 @cache
