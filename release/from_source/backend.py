@@ -20,6 +20,9 @@ build_editable = build.build_editable
 build_sdist = build.build_sdist
 get_requires_for_build_editable = build.get_requires_for_build_editable
 get_requires_for_build_sdist = build.get_requires_for_build_sdist
+# Without it pip would build everything a first time to read the name.
+prepare_metadata_for_build_wheel = build.prepare_metadata_for_build_wheel
+prepare_metadata_for_build_editable = build.prepare_metadata_for_build_editable
 
 TOP = Path(__file__).resolve().parents[2]
 # Of the package's own dependencies: cffi reads the C headers, fmpy has those of FMI.
