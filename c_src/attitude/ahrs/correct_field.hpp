@@ -6,6 +6,8 @@
 
 #include "attitude/ahrs/condition.hpp"
 
+#include <algorithm>
+
 namespace hnav {
 
 // The three rows: residual = H error + noise, H error = theta x M - dM - (u x M) dl.
@@ -175,18 +177,13 @@ void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovati
 }
 
 // Whether nothing has spoken against the reference for long enough. An azimuth that goes on to lie far from the heading
-// speaks against one of the two, and nobody knows which.
+// speaks against one of the two, and nobody knows which: until it comes back the heading is doubted.
 template <class R>
 void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const {
-    constexpr R max_azimuth_rejected_s = 2;
     const R T = s.field_s;
+    s.azimuth_rejected_s = std::clamp(s.azimuth_rejected_s + (azimuth_is_far ? T : -T), R(0), 5 * max_azimuth_rejected_s);
     // One rejection may be noise: it takes back thrice its own time.
     s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
-    s.azimuth_rejected_s = std::fmax(R(0), s.azimuth_rejected_s + (azimuth_is_far ? T : -T));
-    if (s.azimuth_rejected_s > max_azimuth_rejected_s) {
-        s.undisturbed_s = 0;
-        s.heading_confirmed = 0;
-    }
     // A place where the reference has changed before is asked for thrice as long.
     const R needed_s = settings_.ready_undisturbed_s * (s.field.changes > 0 ? 3 : 1);
     if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.heading_confirmed = 1;

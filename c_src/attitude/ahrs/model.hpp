@@ -124,10 +124,11 @@ private:
         return angle_ready(tilt, s.information.tilt, settings_.ready_tilt_rad);
     }
 
+    static constexpr R max_azimuth_rejected_s = 2; // beyond, the heading is doubted
     // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
     // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
     bool heading_ready(const State& s) const {
-        return s.heading_confirmed != 0 &&
+        return s.heading_confirmed != 0 && s.azimuth_rejected_s <= max_azimuth_rejected_s &&
                angle_ready(s.P[packed(rotation + 2, rotation + 2)], s.information.heading, settings_.ready_heading_rad);
     }
 
