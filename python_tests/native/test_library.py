@@ -16,9 +16,9 @@ from hnav import Filter, HnavRuntimeError
 from hnav.native import library as native
 
 
-def said(code: str, **environment: str) -> str:
+def said(code: str, *options: str, **environment: str) -> str:
     """What a fresh interpreter prints."""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | environment)
+    done = subprocess.run([sys.executable, *options, "-c", code], capture_output=True, text=True, env=os.environ | environment)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
@@ -84,7 +84,8 @@ def test_a_checkout_without_the_binding_says_how_to_make_it(tmp_path):
     for name in ("__init__.py", "errors.py", "places.py", "native/__init__.py", "native/library.py"):
         (tmp_path / "hnav" / name).write_text((source / name).read_text())
     code = "try: import hnav.native.library\nexcept ImportError as error: print(error)"
-    assert "./run build makes it" in said(code, PYTHONPATH=str(tmp_path))
+    # Without site, which would find the installed package first.
+    assert "./run build makes it" in said(code, "-S", PYTHONPATH=str(tmp_path))
 
 
 def test_structs_that_begin_with_their_size_get_it():
