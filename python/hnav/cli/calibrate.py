@@ -10,20 +10,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.cli.parameters import (
-    AccelUnit,
-    Axes,
-    Columns,
-    DropRepeats,
-    Format,
-    GyroUnit,
-    Hemisphere,
-    MagUnit,
-    Rate,
-    Strict,
-    TimeUnit,
-)
-from hnav.cli.recordings import read_told, warn, warnings_of
+from hnav.cli.parameters import Strict
+from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
@@ -34,6 +22,7 @@ from hnav.units import TESLA_PER
 UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration
 
 
+@with_reading
 def command(
     recording: Annotated[
         Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")
@@ -45,25 +34,13 @@ def command(
     allow_hard_iron_only: Annotated[
         bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
     ] = False,
-    format: Format = None,
-    columns: Columns = None,
-    gyro_unit: GyroUnit = None,
-    accel_unit: AccelUnit = None,
-    mag_unit: MagUnit = None,
-    time_unit: TimeUnit = None,
-    rate_hz: Rate = None,
-    axes: Axes = None,
-    drop_repeats: DropRepeats = False,
-    hemisphere: Hemisphere = None,
+    *,
+    reading: Reading,
     strict: Strict = False,
 ) -> None:
     refuse_overwriting([out, picture], [recording])
-    told = {
-        "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
-        "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
-    }  # fmt: skip
-    data = read_told(recording, told)
-    doubts = warnings_of(recording, [finding for finding in data.check(hemisphere) if matters(finding)], strict)
+    data = reading.read(recording)
+    doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
     unit = data.mag_unit()  # the unit in the file is the one to answer in

@@ -19,22 +19,8 @@ import typer
 
 from hnav.cli.console import console, say, working
 from hnav.cli.filter import write_page
-from hnav.cli.parameters import (
-    AccelUnit,
-    Axes,
-    Columns,
-    DropRepeats,
-    Format,
-    GyroUnit,
-    Hemisphere,
-    MagUnit,
-    Rate,
-    Settings,
-    Strict,
-    TimeUnit,
-    parse_settings,
-)
-from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
+from hnav.cli.parameters import Settings, Strict, parse_settings
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.filters.run_summary import rows, summary
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
@@ -53,6 +39,7 @@ SEEDS = range(1, 6)
 SCENARIOS = {"nominal": "in a true field", "magnetic_disturbance": "with 0.3 of the field false for 10 s"}
 
 
+@with_reading
 def command(
     recording: Annotated[
         Path | None,
@@ -60,16 +47,8 @@ def command(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the pages")] = Path("demo_out"),
     settings: Settings = None,
-    format: Format = None,
-    columns: Columns = None,
-    gyro_unit: GyroUnit = None,
-    accel_unit: AccelUnit = None,
-    mag_unit: MagUnit = None,
-    time_unit: TimeUnit = None,
-    rate_hz: Rate = None,
-    axes: Axes = None,
-    drop_repeats: DropRepeats = False,
-    hemisphere: Hemisphere = None,
+    *,
+    reading: Reading,
     strict: Strict = False,
     open: Annotated[
         bool | None, typer.Option("--open/--no-open", help="Show the last page in the browser; default: where there is a screen")
@@ -77,12 +56,8 @@ def command(
 ) -> None:
     chosen = parse_settings(settings)
     if recording is not None:
-        told = {
-            "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
-            "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
-        }  # fmt: skip
-        data = read_told(recording, told)
-        found = data.check(hemisphere)
+        data = reading.read(recording)
+        found = reading.check(data)
         doubts = warnings_of(recording, found, strict)
         page = show_own(recording, data, chosen, lines_of(found), out)
         warn(doubts)

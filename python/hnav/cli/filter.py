@@ -8,26 +8,8 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import (
-    AccelUnit,
-    Axes,
-    Columns,
-    DropRepeats,
-    Engine,
-    FilterName,
-    Format,
-    GyroUnit,
-    Hemisphere,
-    MagUnit,
-    Preset,
-    Rate,
-    Settings,
-    Smooth,
-    Strict,
-    TimeUnit,
-    parse_settings,
-)
-from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
+from hnav.cli.parameters import Engine, FilterName, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, findings
@@ -43,6 +25,7 @@ RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_r
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
 
+@with_reading
 def command(
     recording: Annotated[
         Path,
@@ -62,16 +45,8 @@ def command(
         float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
     ] = None,
     frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
-    format: Format = None,
-    columns: Columns = None,
-    gyro_unit: GyroUnit = None,
-    accel_unit: AccelUnit = None,
-    mag_unit: MagUnit = None,
-    time_unit: TimeUnit = None,
-    rate_hz: Rate = None,
-    axes: Axes = None,
-    drop_repeats: DropRepeats = False,
-    hemisphere: Hemisphere = None,
+    *,
+    reading: Reading,
     strict: Strict = False,
     smooth: Smooth = False,
     calibration: Annotated[
@@ -84,14 +59,10 @@ def command(
     if out is None and report is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     refuse_overwriting([out, report], [recording, calibration])
-    told = {
-        "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
-        "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
-    }  # fmt: skip
-    data = read_told(recording, told)
+    data = reading.read(recording)
     if calibration is not None:
         data = read_calibration(calibration).apply_to(data)
-    found = data.check(hemisphere)
+    found = reading.check(data)
     doubts = warnings_of(recording, found, strict)
     result = filtered(data, filter, engine, chosen, preset, step, smooth)
     if out is not None:

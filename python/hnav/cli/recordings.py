@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
+from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
 from hnav.cli.words import UsageError, told
 from hnav.io.plausibility import Finding
 from hnav.io.readers import read
@@ -24,9 +28,49 @@ def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
     return found
 
 
-def read_told(path: Path, options: Mapping[str, Any]) -> Recording:
-    """The recording, with the options of the command line by the arguments of hnav.read. Raises HnavError."""
-    return read(path, **{**options, **{name: pairs(f"--{name}", options[name]) for name in ("columns", "axes")}})
+@dataclass(frozen=True)
+class Reading:
+    """How a recording is read and checked: the options of each command that takes one of the user's."""
+
+    format: Format = None
+    columns: Columns = None
+    gyro_unit: GyroUnit = None
+    accel_unit: AccelUnit = None
+    mag_unit: MagUnit = None
+    time_unit: TimeUnit = None
+    rate_hz: Rate = None
+    axes: Axes = None
+    drop_repeats: DropRepeats = False
+    hemisphere: Hemisphere = None
+
+    def read(self, path: Path) -> Recording:
+        """The recording, with the options by the arguments of hnav.read. Raises HnavError."""
+        arguments = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "hemisphere"}
+        return read(path, **{**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}})
+
+    def check(self, data: Recording) -> list[Finding]:
+        """What is not plausible in it."""
+        return data.check(self.hemisphere)
+
+
+def with_reading(command: Callable[..., None]) -> Callable[..., None]:
+    """The command as typer is to see it: its parameter `reading` becomes the options of Reading, in its place."""
+    options = {
+        name: inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=getattr(Reading, name), annotation=hint)
+        for name, hint in get_type_hints(Reading, include_extras=True).items()
+    }
+    hints = get_type_hints(command, include_extras=True)
+    shown: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        shown += options.values() if name == "reading" else [parameter.replace(annotation=hints[name])]
+
+    @functools.wraps(command)
+    def called(**given: Any) -> None:
+        command(reading=Reading(**{name: given.pop(name) for name in options}), **given)
+
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
+    called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
+    return called
 
 
 def lines_of(findings: list[Finding]) -> list[str]:

@@ -9,30 +9,15 @@ import typer
 
 from hnav.cli.console import say
 from hnav.cli.filter import filtered, write_page
-from hnav.cli.parameters import (
-    AccelUnit,
-    Axes,
-    Columns,
-    DropRepeats,
-    FilterName,
-    Format,
-    GyroUnit,
-    Hemisphere,
-    MagUnit,
-    Preset,
-    Rate,
-    Settings,
-    Strict,
-    TimeUnit,
-    parse_settings,
-)
-from hnav.cli.recordings import lines_of, read_told, warn, warnings_of
+from hnav.cli.parameters import FilterName, Preset, Settings, Strict, parse_settings
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.formats import reader_of
 
 
+@with_reading
 def command(
     source: Annotated[
         Path,
@@ -51,16 +36,8 @@ def command(
     settings: Settings = None,
     preset: Preset = "default",
     frame: Annotated[str, typer.Option(help="Of a recording: navigation frame, ned or enu")] = "ned",
-    format: Format = None,
-    columns: Columns = None,
-    gyro_unit: GyroUnit = None,
-    accel_unit: AccelUnit = None,
-    mag_unit: MagUnit = None,
-    time_unit: TimeUnit = None,
-    rate_hz: Rate = None,
-    axes: Axes = None,
-    drop_repeats: DropRepeats = False,
-    hemisphere: Hemisphere = None,
+    *,
+    reading: Reading,
     strict: Strict = False,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
@@ -72,12 +49,8 @@ def command(
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
         file = out or source.with_suffix(".html")
         refuse_overwriting([file], [source])
-        told = {
-            "format": format, "columns": columns, "gyro_unit": gyro_unit, "accel_unit": accel_unit, "mag_unit": mag_unit,
-            "time_unit": time_unit, "rate_hz": rate_hz, "axes": axes, "drop_repeats": drop_repeats,
-        }  # fmt: skip
-        data = read_told(source, told)
-        found = data.check(hemisphere)
+        data = reading.read(source)
+        found = reading.check(data)
         doubts = warnings_of(source, found, strict)
         result = filtered(data, filter, "c", {"navigation_frame": frame} | parse_settings(settings), preset, None, False)
         say_page(file, write_page(file, result, data, lines_of(found)))
