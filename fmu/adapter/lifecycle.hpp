@@ -58,9 +58,11 @@ constexpr Rule rules[] = {
     {Call::reset, "Reset", any_mode & ~intermediate, both_interfaces},
     {Call::get_variable, "getting a variable", initialization | initialized, both_interfaces},
     {Call::set_parameter, "setting a parameter", instantiated | initialization, both_interfaces},
-    {Call::set_input, "setting an input", instantiated | initialization | event | step, both_interfaces},
+    // In continuous-time mode too: PyFMI, OMSimulator, Simulink and Dymola write all inputs before each evaluation of the
+    // derivatives. They are kept and act at the next event.
+    {Call::set_input, "setting an input", instantiated | initialization | event | continuous | step, both_interfaces},
     {Call::fmu_state, "getting or setting the FMU state", any_mode & ~intermediate, both_interfaces},
-    {Call::directional_derivative, "GetDirectionalDerivative", initialized, both_interfaces},
+    {Call::directional_derivative, "GetDirectionalDerivative", initialization | initialized, both_interfaces},
     {Call::set_time, "SetTime", event | continuous, model_exchange},
     {Call::set_continuous_states, "SetContinuousStates", continuous, model_exchange},
     {Call::get_continuous_states, "getting continuous states", initialization | event | continuous | terminated, model_exchange},

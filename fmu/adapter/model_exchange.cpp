@@ -66,12 +66,14 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
         return fail("GetDirectionalDerivative got a null pointer");
     double *direction = scratch_, *along = scratch_ + model_info.states.count;
     if (sum_seeds(knowns, n_knowns, seed, direction) != Status::ok) return Status::error;
-    if (!has_model_) return fail("GetDirectionalDerivative needs an initialised model");
+    // Before there is a model everything shows its start value.
+    std::memset(along, 0, model_info.states.count * sizeof(double));
     refresh(state_group);
-    if (model_info.states.count > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
+    if (has_model_ && model_info.states.count > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
     bool outputs = false;
     if (flow_sensitivity(unknowns, n_unknowns, along, sensitivity, &outputs) != Status::ok) return Status::error;
-    if (outputs && options_.interface == model_exchange) output_sensitivity(unknowns, n_unknowns, direction, along, sensitivity);
+    if (outputs && has_model_ && options_.interface == model_exchange)
+        output_sensitivity(unknowns, n_unknowns, direction, along, sensitivity);
     return Status::ok;
 }
 

@@ -668,7 +668,7 @@ ALLOWED = {
     "instantiated": {"initialise", "set parameter", "set input"},
     "terminated": {"get", "get states"},
     "event": {"terminate", "get", "set input", "update", "enter continuous-time mode", "set time", "get states"},
-    "continuous": {"terminate", "get", "enter event mode", "set time", "set states", "get states", "completed step"},
+    "continuous": {"terminate", "get", "set input", "enter event mode", "set time", "set states", "get states", "completed step"},
     "step": {"terminate", "get", "set input", "step"},
 }
 
