@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import re
-import shutil
 import subprocess
-import sys
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Annotated
 
-import numpy as np
+import typer
 
-from studies.compare.inputs import prepare_trials, trial
+from hnav.cli.console import say
+from hnav.cli.words import UsageError
+from studies.command import study
 from studies.compare.names import Names
 from studies.compare.native import Library
 from studies.compare.old_revision import REVISION, TOP, old_revision
+from studies.counting import ROWS, counted, has_valgrind, write_samples
 
-TRIAL, ROWS = 7, 20000
 WORK = TOP / ".cache" / "instructions"
 TOLERANCE = 0.02  # of the old count; above it the study fails
 # Filter, call, outputs, choices.
@@ -62,55 +61,37 @@ def driver_of(checkout: Path, label: str) -> Path:
 
 
 def count(program: Path, samples: Path, rows: int, case: tuple[str, ...]) -> int:
-    """Instructions of the one call, divided by the rows. Raises SystemExit when it fails."""
-    filter, call, *more = case
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
-            ["valgrind", "--tool=callgrind", "--collect-atstart=no", f"--toggle-collect=hnav_filter_{call}",
-             f"--callgrind-out-file={folder}/out", str(program), str(samples), str(rows), filter, call, *more],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-    found = re.search(r"Collected : (\d+)", done.stderr)
-    if done.returncode or not found:
-        raise SystemExit(f"study instructions: {program.name} {' '.join(case)} failed:\n{done.stderr[-1500:]}")
-    return round(int(found.group(1)) / rows)
+    """Instructions of the one call, divided by the rows."""
+    return round(counted(f"hnav_filter_{case[1]}", [program, samples, str(rows), *case]) / rows)
 
 
-def write_samples(rows: int) -> Path:
-    inputs = TOP / ".cache" / "compare" / "inputs"
-    inputs.mkdir(parents=True, exist_ok=True)
-    if TRIAL not in prepare_trials(inputs):
-        raise SystemExit(f"study instructions: BROAD_DIR holds no trial {TRIAL:02d}")
-    samples, file = trial(inputs, TRIAL), WORK / "samples.bin"
-    arrays = (samples.t_s, samples.rate, samples.force, samples.field)
-    file.write_bytes(b"".join(np.ascontiguousarray(a[:rows]).tobytes() for a in arrays))
-    return file
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="./run study instructions", description="Instructions for each IMU sample.")
-    parser.add_argument("--only", metavar="PATTERN", default="*", help="cases whose names match, * and ? allowed")
-    parser.add_argument("--rows", type=int, default=ROWS, help=f"rows of the recording ({ROWS})")
-    parser.add_argument("--old", type=Path, metavar="FOLDER", help=f"a checkout with its build instead of {REVISION}")
-    parser.add_argument("--new", type=Path, metavar="FOLDER", default=TOP, help="a checkout with its build instead of this one")
-    chosen = parser.parse_args()
-    if not shutil.which("valgrind"):
-        raise SystemExit("study instructions: valgrind is not here (apt-get install valgrind)")
-    WORK.mkdir(parents=True, exist_ok=True)
-    samples = write_samples(chosen.rows)
-    sides = {"old": (chosen.old or old_revision()).resolve(), "new": chosen.new.resolve()}
+def command(
+    only: Annotated[str, typer.Option(metavar="PATTERN", help="Cases whose names match, * and ? allowed")] = "*",
+    rows: Annotated[int, typer.Option(min=100, help="Of the recording")] = ROWS,
+    old: Annotated[Path | None, typer.Option(metavar="FOLDER", help=f"A checkout with its build instead of {REVISION}")] = None,
+    new: Annotated[Path, typer.Option(metavar="FOLDER", help="A checkout with its build instead of this one")] = TOP,
+) -> None:
+    """Instructions for each IMU sample, of two revisions."""
+    if not has_valgrind():
+        raise UsageError("valgrind is not here (apt-get install valgrind)")
+    samples = WORK / "samples.bin"
+    write_samples(samples, rows)
+    sides = {"old": (old or old_revision()).resolve(), "new": new.resolve()}
     drivers = {label: driver_of(checkout, label) for label, checkout in sides.items()}
-    print(f"{'instructions for each sample':<34}{'old':>9}{'new':>9}{'ratio':>9}")
+    say(f"{'instructions for each sample':<34}{'old':>9}{'new':>9}{'ratio':>9}")
     worst = 0.0
     with ThreadPoolExecutor(2) as pool:
         for name, case in CASES.items():
-            if not fnmatch(name, chosen.only):
+            if not fnmatch(name, only):
                 continue
-            before, after = pool.map(lambda program, case=case: count(program, samples, chosen.rows, case), drivers.values())
+            before, after = pool.map(lambda program, case=case: count(program, samples, rows, case), drivers.values())
             worst = max(worst, after / before)
-            print(f"{name:<34}{before:>9}{after:>9}{after / before:>9.3f}", flush=True)
-    sys.exit(1 if worst > 1 + TOLERANCE else 0)
+            say(f"{name:<34}{before:>9}{after:>9}{after / before:>9.3f}")
+    if worst > 1 + TOLERANCE:
+        raise typer.Exit(1)
 
+
+main = study("instructions", command)
 
 if __name__ == "__main__":
     main()

@@ -54,6 +54,13 @@ SECTIONS = {
         "study readiness --starts 1200",
         False,
     ),
+    "speed": Section(
+        "Cost of a sample beside VQF and Fusion",
+        "All in C or C++ with equal outputs, over 70 s of BROAD trial 07 at 286 Hz. Instructions depend on the compiler alone; "
+        "CPU time on the machine too.",
+        "study speed",
+        False,
+    ),
     "table1": Section(
         "The paper's Table 1",
         "Closed co-simulation, 200 seeds. P0 and rho of the fitted regime were searched for until the paper's ratios came back.",

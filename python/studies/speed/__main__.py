@@ -1,0 +1,125 @@
+"""python -m studies.speed: fetches and builds the peers, links them with the library, and runs each contender."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from hnav.cli.console import say, show
+from hnav.cli.words import UsageError
+from studies.command import study
+from studies.compare.old_revision import TOP
+from studies.counting import ROWS, counted, has_valgrind, write_samples
+
+HERE = Path(__file__).parent
+WORK = TOP / ".cache" / "speed"
+RUNS = 10
+
+# What is printed, what it is given out as, its name for the program, and the peer of equal standing.
+CONTENDERS = (
+    ("Fusion", "q, float", "fusion", "vqf"),
+    ("BasicVQF", "q", "basicvqf", "vqf"),
+    ("VQF", "q", "vqf", "vqf"),
+    ("AHRS, closed form", "q", "ahrs:q:closed_form", "vqf"),
+    ("AHRS, closed form", "q, sigma", "ahrs:sigma:closed_form", "vqf"),
+    ("AHRS, ERKStep", "q", "ahrs:q", "vqf"),
+    ("AHRS, ERKStep", "q, sigma", "ahrs:sigma", "vqf"),
+    ("HREKF, ERKStep", "q", "hrekf:q", "vqf"),
+    ("offlineVQF", "q", "offlinevqf", "offlinevqf"),
+    ("AHRS smoothed, closed form", "q", "ahrs-smooth:q:closed_form", "offlinevqf"),
+    ("AHRS smoothed, ERKStep", "q", "ahrs-smooth:q", "offlinevqf"),
+)
+
+
+def fetched_sources() -> dict[str, Path]:
+    """Folders of the peers' sources by name, unpacked. Raises UsageError when they cannot be had."""
+    archives, requirements = WORK / "archives", HERE / "requirements.txt"
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "download",
+        "--disable-pip-version-check",
+        "--quiet",
+        "--no-deps",
+        "--no-binary",
+        "vqf,imufusion",
+    ]
+    if len(list(archives.glob("*.tar.gz"))) < 2:
+        done = subprocess.run([*command, "--require-hashes", "-r", requirements, "-d", archives], capture_output=True, text=True)
+        if done.returncode:
+            raise UsageError(f"the sources of the peers cannot be fetched:\n{done.stderr[-1500:]}")
+    for archive in archives.glob("*.tar.gz"):
+        with tarfile.open(archive) as packed:
+            packed.extractall(WORK / "sources", filter="data")
+    folders = {folder.name.split("-")[0]: folder for folder in (WORK / "sources").iterdir()}
+    return {"vqf": folders["vqf"] / "vqf" / "cpp", "fusion": folders["imufusion"] / "Fusion"}
+
+
+def built(checkout: Path, sources: dict[str, Path]) -> Path:
+    """The program that runs any contender, linked with the library of a checkout."""
+    program, library = WORK / "timing", checkout / "build/c_src"
+    fusion: list[str | Path] = []
+    for file in sorted(sources["fusion"].glob("*.c")):
+        fusion.append(WORK / f"{file.stem}.o")
+        run_compiler(["cc", "-O3", "-c", file, "-o", fusion[-1]])
+    own = [HERE / name for name in ("timing.cpp", "own.cpp", "peers.cpp")]
+    peers = [sources["vqf"] / name for name in ("vqf.cpp", "basicvqf.cpp", "offline_vqf.cpp")]
+    folders = [f"-I{folder}" for folder in (HERE, checkout / "c_src/include", *sources.values())]
+    link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
+    run_compiler(["c++", "-std=c++17", "-O3", *folders, *own, *peers, *fusion, *link])
+    return program
+
+
+def run_compiler(command: list[str | Path]) -> None:
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    if done.returncode:
+        raise UsageError(f"{command[0]} failed:\n{done.stderr[-1500:]}")
+
+
+def times_ns(program: Path, samples: Path, rows: int, name: str, runs: int) -> list[float]:
+    done = subprocess.run([program, samples, str(rows), name, str(runs)], capture_output=True, text=True)
+    if done.returncode:
+        raise UsageError(done.stderr.strip())
+    return [float(line) for line in done.stdout.split()]
+
+
+def table_of(program: Path, samples: Path, rows: int) -> Table:
+    table = Table("filter", "gives", "instructions a sample", "ratio", "ns of CPU, least", "median")
+    for column in table.columns[2:]:
+        column.justify = "right"
+    counts = {}
+    if has_valgrind():
+        for name in {name for *_, name, _ in CONTENDERS}:
+            counts[name] = counted("timed_run", [program, samples, str(rows), name, "1"]) / rows
+    for label, outputs, name, peer in CONTENDERS:
+        times = times_ns(program, samples, rows, name, RUNS)
+        count = [f"{counts[name]:.0f}", f"{counts[name] / counts[peer]:.2f}"] if counts else ["-", "-"]
+        table.add_row(label, outputs, *count, f"{min(times):.0f}", f"{statistics.median(times):.0f}")
+    return table
+
+
+def command(
+    rows: Annotated[int, typer.Option(min=100, help="Of the recording")] = ROWS,
+    checkout: Annotated[Path, typer.Option(metavar="FOLDER", help="One with its build instead of this one")] = TOP,
+) -> None:
+    """Instructions and CPU time of a sample, beside VQF and Fusion, all in C or C++."""
+    WORK.mkdir(parents=True, exist_ok=True)
+    samples = WORK / "samples.bin"
+    write_samples(samples, rows)
+    program = built(checkout.resolve(), fetched_sources())
+    show(table_of(program, samples, rows))
+    say("ratio: to VQF; of what sees the future, to offlineVQF")
+
+
+main = study("speed", command)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+// Our filters over whole arrays, as the C interface offers them. Names: FILTER[-smooth]:OUTPUTS[:SOLVER], OUTPUTS q or sigma.
+#include "contenders.hpp"
+
+#include <hnav/hnav.h>
+
+#include <stdexcept>
+
+namespace {
+
+void demand(hnav_status status, const char* what) {
+    if (status != HNAV_OK) throw std::runtime_error(what);
+}
+
+hnav_filter* ahrs(bool closed_form) {
+    hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+    if (closed_form) options.solver = HNAV_SOLVER_CLOSED_FORM;
+    hnav_filter* filter = nullptr;
+    demand(hnav_ahrs_create(&filter, &options, nullptr, 0), "hnav_ahrs_create");
+    return filter;
+}
+
+hnav_filter* hrekf(bool closed_form) {
+    hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+    if (closed_form) options.solver = HNAV_SOLVER_CLOSED_FORM;
+    hnav_filter* filter = nullptr;
+    demand(hnav_hrekf_create(&filter, &options, nullptr, 0), "hnav_hrekf_create");
+    return filter;
+}
+
+class Own : public Contender {
+public:
+    Own(hnav_filter* filter, bool smooth, bool sigma) : filter_(filter), smooth_(smooth), sigma_(sigma) {}
+    ~Own() override { hnav_filter_destroy(filter_); }
+    void begin(const Samples&) override { demand(hnav_filter_reset(filter_), "hnav_filter_reset"); }
+    void run(const Samples& s, const Results& results) override {
+        hnav_run_input input{};
+        input.size = sizeof input;
+        input.t_s = s.t_s;
+        input.rate_b_rad_s = s.rate_rad_s;
+        input.force_b_m_s2 = s.force_m_s2;
+        input.field_b_tesla = s.field_tesla;
+        hnav_run_output output{};
+        output.size = sizeof output;
+        output.q_nb = results.q;
+        if (sigma_) output.sigma_rad = results.sigma_rad;
+        demand(
+            smooth_ ? hnav_filter_smooth(filter_, s.n, &input, &output) : hnav_filter_run(filter_, s.n, &input, &output, nullptr),
+            hnav_filter_message(filter_));
+    }
+
+private:
+    hnav_filter* filter_;
+    bool smooth_, sigma_;
+};
+
+} // namespace
+
+std::unique_ptr<Contender> own_contender(const std::string& name) {
+    const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
+    const bool closed_form = has(":closed_form"), smooth = has("-smooth"), sigma = has(":sigma");
+    if (name.rfind("ahrs", 0) == 0) return std::make_unique<Own>(ahrs(closed_form), smooth, sigma);
+    if (name.rfind("hrekf", 0) == 0) return std::make_unique<Own>(hrekf(closed_form), smooth, sigma);
+    return nullptr;
+}

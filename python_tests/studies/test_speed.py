@@ -1,0 +1,37 @@
+"""The cost of a sample beside the peers: the sources that the study has fetched are built and run."""
+
+import os
+import re
+
+import pytest
+
+from studies.compare.old_revision import TOP
+from studies.counting import write_samples
+from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources, times_ns
+
+needs_recordings = pytest.mark.skipif("BROAD_DIR" not in os.environ, reason="BROAD_DIR is not set: no BROAD recordings")
+needs_library = pytest.mark.skipif(not (TOP / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")
+needs_sources = pytest.mark.skipif(not (WORK / "archives").is_dir(), reason="no sources of peers: ./run study speed fetches them")
+
+
+def test_each_contender_has_a_name_and_a_peer():
+    names = [name for *_, name, _ in CONTENDERS]
+    assert len(set(names)) == len(names)
+    assert {peer for *_, peer in CONTENDERS} <= set(names)
+
+
+def test_the_sources_are_pinned_by_their_hash():
+    lines = (TOP / "python/studies/speed/requirements.txt").read_text().splitlines()
+    pins = [line for line in lines if not line.startswith("#")]
+    assert pins and all(re.fullmatch(r"\w+==[\d.]+ --hash=sha256:[0-9a-f]{64}", pin) for pin in pins)
+
+
+@needs_recordings
+@needs_library
+@needs_sources
+def test_all_run_over_the_same_samples(tmp_path):
+    samples, rows = tmp_path / "samples.bin", 2000
+    write_samples(samples, rows)
+    program = built(TOP, fetched_sources())
+    for *_, name, _ in CONTENDERS:
+        assert all(time > 0 for time in times_ns(program, samples, rows, name, 1)), name
