@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from command_line import hnav
+from command_line import hnav, hnav_process
 from hnav.cli.app import COMMANDS, app
 from hnav.cli.words import MISTYPED
 from hnav.filters.attitude import FILTERS, option_table
@@ -105,7 +105,7 @@ def test_all_options_are_listed_those_to_look_at_first_at_the_head(filter):
 @pytest.mark.parametrize("columns", [40, 80, 200])
 def test_no_name_of_an_option_is_cut_and_no_line_of_text_is_longer_than_the_terminal(terminal, columns):
     terminal(columns)
-    plain = re.sub(r"\x1b\[[\d;]*m", "", hnav("options").stdout).splitlines()
+    plain = re.sub(r"\x1b\[[\d;]*m", "", hnav_process("options").stdout).splitlines()
     assert set(named(plain, "ahrs")) == set(option_table("ahrs"))
     assert all(len(line) <= columns for line in plain if " = " not in line)
 
