@@ -23,7 +23,6 @@ struct FixedSizes {
 
     static constexpr std::size_t event_bytes() { return sizeof(Event); }
     static constexpr std::size_t state_bytes() { return sizeof(State); }
-    static void copy(State& to, const State& from) { to = from; }
     static void clear(Event& event, double t_s) {
         event = {};
         event.t_s = t_s;
@@ -39,7 +38,6 @@ struct RuntimeSizes {
 
     std::size_t event_bytes() const { return Event::bytes(channels, values); }
     std::size_t state_bytes() const { return state; }
-    void copy(State& to, const State& from) const { std::memcpy(to.x(), from.x(), state); }
     void clear(Event& event, double t_s) const {
         std::memset(static_cast<void*>(&event), 0, event_bytes());
         event.t_s = t_s;

@@ -125,9 +125,13 @@ private:
         const std::uint64_t repeats = (change[0] == 0 ? 1 : 0) | (change[1] == 0 ? 2 : 0) | (change[2] == 0 ? 4 : 0);
         const bool again = (repeats & repeated) != 0;
         repeated = repeats;
-        if (again || running || limit > 0 || settings.range > 0 || fault != SensorFault::none)
-            look_at_axes(settings, y, change, interval_s, moves, noisy);
-        at_ease = !(repeated || running || limit > 0 || settings.range > 0 || fault != SensorFault::none);
+        if (again || is_watched(settings)) look_at_axes(settings, y, change, interval_s, moves, noisy);
+        at_ease = !(repeated || is_watched(settings));
+    }
+
+    // An axis goes on repeating, may saturate, or is at fault.
+    bool is_watched(const SensorCheckSettings<R>& settings) const {
+        return running || limit > 0 || settings.range > 0 || fault != SensorFault::none;
     }
 
     R ceiling(const SensorCheckSettings<R>& settings) const {

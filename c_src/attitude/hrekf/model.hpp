@@ -58,8 +58,8 @@ public:
     // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
     static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
-    static constexpr R gap_turn_factor =
-        R(2.5); // of the usual change of the rate: a gap may fall into the fastest part of a turn
+    // Of the usual change of the rate: a gap may fall into the fastest part of a turn.
+    static constexpr R gap_turn_factor = R(2.5);
 
     void before_flow(State& s, const Event& event) const {
         if (!settings_.backward_hold) return;
