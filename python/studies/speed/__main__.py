@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
+from rich.table import Column, Table
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
@@ -92,9 +92,8 @@ def times_ns(program: Path, samples: Path, rows: int, name: str, runs: int) -> l
 
 
 def table_of(program: Path, samples: Path, rows: int) -> Table:
-    table = Table("filter", "gives", "instructions a sample", "ratio", "ns of CPU, least", "median")
-    for column in table.columns[2:]:
-        column.justify = "right"
+    figures = ("instructions a sample", "ratio", "ns of CPU, least", "median")
+    table = Table("filter", "gives", *(Column(name, justify="right") for name in figures))
     counts = {}
     if has_valgrind():
         for name in {name for *_, name, _ in CONTENDERS}:
