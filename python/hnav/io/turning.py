@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 KNOT_S = 0.04  # v is averaged over so long
 SMOOTH_S = 0.4
@@ -101,6 +100,8 @@ class Stay:
 
 def stay_of(gyro: Samples, force: Samples, time_factor: float) -> Stay | None:
     """How much of the force stays over STAY_S, as a mean over the recording; None where it is shorter."""
+    from scipy.spatial.transform import Rotation  # takes longer to load than --help may
+
     (gyro_s, rate), (force_s, values) = (gyro[0] * time_factor, gyro[1]), (force[0] * time_factor, force[1])
     steps, length_s = round(STAY_S / STAY_STEP_S), float(gyro_s[-1] - gyro_s[0])
     count = int(length_s / STAY_S)
