@@ -95,7 +95,10 @@ def make_turntable(folder: Path) -> Path:
     """Turntable -> ImuMagSensor -> Hrekf twice and Ahrs; the scenario gamma_off turns gamma off in both Hrekf."""
     filters = {"hekf": "Hrekf", "hrekf": "Hrekf", "ahrs": "Ahrs"}
     connections = [("turntable.truth.*", "sensor.truth.*"), *((f"sensor.{s}*", f"{f}.{s}*") for f in filters for s in SENSORS)]
-    parameters = {f"{name}.sampling_mode": "counter" for name in filters} | {"hekf.gamma_mode": "off", "hrekf.gamma_mode": "kl"}
+    parameters = {f"{name}.sampling_mode": "counter" for name in filters} | {
+        "hekf.robust.gamma_mode": "off",
+        "hrekf.robust.gamma_mode": "kl",
+    }
     make_system(folder, {"turntable": "Turntable", "sensor": "ImuMagSensor", **filters}, connections, parameters)
-    (folder / "scenario_gamma_off.ssv").write_text(parameter_set({"hrekf.gamma_mode": "off"}))
+    (folder / "scenario_gamma_off.ssv").write_text(parameter_set({"hrekf.robust.gamma_mode": "off"}))
     return folder

@@ -9,7 +9,7 @@ from hnav import HnavError, Options
 from hnav.filters.attitude import FILTERS, option_table
 from hnav.filters.calibration import calibrate_magnetometer
 from hnav.fmi.engines import run_recording
-from hnav.fmi.fmu_run import parameter_values
+from hnav.fmi.fmu_run import filter_parameters
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.native.options import option_rows
 from hnav.renamed import TABLE, new_name, now_called
@@ -48,7 +48,7 @@ def test_every_option_that_has_a_new_name_has_it_in_some_list():
 def test_an_option_by_its_old_name(old, new):
     for filter in FILTERS:
         one_line(lambda f=filter: Options(f, **{old: 1.0}), old, new)
-        one_line(lambda f=filter: parameter_values(f, {old: "1"}, "default"), old, new)
+        one_line(lambda f=filter: filter_parameters(f, {old: "1"}, "default"), old, new)
     one_line(lambda: calibrate_magnetometer([[1, 0, 0]], **{old: 1.0}), old, new)
 
 
@@ -65,12 +65,12 @@ def test_an_fmu_by_its_old_name():
 def test_a_variable_of_an_fmu_by_its_old_name():
     with Fmu(built("Ahrs", 3)) as fmu:
         one_line(lambda: fmu.references(["field.adopted"]), "field.adopted", "field.reference_changes")
-        one_line(lambda: fmu.set("turn_least_rad", 0.1), "turn_least_rad", "turn_min_rad")
+        one_line(lambda: fmu.set("turn_least_rad", 0.1), "turn_least_rad", "reference.turn_min_rad")
 
 
 def test_a_parameter_of_a_system_by_its_old_name():
     built("Ahrs", 2)
     with read_system(system_path("turntable")) as system:
         old = [Parameter("ahrs.unseen_turn_factor", "", "1")]
-        one_line(lambda: system.apply(old, "--set"), "unseen_turn_factor", "gap_turn_factor")
+        one_line(lambda: system.apply(old, "--set"), "unseen_turn_factor", "timing.gap_turn_factor")
         one_line(lambda: system.apply([Parameter("aligner.trust_s", "", "1")], "--set"), "aligner", "ahrs")

@@ -2,7 +2,8 @@
 //
 //     describe FOLDER 2|3 DOC_HTML VERSION
 //
-// modelDescription.xml, documentation/index.html, resources/example_input.csv and, for FMI 3, the terminals.
+// modelDescription.xml, documentation/index.html, resources/example_input.csv and the terminals, which
+// FMI 2 archives have as importers that know them from FMI 3 read them.
 #include "adapter/description.hpp"
 #include "adapter/example_input.hpp"
 
@@ -52,7 +53,7 @@ int main(int argc, char** argv) {
     const bool ok = write("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
                     write("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
                     (!has_inputs(table) || write("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
-                    (!w.fmi3 || write("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }));
+                    write("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); });
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
     delete model;
     return ok && documented ? 0 : 1;

@@ -1,5 +1,5 @@
-// What describes an FMU, written from its table. Nothing in it depends on the day or the machine: equal sources give equal
-// bytes.
+// What describes an FMU, written from its table. Nothing in it depends on the day or the machine but the date of
+// SOURCE_DATE_EPOCH: equal sources give equal bytes.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -12,6 +12,20 @@ struct Writer {
     const Table& table;
 
     void text(const char* s) const { std::fputs(s, file); }
+
+    // The shortest text that reads as the same number.
+    void number(double value) const {
+        char shortest[32];
+        if (value == std::floor(value) && std::fabs(value) < 1e10) {
+            std::fprintf(file, "%.0f", value);
+            return;
+        }
+        for (int digits = 1; digits <= 17; ++digits) {
+            std::snprintf(shortest, sizeof shortest, "%.*g", digits, value);
+            if (std::strtod(shortest, nullptr) == value) break;
+        }
+        text(shortest);
+    }
 
     // Text of an attribute or element.
     void escaped(const char* s) const {
@@ -29,7 +43,11 @@ struct Writer {
         escaped(value);
         text("\"");
     }
-    void attribute(const char* name, double value) const { std::fprintf(file, " %s=\"%.17g\"", name, value); }
+    void attribute(const char* name, double value) const {
+        std::fprintf(file, " %s=\"", name);
+        number(value);
+        text("\"");
+    }
     void attribute(const char* name, int value) const { std::fprintf(file, " %s=\"%d\"", name, value); }
 };
 

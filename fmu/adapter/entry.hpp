@@ -7,10 +7,10 @@ namespace hnav::fmu {
 
 inline Instance* of(void* instance) { return static_cast<Instance*>(instance); }
 
-// FmiStatus: the enumeration of the version, with its values for success and failure.
-template <class FmiStatus, FmiStatus ok, FmiStatus error>
+// FmiStatus: the enumeration of the version, with its values for success, a warning and failure.
+template <class FmiStatus, FmiStatus ok, FmiStatus warning, FmiStatus error>
 struct Entry {
-    static FmiStatus to_fmi(Status status) { return status == Status::ok ? ok : error; }
+    static FmiStatus to_fmi(Status status) { return status == Status::ok ? ok : status == Status::warning ? warning : error; }
 
     // A call of a method of the instance; without an instance there is nobody to tell.
     template <class Method, class... Arguments>

@@ -12,7 +12,7 @@ using hnav::fmu::Status;
 using hnav::fmu::Type;
 using Snapshot = Instance::Snapshot;
 
-struct Fmi2 : hnav::fmu::Entry<fmi2Status, fmi2OK, fmi2Error> {};
+struct Fmi2 : hnav::fmu::Entry<fmi2Status, fmi2OK, fmi2Warning, fmi2Error> {};
 
 void log(const Instance& instance, Status status, const char* text) {
     const auto callback = reinterpret_cast<fmi2CallbackLogger>(instance.importer().callback);
@@ -22,7 +22,7 @@ void log(const Instance& instance, Status status, const char* text) {
     std::snprintf(safe, sizeof safe, "%s", text);
     for (char* p = safe; *p; ++p)
         if (*p == '%') *p = ' ';
-    callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), "logStatusError", safe);
+    callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), Instance::category(status), safe);
 }
 
 // FMI 2 has one C type for integers and enumerations, so the row tells which it is.
@@ -42,16 +42,16 @@ extern "C" {
 const char* fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char* fmi2GetVersion(void) { return fmi2Version; }
 
-// Errors alone are logged, and they always are.
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean, size_t, const fmi2String[]) {
-    return Fmi2::call(c, &Instance::permit, Call::set_debug_logging);
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]) {
+    return Fmi2::call(c, &Instance::set_debug_logging, loggingOn != fmi2False, nCategories, categories);
 }
 
 // ------------------------------------------------------------------------------------------------ life
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String,
-                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean) {
+                              const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean loggingOn) {
     Instance::Options options;
+    options.logging_on = loggingOn != fmi2False;
     options.interface = fmuType == fmi2ModelExchange ? hnav::fmu::model_exchange : hnav::fmu::co_simulation;
     Instance::Importer importer;
     if (functions) importer = {functions->componentEnvironment, reinterpret_cast<void*>(functions->logger), log};

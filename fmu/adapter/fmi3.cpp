@@ -12,11 +12,11 @@ using hnav::fmu::Status;
 using hnav::fmu::Type;
 using Snapshot = Instance::Snapshot;
 
-struct Fmi3 : hnav::fmu::Entry<fmi3Status, fmi3OK, fmi3Error> {};
+struct Fmi3 : hnav::fmu::Entry<fmi3Status, fmi3OK, fmi3Warning, fmi3Error> {};
 
 void log(const Instance& instance, Status status, const char* text) {
     if (const auto callback = reinterpret_cast<fmi3LogMessageCallback>(instance.importer().callback))
-        callback(instance.importer().environment, Fmi3::to_fmi(status), "logStatusError", text);
+        callback(instance.importer().environment, Fmi3::to_fmi(status), Instance::category(status), text);
 }
 
 Instance::Importer importer(fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback) {
@@ -46,26 +46,27 @@ extern "C" {
 
 const char* fmi3GetVersion(void) { return fmi3Version; }
 
-// Errors alone are logged, and they always are.
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean, size_t, const fmi3String*) {
-    return Fmi3::call(instance, &Instance::permit, Call::set_debug_logging);
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]) {
+    return Fmi3::call(instance, &Instance::set_debug_logging, loggingOn, nCategories, categories);
 }
 
 // ------------------------------------------------------------------------------------------------ life
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                          fmi3Boolean, fmi3InstanceEnvironment instanceEnvironment,
+                                          fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage) {
     Instance::Options options;
+    options.logging_on = loggingOn;
     options.interface = hnav::fmu::model_exchange;
     return Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                         fmi3Boolean, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+                                         fmi3Boolean loggingOn, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
                                          const fmi3ValueReference*, size_t, fmi3InstanceEnvironment instanceEnvironment,
                                          fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate) {
     Instance::Options options;
+    options.logging_on = loggingOn;
     options.event_mode_used = eventModeUsed;
     options.early_return_allowed = earlyReturnAllowed;
     Instance* made = Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));

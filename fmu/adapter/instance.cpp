@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstring>
+#include <initializer_list>
 #include <type_traits>
 
 namespace hnav::fmu {
@@ -35,6 +36,7 @@ Instance* Instance::create(const char* name, const char* token, const Options& o
     if (!self) return nullptr;
     self->options_ = options;
     self->importer_ = importer;
+    self->set_logging(options.logging_on);
     if (self->set_up_check(name, token) == Status::ok) return self;
     delete self;
     return nullptr;
@@ -46,7 +48,7 @@ Status Instance::set_up_check(const char* name, const char* token) {
     if (!model_) return fail("no memory for the model");
     model_->describe(table_);
     const int nx = model_info.states.count;
-    values_ = static_cast<double*>(std::calloc(2 * table_.size(), sizeof(double)));
+    values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(2 * nx + 1, sizeof(double)));
     if (!table_.complete() || !values_ || !states_ || !scratch_) return fail("no memory for the variables");
@@ -72,26 +74,71 @@ Instance::~Instance() {
 }
 
 void Instance::restart() {
-    for (int i = 0; i < table_.size(); ++i) {
-        values_[i] = table_[i].start;
-        written()[i] = 0;
-    }
+    for (int i = 0; i < table_.size(); ++i) values_[i] = table_[i].start;
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
+    told_lost_ = false;
     stale_ = 0;
     time_s_ = start_s_ = 0;
     stop_s_ = no_bound;
 }
 
-Status Instance::fail(const char* format, ...) const {
+// ------------------------------------------------------------------------------------------------ log
+
+const char* Instance::category(Status status) {
+    constexpr const char* names[] = {"logEvents", "logStatusWarning", "logStatusError"};
+    return names[static_cast<int>(status)];
+}
+
+void Instance::set_logging(bool on) {
+    logged_[static_cast<int>(Status::ok)] = on;
+    logged_[static_cast<int>(Status::warning)] = logged_[static_cast<int>(Status::error)] = true;
+}
+
+Status Instance::set_debug_logging(bool on, std::size_t n, const char* const* categories) {
+    if (!allowed(Call::set_debug_logging)) return Status::error;
+    if (n == 0) set_logging(on);
+    if (n > 0 && !categories) return fail("SetDebugLogging got a null pointer");
+    for (std::size_t i = 0; i < n; ++i) {
+        int known = 0;
+        for (const Status status : {Status::ok, Status::warning, Status::error})
+            if (categories[i] && !std::strcmp(categories[i], category(status))) {
+                logged_[static_cast<int>(status)] = on;
+                known = 1;
+            }
+        if (!known) return fail("there is no log category %s", categories[i] ? categories[i] : "(null)");
+    }
+    return Status::ok;
+}
+
+void Instance::say(Status status, const char* format, va_list arguments) const {
+    if (!importer_.log || !logged_[static_cast<int>(status)]) return;
     char text[512];
+    std::vsnprintf(text, sizeof text, format, arguments);
+    importer_.log(*this, status, text);
+}
+
+Status Instance::fail(const char* format, ...) const {
     va_list arguments;
     va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
+    say(Status::error, format, arguments);
     va_end(arguments);
-    if (importer_.log) importer_.log(*this, Status::error, text);
     return Status::error;
+}
+
+void Instance::warn(const char* format, ...) const {
+    va_list arguments;
+    va_start(arguments, format);
+    say(Status::warning, format, arguments);
+    va_end(arguments);
+}
+
+void Instance::note(const char* format, ...) const {
+    va_list arguments;
+    va_start(arguments, format);
+    say(Status::ok, format, arguments);
+    va_end(arguments);
 }
 
 bool Instance::allowed(Call call) const {
@@ -128,10 +175,11 @@ Status Instance::enter_initialization() {
 Status Instance::exit_initialization(bool fmi2) {
     if (!allowed(Call::exit_initialization)) return Status::error;
     Message why;
-    if (!model_->initialise(values_, written(), start_s_, options_.interface == model_exchange, &why))
-        return fail("%s", why.text);
+    if (!model_->initialise(values_, start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
     has_model_ = true;
     stale_ = ~0u;
+    seen_s_ = start_s_;
+    note("initialised at t = %g s", start_s_);
     if (options_.interface == model_exchange) {
         model_->get_states(states_);
         mode_ = event;
@@ -147,12 +195,56 @@ Status Instance::change_mode(Call call, Mode mode) {
     return Status::ok;
 }
 
-Status Instance::terminate() { return change_mode(Call::terminate, terminated); }
+Status Instance::terminate() {
+    if (change_mode(Call::terminate, terminated) != Status::ok) return Status::error;
+    note("terminated at t = %.17g s", time_s_);
+    return Status::ok;
+}
 
 Status Instance::reset() {
     if (!allowed(Call::reset)) return Status::error;
     restart();
+    note("reset");
     return Status::ok;
+}
+
+// ------------------------------------------------------------------------------------------------ samples
+
+// At a communication point or event. What a coarse step has lost is said once; count.missed goes on counting.
+bool Instance::take_samples(double t_s) {
+    const bool taken = model_->take_samples(values_, t_s);
+    const double apart_s = t_s - seen_s_;
+    seen_s_ = t_s;
+    if (told_lost_) return taken;
+    const Lost lost = model_->lost();
+    told_lost_ = lost.by != nullptr;
+    if (lost.by && lost.period_s > 0)
+        warn(
+            "communication step %g s > %s = %g s: samples are lost, and counted by count.missed; take a step that divides the "
+            "period, or another period%s",
+            apart_s, lost.by, lost.period_s, model_->can_hold() ? ", or sampling_mode = held" : "");
+    else if (lost.by)
+        warn(
+            "%s rose by more than 1 within a communication step of %g s: samples are lost, and counted by count.missed; take "
+            "shorter steps",
+            lost.by, apart_s);
+    return taken;
+}
+
+// Inputs that are held over a step are a sample at each period inside it.
+bool Instance::sample_inside(double end_s, Message* why) {
+    constexpr int largest = 1000000;
+    const double begin_s = time_s_;
+    for (int n = 0; n <= largest; ++n) {
+        const double due_s = model_->next_sample_s(values_);
+        if (!(due_s < end_s - time_tolerance(end_s))) return true;
+        if (n == largest) break;
+        take_samples(due_s);
+        if (!model_->advance(due_s, why)) return false;
+    }
+    std::snprintf(why->text, sizeof why->text, "a step of %g s holds more than %d samples: take a shorter one", end_s - begin_s,
+                  largest);
+    return false;
 }
 
 // ------------------------------------------------------------------------------------------------ variables
@@ -236,10 +328,7 @@ Status Instance::set(Type type, const unsigned* references, std::size_t n, const
         if (!row || check_value(*row, static_cast<double>(in[i])) != Status::ok) return Status::error;
     }
     // All or nothing: a refused call has changed no value.
-    for (std::size_t i = 0; i < n; ++i) {
-        values_[references[i]] = static_cast<double>(in[i]);
-        written()[references[i]] = 1;
-    }
+    for (std::size_t i = 0; i < n; ++i) values_[references[i]] = static_cast<double>(in[i]);
     return Status::ok;
 }
 
@@ -262,7 +351,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!(end_s > t_s)) return fail("communicationStepSize = %g is lost in rounding at t = %.17g", step_s, t_s);
     if (end_s > stop_s_ + time_tolerance(stop_s_)) return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
 
-    model_->take_samples(values_, t_s);
+    take_samples(t_s);
     // A sample that falls inside the step is worth an early return to an importer that handles events.
     const double due_s = model_->next_sample_s(values_);
     if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - time_tolerance(end_s)) {
@@ -270,6 +359,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
         reply->early_return = true;
     }
     Message why;
+    if (model_->samples_inside() && !sample_inside(end_s, &why)) return fail("%s", why.text);
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;
@@ -288,7 +378,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
 Status Instance::update_discrete_states(Events* events) {
     *events = {};
     if (!allowed(Call::update_discrete_states)) return Status::error;
-    model_->take_samples(values_, time_s_);
+    take_samples(time_s_);
     Message why;
     const bool done = options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
                                                            : model_->advance(time_s_, &why);
@@ -297,6 +387,7 @@ Status Instance::update_discrete_states(Events* events) {
     const double next = model_->next_sample_s(values_);
     events->next_event_defined = std::isfinite(next);
     events->next_event_s = events->next_event_defined ? next : 0;
+    note("event at t = %.17g s, the next at %.17g s", time_s_, next);
     return Status::ok;
 }
 

@@ -5,9 +5,12 @@
 #include "adapter/lifecycle.hpp"
 #include "adapter/model.hpp"
 
+#include <cstdarg>
+
 namespace hnav::fmu {
 
-enum class Status { ok, error };
+// A warning is said and never returned: what was asked for has been done.
+enum class Status { ok, warning, error };
 
 class Instance : public Allocated {
 public:
@@ -24,6 +27,7 @@ public:
         Interface interface = co_simulation;
         bool event_mode_used = false;
         bool early_return_allowed = false;
+        bool logging_on = false; // events too; errors and warnings are always told
     };
 
     // The reply to a step.
@@ -50,6 +54,10 @@ public:
     bool allowed(Call call) const;
     Status permit(Call call) const { return allowed(call) ? Status::ok : Status::error; }
     Status fail(const char* format, ...) const __attribute__((format(printf, 2, 3)));
+    // Of the log, by the status that it goes with.
+    static const char* category(Status status);
+    // on for the categories that are named, or as at the making for none.
+    Status set_debug_logging(bool on, std::size_t n, const char* const* categories);
 
     // -------------------------------------------------------------------------------------------- life
     Status set_up_experiment(double start_s, bool stop_defined, double stop_s);
@@ -106,6 +114,12 @@ private:
 
     Instance() = default;
     void restart();
+    void say(Status status, const char* format, va_list arguments) const;
+    void warn(const char* format, ...) const __attribute__((format(printf, 2, 3)));
+    void note(const char* format, ...) const __attribute__((format(printf, 2, 3)));
+    void set_logging(bool on);
+    bool take_samples(double t_s);
+    bool sample_inside(double end_s, Message* why);
     Status set_up_check(const char* name, const char* token);
     // The row that an importer names; null when there is none, or none of this type, which is said.
     const Variable* row_of(unsigned reference) const;
@@ -116,7 +130,6 @@ private:
     Status flow_sensitivity(const unsigned* unknowns, std::size_t n, const double* along, double* sensitivity,
                             bool* outputs) const;
     void output_sensitivity(const unsigned* unknowns, std::size_t n, const double* direction, double* x, double* sensitivity);
-    double* written() { return values_ + table_.size(); }
     void refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
 
@@ -125,11 +138,14 @@ private:
     Options options_;
     Importer importer_;
     char name_[128] = "";
-    double* values_ = nullptr; // one for each row, and behind them one flag for each: set by the importer
+    double* values_ = nullptr; // one for each row
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // seed and direction of a directional derivative
     Mode mode_ = instantiated;
     bool has_model_ = false; // initialised
+    bool logged_[3] = {};    // by status
+    bool told_lost_ = false;
+    double seen_s_ = 0;      // when inputs were looked at last
     unsigned stale_ = 0;     // groups whose rows are older than the model
     int first_state_ = -1, first_derivative_ = -1; // rows; states and derivatives stand together, in order
     double time_s_ = 0, start_s_ = 0, stop_s_ = 0;

@@ -14,6 +14,12 @@ struct Message {
     char text[320] = "";
 };
 
+// Which samples were lost: by the parameter that is the period and its value, or by the counter, which has none.
+struct Lost {
+    const char* by = nullptr;
+    double period_s = 0;
+};
+
 // Of the default experiment.
 struct Experiment {
     double step_s, stop_s;
@@ -53,14 +59,18 @@ public:
     // Appends the rows and remembers their places.
     virtual void describe(Table& table) = 0;
 
-    // Parameters are in values, and written tells by row which of them the importer has set (not 0): makes the model at
-    // start_s. False: impossible, with the reason.
-    virtual bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) = 0;
+    // Parameters are in values: makes the model at start_s. False: impossible, with the reason.
+    virtual bool initialise(const double* values, double start_s, bool model_exchange, Message* why) = 0;
 
     // Takes the samples that values hold at t_s; calling it twice takes nothing twice. True when something was taken.
     virtual bool take_samples(double* values, double t_s) = 0;
+    // The inputs of the first sensor that has lost a sample, and what it is sampled by; by is null when none has.
+    virtual Lost lost() const { return {}; }
     // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.
     virtual double next_sample_s(const double* values) const = 0;
+    // Whether a step of Co-Simulation takes the held inputs again at each sample that is due inside it.
+    virtual bool samples_inside() const { return false; }
+    virtual bool can_hold() const { return false; } // by sampling_mode
 
     // Co-Simulation: brings the model to t_s.
     virtual bool advance(double t_s, Message* why) = 0;

@@ -4,6 +4,7 @@
 #include "adapter/units.hpp"
 
 #include <cstring>
+#include <ctime>
 
 namespace hnav::fmu {
 
@@ -44,6 +45,7 @@ void write_interfaces(const Writer& w) {
         w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
         w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
+        if (!w.fmi3) w.attribute("canNotUseMemoryManagementFunctions", yes);
         w.text("/>\n");
     }
     w.text("  <CoSimulation");
@@ -54,7 +56,7 @@ void write_interfaces(const Writer& w) {
     if (w.fmi3) {
         w.attribute("hasEventMode", yes);
         w.attribute("providesIntermediateUpdate", yes);
-    }
+    } else w.attribute("canNotUseMemoryManagementFunctions", yes);
     w.text("/>\n");
 }
 
@@ -141,6 +143,12 @@ void write_value(const Writer& w, const Variable& v) {
     if (v.is_state) w.attribute("reinit", yes);
 }
 
+void write_description(const Writer& w, const Variable& v) {
+    w.text(v.basic ? " description=\"[basic] " : " description=\"");
+    w.escaped(v.description);
+    w.text("\"");
+}
+
 void write_variables(const Writer& w) {
     w.text("  <ModelVariables>\n");
     for (int i = 0; i < w.table.size(); ++i) {
@@ -148,7 +156,7 @@ void write_variables(const Writer& w) {
         std::fprintf(w.file, "    <%s", w.fmi3 ? type_element(v.type, true) : "ScalarVariable");
         w.attribute("name", v.name);
         w.attribute("valueReference", i);
-        w.attribute("description", v.description);
+        write_description(w, v);
         w.attribute("causality", name_of(v.causality));
         w.attribute("variability", name_of(v.variability));
         if (v.causality == Causality::parameter) w.attribute("initial", "exact");
@@ -212,6 +220,16 @@ void write_structure(const Writer& w) {
     w.text("  </ModelStructure>\n");
 }
 
+// Of the sources, where the build is told it: the date of the machine would make equal sources differ.
+void write_date(const Writer& w) {
+    const char* seconds = std::getenv("SOURCE_DATE_EPOCH");
+    if (!seconds || !*seconds) return;
+    const auto time = static_cast<std::time_t>(std::strtoll(seconds, nullptr, 10));
+    char date[32];
+    std::strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&time));
+    w.attribute("generationDateAndTime", date);
+}
+
 } // namespace
 
 void write_model_description(const Writer& w, const char* version) {
@@ -225,13 +243,18 @@ void write_model_description(const Writer& w, const char* version) {
     w.attribute("version", version);
     w.attribute("license", "BSD-3-Clause");
     w.attribute("generationTool", "hnav");
+    write_date(w);
     w.attribute("variableNamingConvention", "structured");
     if (!w.fmi3) w.attribute("numberOfEventIndicators", 0);
     w.text(">\n");
     write_interfaces(w);
     write_units(w);
     write_choices(w);
-    w.text("  <LogCategories><Category name=\"logStatusError\" description=\"What was wrong with a call\"/></LogCategories>\n");
+    w.text(
+        "  <LogCategories>\n    <Category name=\"logStatusError\" description=\"What was wrong with a call; always on\"/>\n"
+        "    <Category name=\"logStatusWarning\" description=\"What loses samples, said once; always on\"/>\n"
+        "    <Category name=\"logEvents\" description=\"Initialisation, events, reset, end; on when logging is\"/>\n"
+        "  </LogCategories>\n");
     w.text("  <DefaultExperiment");
     w.attribute("startTime", 0.0);
     w.attribute("stopTime", model_info.experiment.stop_s);

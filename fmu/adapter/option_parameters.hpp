@@ -1,4 +1,4 @@
-// Parameters that are options of the C API, by the same names.
+// Parameters that are options of the C API: GROUP.NAME, so that importers show a tree. Those that one meets first stand first.
 #pragma once
 
 #include "adapter/rows.hpp"
@@ -10,12 +10,23 @@ namespace hnav::fmu {
 
 using OptionAt = const hnav_option_info* (*)(std::int32_t);
 
+// The name of a parameter. A struct inside is in the option's name already, and a group of one is no branch of a tree.
+inline void write_name(OptionAt option_at, const hnav_option_info& option, Variable* v) {
+    int in_group = 0;
+    for (int k = 0; const hnav_option_info* other = option_at(k); ++k) in_group += !std::strcmp(other->group, option.group);
+    const bool bare = in_group == 1 || std::strchr(option.name, '.');
+    std::snprintf(v->name, sizeof v->name, "%.20s%s%.38s", bare ? "" : option.group, bare ? "" : ".", option.name);
+}
+
 // The row of one component, its start value taken from options.
-inline Variable option_row(const hnav_option_info& option, const void* options, int component) {
-    Variable v = variable(option.name, Type::real, Causality::parameter, Variability::fixed, option.description);
-    if (option.count > 1) std::snprintf(v.name, sizeof v.name, "%.50s[%d]", option.name, component + 1);
+inline Variable option_row(OptionAt option_at, const hnav_option_info& option, const void* options, int component) {
+    Variable v = variable("", Type::real, Causality::parameter, Variability::fixed, option.description);
+    write_name(option_at, option, &v);
+    const std::size_t length = std::strlen(v.name);
+    if (option.count > 1) std::snprintf(v.name + length, sizeof v.name - length, "[%d]", component + 1);
     if (option.kind == HNAV_OPTION_INTEGER) v.type = Type::integer;
     if (option.kind == HNAV_OPTION_CHOICE) v.type = Type::enumeration;
+    v.basic = !option.advanced;
     v.unit = option.unit;
     if (!std::strcmp(option.unit, "rad")) v.display_unit = "deg";
     if (!std::strcmp(option.unit, "rad/s")) v.display_unit = "deg/s";
@@ -31,22 +42,30 @@ inline Variable option_row(const hnav_option_info& option, const void* options, 
     return v;
 }
 
+// Calls visit(option, component) in the order of the rows.
+template <class Visit>
+void each_component(OptionAt option_at, Visit visit) {
+    for (int advanced = 0; advanced <= 1; ++advanced)
+        for (int k = 0; const hnav_option_info* option = option_at(k); ++k)
+            for (int i = 0; i < option->count && (option->advanced != 0) == (advanced != 0); ++i) visit(*option, i);
+}
+
 // A whole option table: one row for each component of each option; the number of the first.
 inline int add_options(Table& table, OptionAt option_at, const void* defaults) {
     const int first = table.size();
-    for (int k = 0; const hnav_option_info* option = option_at(k); ++k)
-        for (int i = 0; i < option->count; ++i) table.add(option_row(*option, defaults, i));
+    each_component(option_at,
+                   [&](const hnav_option_info& option, int i) { table.add(option_row(option_at, option, defaults, i)); });
     return first;
 }
 
-// What the importer has set goes into the options, which hold defaults; the other rows show what these are.
-inline void take_options(OptionAt option_at, int first, double* values, const double* written, void* options) {
-    int row = first;
-    for (int k = 0; const hnav_option_info* option = option_at(k); ++k)
-        for (int i = 0; i < option->count; ++i, ++row) {
-            if (written[row] != 0) hnav_set_option_value(option, options, i, values[row]);
-            values[row] = hnav_option_value(option, options, i);
-        }
+// What differs from its start value goes into the options, which hold defaults or a preset. Some importers write all
+// parameters and others those that were changed: both get the same.
+inline void take_options(OptionAt option_at, int first, const double* values, void* options) {
+    const double* value = values + first;
+    each_component(option_at, [&](const hnav_option_info& option, int i) {
+        if (*value != option.default_values[i]) hnav_set_option_value(&option, options, i, *value);
+        ++value;
+    });
 }
 
 } // namespace hnav::fmu

@@ -83,7 +83,9 @@ inline Variable choice(const char* name, const Choices& choices, const char* tex
 // ------------------------------------------------------------------------------------------------ of sampled inputs
 
 inline Variable sampling_mode(const char* text) {
-    return choice("sampling_mode", {[](const void*, int k) { return sampling_modes[k]; }, nullptr, 2}, text);
+    Variable v = choice("sampling_mode", {[](const void*, int k) { return sampling_modes[k]; }, nullptr, 3}, text);
+    v.basic = true;
+    return v;
 }
 
 inline Variable sample_counter(const char* name) {
@@ -91,7 +93,7 @@ inline Variable sample_counter(const char* name) {
 }
 
 inline Variable sample_time(const char* name) {
-    return input(name, "s", "ms", 0, "Time at which the sample was measured (sampling_mode counter)");
+    return input(name, "s", "", 0, "Time at which the sample was measured (sampling_mode counter)");
 }
 
 inline Variable reset_command() {

@@ -18,10 +18,13 @@ inline bool rising(double level, double* last) {
     return edge;
 }
 
-enum SamplingMode { periodic = 0, counter = 1 };
+enum SamplingMode { periodic = 0, counter = 1, held = 2 };
 constexpr Choice sampling_modes[] = {
     {"periodic", "Inputs are a sample at the first communication point at or after each period, stamped with its time"},
     {"counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"},
+    {"held",
+     "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they "
+     "were constant"},
 };
 
 struct NewSample {
@@ -39,8 +42,12 @@ struct SamplingClock {
 
     // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark one in counter mode.
     bool take(double t_s, double now, double t_meas_s, NewSample* sample) {
-        sample->t_s = mode == counter ? t_meas_s : t_s;
-        return mode == counter ? counter_changed(now, &sample->lost) : period_elapsed(t_s, &sample->lost);
+        sample->t_s = t_meas_s;
+        if (mode == counter) return counter_changed(now, &sample->lost);
+        if (!period_elapsed(t_s, &sample->lost)) return false;
+        // A held value is one of its period, whatever the rounding of the point that it is taken at.
+        sample->t_s = mode == held ? start_s + (due - 1) * period_s : t_s;
+        return true;
     }
 
     // The first communication point at or after k periods takes sample k; points that come too late lose samples.
@@ -55,7 +62,7 @@ struct SamplingClock {
 
     // When the next sample is due; infinity when time does not tell.
     double next_s() const {
-        return mode == periodic && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
+        return mode != counter && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
     }
 
 private:

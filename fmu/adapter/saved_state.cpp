@@ -16,7 +16,7 @@ struct Instance::Header {
 
 namespace {
 
-constexpr std::uint64_t snapshot_magic = 0x3354415453564e48ull; // "HNVSTAT3": the last character counts versions
+constexpr std::uint64_t snapshot_magic = 0x3454415453564e48ull; // "HNVSTAT4": the last character counts versions
 constexpr std::uint64_t version_bits = 0xffull << 56;
 constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and checksum
 
@@ -29,8 +29,7 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
 } // namespace
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (2 * table_.size() + model_info.states.count) * sizeof(double) +
-           (has_model_ ? model_->state_size() : 0);
+    return sizeof(Header) + (table_.size() + model_info.states.count) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
 }
 
 Status Instance::take_snapshot(Snapshot** snapshot) {
@@ -46,8 +45,8 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
     Header header{snapshot_magic, 0,       table_.token(), bytes,  options_.interface, options_.event_mode_used, mode_,
                   has_model_,     time_s_, start_s_,       stop_s_};
-    std::memcpy(place + sizeof header, values_, 2 * table_.size() * sizeof(double));
-    std::memcpy(place + sizeof header + 2 * table_.size() * sizeof(double), states_, model_info.states.count * sizeof(double));
+    std::memcpy(place + sizeof header, values_, table_.size() * sizeof(double));
+    std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, model_info.states.count * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
     std::memcpy(place, &header, sizeof header);
     header.checksum = checksum(place + unchecked_bytes, bytes - unchecked_bytes);
@@ -64,12 +63,12 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     if (header.interface != options_.interface || header.event_mode_used != static_cast<std::uint64_t>(options_.event_mode_used))
         return fail("this state was taken from an instance of another interface");
     const double* values = reinterpret_cast<const double*>(place + sizeof header);
-    std::memcpy(values_, values, 2 * table_.size() * sizeof(double));
-    std::memcpy(states_, values + 2 * table_.size(), model_info.states.count * sizeof(double));
+    std::memcpy(values_, values, table_.size() * sizeof(double));
+    std::memcpy(states_, values + table_.size(), model_info.states.count * sizeof(double));
     Message why;
     if (header.has_model) {
-        const std::size_t used = sizeof header + (2 * table_.size() + model_info.states.count) * sizeof(double);
-        if (!model_->initialise(values_, written(), header.start_s, options_.interface == model_exchange, &why) ||
+        const std::size_t used = sizeof header + (table_.size() + model_info.states.count) * sizeof(double);
+        if (!model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why) ||
             !model_->load(place + used, header.bytes - used)) {
             restart();
             return fail("the state does not fit this instance: %s", why.text);
@@ -78,7 +77,7 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     } else model_->clear();
     has_model_ = header.has_model != 0;
     mode_ = static_cast<Mode>(header.mode);
-    time_s_ = header.time_s;
+    time_s_ = seen_s_ = header.time_s;
     start_s_ = header.start_s;
     stop_s_ = header.stop_s;
     stale_ = ~0u;
@@ -113,7 +112,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     if (header.magic != snapshot_magic && (header.magic | version_bits) == (snapshot_magic | version_bits))
         return fail("this state was saved by another version of the FMU");
     if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
-        header.bytes < sizeof header + (2 * table_.size() + model_info.states.count) * sizeof(double) ||
+        header.bytes < sizeof header + (table_.size() + model_info.states.count) * sizeof(double) ||
         header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));

@@ -3,6 +3,8 @@
 
 #include "adapter/model.hpp"
 
+#include <cstring>
+
 namespace hnav::fmu {
 
 class StateRows {
@@ -20,7 +22,7 @@ public:
     void add(const char* name, const char* unit, double start, DependsOn depends_on, const char* text) {
         Variable v = variable(name, Type::real, Causality::local, Variability::continuous, text);
         if (derivatives_) std::snprintf(v.name, sizeof v.name, "der(%.50s)", name);
-        v.unit = derivatives_ ? "" : unit;
+        v.unit = derivatives_ ? per_second(unit) : unit;
         v.group = state_group;
         v.depends_on = derivatives_ ? depends_on : DependsOn::nothing;
         v.is_state = !derivatives_;
@@ -40,6 +42,12 @@ public:
     }
 
 private:
+    static const char* per_second(const char* unit) {
+        if (!*unit) return "1/s";
+        if (!std::strcmp(unit, "rad/s")) return "rad/s2";
+        return ""; // of seconds
+    }
+
     StateRows(Table& table, bool derivatives, int first_state)
         : table_(table), derivatives_(derivatives), first_state_(first_state) {}
 

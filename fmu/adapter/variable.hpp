@@ -51,6 +51,7 @@ struct Variable {
     unsigned group;    // which part of the model computes it: a bit of Model::refresh
     int derivative_of; // row of the state, or -1
     bool is_state;
+    bool basic; // of the dozen parameters that one meets first
 };
 
 // FNV-1a, 64 bits.

@@ -20,7 +20,7 @@ class AircraftIns final : public LibraryModel<StatelessModel, AircraftCalls, Air
 public:
     void describe(Table& table) override { at_.describe(table); }
 
-    bool initialise(double* values, const double*, double start_s, bool, Message* why) override {
+    bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_aircraft_model model = at_.parameters.model(values);
         model.gravity_error = {values + at_.gravity_sigma, values + at_.gravity_time_constant};
         hnav_square_wave commands[nu];

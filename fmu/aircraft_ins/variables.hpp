@@ -97,7 +97,7 @@ private:
             table,
             add_each(table, "z", states, output("", "", "", "Measurement of the INS: truth, coloured error and white noise")));
         sample.add<&Sample::number>(table, output("z.sample", Type::integer, "Number of the newest sample, counted from 1"));
-        sample.add<&Sample::t_s>(table, output("z.t_meas", "s", "ms", "Time of the newest sample"));
+        sample.add<&Sample::t_s>(table, output("z.t_meas", "s", "", "Time of the newest sample"));
         sample.bind<&Sample::u>(
             table, add_each(table, "u", controls, output("", "", "", "Control that was held up to the newest sample")));
         sample.bind<&Sample::x>(table, add_each(table, "truth", states, output("", "", "", "State at the newest sample")));

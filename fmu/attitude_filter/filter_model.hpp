@@ -17,6 +17,7 @@ struct FilterMemory {
     SamplingClock clock[Inputs::sensors];
     double reset_level, realign_level;
     double missed;
+    double first_missed; // the sensor that first lost a sample, counted from 1; 0 while none has
     double command; // that Model Exchange has still to apply to the importer's states
     double model_exchange;
 };
@@ -31,9 +32,9 @@ public:
         StateRows::add_to(table, Kind::describe_states);
     }
 
-    bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) override {
-        typename Kind::Options options = Kind::defaults(static_cast<int>(values[in_.preset]));
-        take_options(Kind::option, in_.options, values, written, &options);
+    bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
+        typename Kind::Options options = Kind::defaults(in_.preset < 0 ? 0 : static_cast<int>(values[in_.preset]));
+        take_options(Kind::option, in_.options, values, &options);
         if (!Kind::reholds && model_exchange && options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD) {
             std::snprintf(why->text, sizeof why->text,
                           "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
@@ -69,7 +70,10 @@ public:
             NewSample sample;
             if (!memory_.clock[s].take(t_s, values[in.sample], values[in.t_meas], &sample)) continue;
             // A sensor that is declared invalid has no samples to lose by the time, but those that its counter tells of.
-            if (valid || memory_.clock[s].mode == counter) memory_.missed += sample.lost;
+            if (valid || memory_.clock[s].mode == counter) {
+                memory_.missed += sample.lost;
+                if (sample.lost > 0 && memory_.first_missed == 0) memory_.first_missed = s + 1;
+            }
             if (!valid) continue;
             push(s, sample.t_s, values + in.value);
             taken = true;
@@ -83,6 +87,16 @@ public:
         if (memory_.model_exchange != 0) hnav_filter_next_event_s(object_, &next);
         for (const SamplingClock& clock : memory_.clock) next = std::fmin(next, clock.next_s());
         return next;
+    }
+
+    bool can_hold() const override { return true; }
+    bool samples_inside() const override { return memory_.clock[0].mode == held; }
+
+    Lost lost() const override {
+        if (memory_.first_missed == 0) return {};
+        const int s = static_cast<int>(memory_.first_missed) - 1;
+        if (memory_.clock[s].mode == counter) return {Inputs::counters[s], 0};
+        return {Inputs::periods[s], memory_.clock[s].period_s};
     }
 
     bool advance(double t_s, Message* why) override { return done(hnav_filter_advance(object_, t_s), why); }

@@ -8,11 +8,14 @@ namespace hnav::fmu {
 // Where they stand in the table.
 struct Inputs {
     static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // that the FMU has inputs for
+    static constexpr const char* periods[sensors] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
+    static constexpr const char* counters[sensors] = {"gyro.sample", "accel.sample", "mag.sample", "aid.sample"};
     struct Sensor {
         int value, sample, t_meas, valid, period; // value: three components; of the heading aid: heading, sigma
     } sensor[sensors];
     int reset, realign;
-    int preset, sampling_mode;
+    int preset; // -1: there is one set of defaults, and no choice
+    int sampling_mode;
     int options; // the first of them
 
     template <class Kind>
@@ -21,8 +24,14 @@ struct Inputs {
         reset = table.add(rows::reset_command());
         realign = table.add(
             rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
-        preset = table.add(rows::choice("preset", Kind::presets(),
-                                        "Set of defaults; parameters that differ from their start values override it"));
+        const Choices presets = Kind::presets();
+        preset = -1;
+        if (presets.count > 1) {
+            Variable v =
+                rows::choice("preset", presets, "Set of defaults; parameters that differ from their start values override it");
+            v.basic = true;
+            preset = table.add(v);
+        }
         describe_sampling(table);
         const typename Kind::Options defaults = Kind::defaults(0);
         options = add_options(table, Kind::option, &defaults);
@@ -61,12 +70,11 @@ private:
     }
 
     void describe_sampling(Table& table) {
-        sampling_mode =
-            table.add(rows::sampling_mode("periodic: inputs are sampled every period; counter: when a sample counter changes"));
-        constexpr const char* names[] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
+        sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
         for (int s = 0; s < sensors; ++s) {
-            Variable v = rows::parameter(names[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
+            Variable v = rows::parameter(periods[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic); 0: never");
             v.display_unit = "ms";
+            v.basic = true;
             sensor[s].period = table.add(v);
         }
     }

@@ -94,7 +94,7 @@ private:
 
     void describe_posterior(Table& table) {
         using namespace rows;
-        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "ms", "Time of the newest sample used"));
+        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "", "Time of the newest sample used"));
         const int q = posterior_.add<&hnav_posterior::q_nb>(
             table, output("post.q", "", "", "Attitude just after that sample, body to navigation, scalar first"));
         posterior_.add<&hnav_posterior::gyro_bias_rad_s>(
@@ -303,12 +303,21 @@ private:
         field_.add<&Field::reference_changes>(
             table, output("field.reference_changes", Type::integer, "Changes of the reference field after the first"));
         field_.add<&Field::gate>(
-            table, output("field.gate", Type::integer, "Last field: 0 accepted, 1 rejected, 2 used with inflated noise"));
+            table, output("field.gate", {field_gate, nullptr, HNAV_FIELD_INFLATED + 1}, "What became of the last field"));
         field_.add<&Field::at_rest>(table, output("rest.detected", Type::boolean, "The body lies still"));
         field_.bind<&Field::gyro_calibration>(
             table, table.add_matrix(output("gyro_calibration.S", "", "",
                                            "Scale and misalignment of the gyroscope: rate = (I - S) reading - bias"),
                                     3));
+    }
+
+    static Choice field_gate(const void*, int k) {
+        constexpr Choice verdicts[] = {
+            {"accepted", "Used: it agrees with the reference"},
+            {"rejected", "Not used: it lies away from the reference"},
+            {"inflated", "Used with inflated noise although it lies away"},
+        };
+        return verdicts[k];
     }
 
     static bool known(const Field& field) { return !std::isnan(field.strength_tesla); }

@@ -16,6 +16,7 @@ using SensorCalls = LibraryObject<hnav_imu_mag_sensor, hnav_imu_mag_sensor_destr
 // The library holds the clocks of the three sensors.
 struct SensorMemory {
     double blind; // the truth was none at the newest look: what is due waits
+    double period_s[sensors];
 };
 
 class ImuMagSensor final : public LibraryModel<StatelessModel, SensorCalls, SensorMemory> {
@@ -32,10 +33,13 @@ public:
         describe_sensor(table, HNAV_SENSOR_MAG, "mag", {"field", "T", "uT", "T2.s", "Magnetic field, newest sample delivered"});
     }
 
-    bool initialise(double* values, const double* written, double start_s, bool, Message* why) override {
+    bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_imu_mag_sensor_options options = hnav_imu_mag_sensor_defaults();
-        take_options(hnav_imu_mag_sensor_option, at_.options, values, written, &options);
-        return make(why, hnav_imu_mag_sensor_create, &options, start_s);
+        take_options(hnav_imu_mag_sensor_option, at_.options, values, &options);
+        if (!make(why, hnav_imu_mag_sensor_create, &options, start_s)) return false;
+        const double periods_s[] = {options.gyro.period_s, options.accel.period_s, options.mag.period_s};
+        std::memcpy(memory_.period_s, periods_s, sizeof periods_s);
+        return true;
     }
 
     // A truth that is none stops nothing: the samples wait for one.
@@ -52,6 +56,16 @@ public:
         double next_s = no_bound;
         if (memory_.blind == 0) hnav_imu_mag_sensor_next_event_s(object_, &next_s); // else it waits for a truth, not a time
         return next_s;
+    }
+
+    Lost lost() const override {
+        constexpr const char* periods[] = {"gyro.period_s", "accel.period_s", "mag.period_s"};
+        for (int s = 0; s < sensors; ++s) {
+            auto reading = hnav_sized<hnav_reading>();
+            hnav_imu_mag_sensor_reading(object_, static_cast<hnav_sensor>(s), &reading);
+            if (reading.missed > 0) return {periods[s], memory_.period_s[s]};
+        }
+        return {};
     }
 
     bool advance(double t_s, Message* why) override { return done(hnav_imu_mag_sensor_advance(object_, t_s), why); }
@@ -101,7 +115,7 @@ private:
         reading.add<&hnav_reading::count>(
             table, output(Name(name, "sample"), Type::integer, "Samples delivered: a change marks a new sample"));
         reading.add<&hnav_reading::t_meas_s>(table,
-                                             output(Name(name, "t_meas"), "s", "ms", "Time at which the sample was measured"));
+                                             output(Name(name, "t_meas"), "s", "", "Time at which the sample was measured"));
         reading.add(table, output(Name(name, "valid"), Type::boolean, "There is a sample"),
                     [](const hnav_reading& r, double* row) { *row = r.count > 0; });
         // Not beside the sample: a plug of a filter has the members above and no others.

@@ -21,9 +21,9 @@ class InsErrorFilter final : public LibraryModel<StatelessModel, FilterCalls, Fi
 public:
     void describe(Table& table) override { at_.describe(table); }
 
-    bool initialise(double* values, const double* written, double start_s, bool, Message* why) override {
+    bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_ins_error_options options = hnav_ins_error_defaults();
-        take_options(hnav_ins_error_option, at_.options, values, written, &options);
+        take_options(hnav_ins_error_option, at_.options, values, &options);
         const hnav_aircraft_model model = at_.parameters.model(values);
         const hnav_aircraft_options plant_options = at_.parameters.options(values);
         clear();
@@ -69,6 +69,14 @@ public:
     }
 
     double next_sample_s(const double*) const override { return memory_.clock.next_s(); }
+
+    bool can_hold() const override { return true; }
+    bool samples_inside() const override { return memory_.clock.mode == held; }
+
+    Lost lost() const override {
+        if (memory_.missed == 0) return {};
+        return memory_.clock.mode == counter ? Lost{"z.sample", 0} : Lost{"interval", memory_.clock.period_s};
+    }
 
     bool advance(double, Message*) override { return true; }
 

@@ -64,8 +64,7 @@ private:
     }
 
     void describe_parameters(Table& table) {
-        sampling_mode = table.add(
-            rows::sampling_mode("periodic: inputs are sampled every interval; counter: when the sample counter changes"));
+        sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample; the period is interval"));
         const hnav_ins_error_options defaults = hnav_ins_error_defaults();
         options = add_options(table, hnav_ins_error_option, &defaults);
         parameters.describe(table);
@@ -73,7 +72,7 @@ private:
 
     void describe_estimate(Table& table) {
         estimate.add<&Estimate::t_s>(
-            table, output("post.t", "s", "ms",
+            table, output("post.t", "s", "",
                           "Time of the sample that the outputs are about: the newest, or the one before it (mdkf, amdkf, lag)"));
         estimate.bind<&Estimate::x>(table, add_each(table, "estimate", states, output("", "", "", "State")));
         estimate.bind<&Estimate::sigma>(table,

@@ -40,9 +40,9 @@ public:
         StateRows::add_to(table, [](StateRows& states) { states.add_attitude("Attitude as a state of Model Exchange"); });
     }
 
-    bool initialise(double* values, const double* written, double start_s, bool model_exchange, Message* why) override {
+    bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
         hnav_turntable_options options = hnav_turntable_defaults();
-        take_options(hnav_turntable_option, options_, values, written, &options);
+        take_options(hnav_turntable_option, options_, values, &options);
         if (!make(why, hnav_turntable_create, &options)) return false;
         memory_.piece_s = start_s;
         memory_.model_exchange = model_exchange;

@@ -6,6 +6,7 @@ renamed.csv has a row for each: kind (option, filter, fmu, variable, component, 
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable
 from functools import cache
 
 from hnav.places import PACKAGE
@@ -28,3 +29,10 @@ def now_called(name: str, *kinds: str) -> str:
     """ ", which is now called NEW" for a name that has changed, to stand behind it in a message; "" for any other."""
     new = new_name(name, *kinds)
     return f", which is now called {new}" if new else ""
+
+
+def called_in(variables: Iterable[str], name: str) -> str:
+    """The same for a name that an FMU does not know: another word, or one that bears its group now, as robust.gamma."""
+    word = new_name(name, "option", "variable") or name
+    found = [v for v in variables if v == word or v.endswith(f".{word}")]
+    return f", which is now called {found[0]}" if len(found) == 1 else now_called(name, "option", "variable")

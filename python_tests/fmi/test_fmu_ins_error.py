@@ -79,7 +79,7 @@ def opened(name: str, version: int, exchange: bool = False, **parameters) -> Fmu
 def choices(setting: dict) -> dict:
     """Options by name as the numbers of the FMU's enumerations."""
     table = option_table()
-    return {k: table[k].choices.index(v) if table[k].choices else v for k, v in setting.items()}
+    return {f"{table[k].group}.{k}": table[k].choices.index(v) if table[k].choices else v for k, v in setting.items()}
 
 
 def deliver(fmu: Fmu, axis: Axis, flight, k: int) -> None:
@@ -158,8 +158,9 @@ def test_parameters_of_the_filter_are_the_options_of_the_library(axis):
     defaults = InsErrorOptions()
     for name, info in option_table().items():
         value = getattr(defaults, name)
-        assert float(variables[name].start) == float(info.choices.index(value) if info.choices else value), name
-        assert variables[name].description == info.description
+        variable = variables[f"{info.group}.{name}"]
+        assert float(variable.start) == float(info.choices.index(value) if info.choices else value), name
+        assert variable.description.removeprefix("[basic] ") == info.description
 
 
 @versions
@@ -466,10 +467,10 @@ def test_event_mode_of_co_simulation_shows_the_sample_at_once(axis):
 
 def steps(fmu: Fmu, axis: Axis, flight, first: int, last: int) -> list:
     """The plant flies, the filter is fed from flight."""
-    names = axis.outputs if "form" in fmu.variables else [f"{n}.{s}" for n in ("z", "truth", "lambda") for s in axis.states]
+    names = axis.outputs if "form.form" in fmu.variables else [f"{n}.{s}" for n in ("z", "truth", "lambda") for s in axis.states]
     out = []
     for k in range(first, last):
-        if "form" in fmu.variables:
+        if "form.form" in fmu.variables:
             deliver(fmu, axis, flight, k)
         fmu.do_step(0.1 * k, 0.1)
         out.append(read(fmu, names))
@@ -549,7 +550,7 @@ def test_impossible_parameters_stop_initialisation_with_their_names(axis, versio
         (axis.plant, {f"ins_error_time_constant.{state}": 0.0}, r"accelerometer_error.time_constant_s\[2\]"),
         (axis.filter, {f"ins_error_time_constant.{state}": 0.01, "euler_colour": True}, "euler_colour"),
         (axis.plant, {f"command_period.{axis.controls[0]}": 0.0}, "commands.period_s"),
-        (axis.filter, {"hmm_fault_probability": 0.0}, "hmm_fault_probability"),
+        (axis.filter, {"scaling.hmm_fault_probability": 0.0}, "hmm_fault_probability"),
     ]  # fmt: skip
     for name, parameters, reason in cases:
         with opened(name, version, **parameters) as fmu:
@@ -588,7 +589,16 @@ def test_every_call_is_refused_in_each_mode_where_it_has_no_place(model, version
         allowed = {
             "instantiated": {"initialise", "set parameter", "set input"},
             "event": {"terminate", "get", "set input", "update", "enter continuous-time mode", "set time", "get states"},
-            "continuous": {"terminate", "get", "enter event mode", "set time", "set states", "get states", "completed step"},
+            "continuous": {
+                "terminate",
+                "get",
+                "set input",
+                "enter event mode",
+                "set time",
+                "set states",
+                "get states",
+                "completed step",
+            },
             "step": {"terminate", "get", "set input", "step"},
             "terminated": {"get", "get states"},
         }

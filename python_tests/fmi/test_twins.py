@@ -7,7 +7,7 @@ from attitude_twins import PRECISE, difference
 from hnav import Filter, Options
 from hnav.filters.attitude import FILTERS
 from hnav.fmi.engines import ENGINES, run_recording
-from hnav.fmi.fmu_run import parameter_values
+from hnav.fmi.fmu_run import filter_parameters
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.io.readers import read
 from hnav.reports.scores import score
@@ -35,7 +35,7 @@ def rates_in_fmu(version: int, settings: dict[str, str], m) -> list[float]:
     """hinf.decay_rate of Hrekf in Co-Simulation, after the samples of every row of m."""
     rates = []
     with Fmu(fmu_path("Hrekf", version)) as fmu:
-        for name, value in parameter_values("hrekf", settings, "default").items():
+        for name, value in filter_parameters("hrekf", settings, "default").items():
             fmu.set(name, value)
         fmu.initialise()
         for k, row in enumerate(zip(m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)):

@@ -54,12 +54,12 @@ def system(tmp_path_factory) -> Iterator[Path]:
     except HnavError as error:
         pytest.skip(str(error))
     folder = make_system(tmp_path_factory.mktemp("system"), {"first": "Hrekf", "second": "Hrekf"},
-                         [("first.att.heading", "second.aid.heading")], {"first.gamma": 2.0, "first.gamma_mode": "kl"})  # fmt: skip
+                         [("first.att.heading", "second.aid.heading")], {"first.robust.gamma": 2.0, "first.robust.gamma_mode": "kl"})  # fmt: skip
     text = (folder / "SystemStructure.ssd").read_text()
     more = ('<ssd:Units><ssd:Unit/></ssd:Units><ssd:DefaultExperiment startTime="0" stopTime="1"/></ssd:SystemStructureDescription>'
             .replace("<ssd:Unit/>", '<ssc:Unit name="rad"><ssc:BaseUnit rad="1" factor="1"/></ssc:Unit>'))  # fmt: skip
     (folder / "SystemStructure.ssd").write_text(text.replace("</ssd:SystemStructureDescription>", more))
-    (folder / "scenario_calm.ssv").write_text(parameter_set({"first.gamma": 3.0, "second.gamma_mode": "off"}))
+    (folder / "scenario_calm.ssv").write_text(parameter_set({"first.robust.gamma": 3.0, "second.robust.gamma_mode": "off"}))
     # The description of an FMU is read again and again.
     read, patched = fmpy.read_model_description, pytest.MonkeyPatch()
     patched.setattr(fmpy, "read_model_description", functools.cache(lambda path, validate: read(path, validate=validate)))
@@ -143,7 +143,7 @@ def test_times_that_no_machine_can_keep_are_one_line_of_the_command(system, tmp_
         (("simulate", system, "--step", "1e-300", "--out", tmp_path / "out"), "--step 1e-300: 1e+300 points need"),
         ((*filtered, "--step", "1e-300"), "--step 1e-300: 1e+298 points need"),
         ((*filtered, "--step", "inf"), "--step inf: must be above 0 seconds"),
-        (("simulate", system, "--set", "first.mag_gate_nis=1e999", "--out", tmp_path / "out"), "first"),
+        (("simulate", system, "--set", "first.gate.mag_gate_nis=1e999", "--out", tmp_path / "out"), "first"),
         (("simulate", system, "--out", tmp_path / ("x" * 300) / "y"), "file name too long"),
         (("simulate", "x" * 5000 + "/", "--out", tmp_path / "out"), "file name too long"),
     ):
@@ -156,7 +156,7 @@ def test_times_that_no_machine_can_keep_are_one_line_of_the_command(system, tmp_
 
 ABOUT = {
     "system": "made", "description": "", "scenario": None, "grade": "fine", "seed": 1, "start_s": 0.0, "stop_s": 1.0, "step_s": 0.1,
-    "parameters": {"hrekf.preset": "default", "hrekf.gamma": 2.0, "hrekf.start_q_nb[1]": 1.0, "hrekf.adaptation": "off", "sensor.on": True},
+    "parameters": {"hrekf.preset": "default", "hrekf.robust.gamma": 2.0, "hrekf.start.start_q_nb[1]": 1.0, "hrekf.adaptation.adaptation": "off", "sensor.on": True},
     "components": {"hrekf": {"model": "Hrekf", "fmi": "2.0", "version": "0.2"}}, "wall_s": {"hrekf": 0.1}, "lost": {"hrekf": 0},
     "failure": "", "versions": {"hnav": "0.2.0"},
 }  # fmt: skip

@@ -177,7 +177,7 @@ def test_a_parameter_that_the_fmu_refuses_is_told_with_its_component(turntable):
 
 
 def test_what_is_written_is_read(turntable, tmp_path):
-    run = simulate(turntable, "gamma_off", settings={"ahrs.start_samples": 2}, seed=4, stop_s=1)
+    run = simulate(turntable, "gamma_off", settings={"ahrs.start.start_samples": 2}, seed=4, stop_s=1)
     write_run(run, tmp_path / "new" / "folder")
     again = read_run(tmp_path / "new" / "folder")
     assert again.about == json.loads(json.dumps(run.about))
@@ -187,7 +187,7 @@ def test_what_is_written_is_read(turntable, tmp_path):
     for name, values in run.columns.items():
         assert again[name].dtype == np.float64
         np.testing.assert_array_equal(again[name], values)
-    assert run.about["parameters"]["hrekf.gamma_mode"] == "off"
+    assert run.about["parameters"]["hrekf.robust.gamma_mode"] == "off"
     assert run.about["parameters"]["sensor.seed"] == 4
     assert run.components == ["turntable", "sensor", "hekf", "hrekf", "ahrs"]
 
@@ -246,8 +246,8 @@ def test_bad_input_ends_with_one_line_and_code_2(turntable, tmp_path):
         (["simulate", str(turntable), "--grade", "none"], "has no grade none"),
         (["simulate", str(turntable), "--set", "sensor.seed"], "write NAME=VALUE"),
         (["simulate", str(turntable), "--set", "seed=1"], "component.parameter=value is wanted"),
-        (["simulate", str(turntable), "--set", "hekf.gamma=x"], "hekf.gamma = x: a Real is wanted"),
-        (["simulate", str(turntable), "--set", "hekf.gamma_mode=soft"], "one of off, fixed, relative, kl is wanted"),
+        (["simulate", str(turntable), "--set", "hekf.robust.gamma=x"], "hekf.robust.gamma = x: a Real is wanted"),
+        (["simulate", str(turntable), "--set", "hekf.robust.gamma_mode=soft"], "one of off, fixed, relative, kl is wanted"),
         (["simulate", str(turntable), "--step", "0"], "--step 0: must be above 0 seconds"),
         (["simulate", str(turntable), "--stop", "-1"], "--stop -1: must be at least a step"),
         (["report", str(tmp_path / "none")], "none: no such file"),

@@ -29,14 +29,14 @@ def pair(ssp, tmp_path) -> Path:
         tmp_path / "pair",
         {"first": "Hrekf", "second": "Hrekf"},
         [("first.att.heading", "second.aid.heading")],
-        {"first.gamma": 2.0},
+        {"first.robust.gamma": 2.0},
     )
 
 
 def test_the_reader_finds_what_the_archive_holds(ssp):
     with read_system(ssp) as system:
         assert list(system.components) == ["hekf", "hrekf"]
-        assert system.parameters() == {"hekf.gamma_mode": "off", "hrekf.gamma_mode": "kl"}
+        assert system.parameters() == {"hekf.robust.gamma_mode": "off", "hrekf.robust.gamma_mode": "kl"}
         assert len(system.connections) == 18
         assert (system.start_s, system.stop_s) == (0.0, 10.0)
         assert system.connectors["mag.field[1]"].unit == "T"
@@ -52,22 +52,26 @@ def test_an_unpacked_archive_goes_with_the_system(ssp):
 def test_a_folder_takes_the_fmus_of_the_build(pair):
     with read_system(pair) as system:
         assert system.components["first"].fmu.is_file()
-        assert system.parameters() == {"first.gamma": 2.0}
+        assert system.parameters() == {"first.robust.gamma": 2.0}
     assert (pair / "SystemStructure.ssd").is_file()
 
 
 def test_grade_then_scenario_then_caller(pair):
     (pair / "grades").mkdir()
     (pair / "grades" / "fine.ssv").write_text(
-        parameter_set({"first.gamma": 3.0, "first.adaptation_gain": 0.5, "first.mag_gate_nis": 4.0})
+        parameter_set({"first.robust.gamma": 3.0, "first.adaptation.adaptation_gain": 0.5, "first.gate.mag_gate_nis": 4.0})
     )
-    (pair / "scenario_hard.ssv").write_text(parameter_set({"first.adaptation_gain": 0.25, "first.gamma": 2.0}))
+    (pair / "scenario_hard.ssv").write_text(parameter_set({"first.adaptation.adaptation_gain": 0.25, "first.robust.gamma": 2.0}))
     with read_system(pair) as system:
         system.choose("fine", "hard")
         # gamma = 2 is what the SSD binds: the scenario is not about it, and the grade's stays.
-        assert system.parameters() == {"first.gamma": 3.0, "first.adaptation_gain": 0.25, "first.mag_gate_nis": 4.0}
-        system.apply([Parameter("first.gamma_mode", "", "kl"), Parameter("second.gyro.valid", "", "false")], "--set")
-        assert system.parameters()["first.gamma_mode"] == "kl"
+        assert system.parameters() == {
+            "first.robust.gamma": 3.0,
+            "first.adaptation.adaptation_gain": 0.25,
+            "first.gate.mag_gate_nis": 4.0,
+        }
+        system.apply([Parameter("first.robust.gamma_mode", "", "kl"), Parameter("second.gyro.valid", "", "false")], "--set")
+        assert system.parameters()["first.robust.gamma_mode"] == "kl"
         assert system.parameters()["second.gyro.valid"] is False
 
 
@@ -156,16 +160,16 @@ def test_an_archive_loads_nothing_by_url(pair, tmp_path, source):
 
 def test_an_archive_binds_no_parameters_from_outside(pair, tmp_path):
     ssd = pair / "SystemStructure.ssd"
-    (tmp_path / "set.ssv").write_text(parameter_set({"first.gamma": 3.0}))
+    (tmp_path / "set.ssv").write_text(parameter_set({"first.robust.gamma": 3.0}))
     binding = f'<ssd:ParameterBinding source="{tmp_path}/set.ssv"/></ssd:ParameterBindings>'
     ssd.write_text(ssd.read_text().replace("</ssd:ParameterBindings>", binding))
     with read_system(pair) as system:  # a folder is the user's own
-        assert system.parameters() == {"first.gamma": 3.0}
+        assert system.parameters() == {"first.robust.gamma": 3.0}
     archive = packed(pair, tmp_path / "x.ssp")
     with pytest.raises(HnavError, match="a parameter set: .*set.ssv lies outside of the archive"):
         read_system(archive)
     with read_system(archive, allow_outside=True) as system:
-        assert system.parameters() == {"first.gamma": 3.0}
+        assert system.parameters() == {"first.robust.gamma": 3.0}
 
 
 def test_links_and_names_that_lead_outside_are_refused_before_anything_is_written(pair, tmp_path, monkeypatch):
@@ -241,12 +245,12 @@ AID = 'startElement="first" startConnector="att.heading" endElement="second" end
          "second.aid.heading -> second.aid.heading: it runs from an input to an input; an output to an input is wanted"),
         ('<ssc:Real unit="rad"/>', '<ssc:Integer/>', "connector first.att.heading is Integer in the SSD and Real in the FMU"),
         ('unit="rad"', 'unit="deg"', "connector first.att.heading is in deg in the SSD and in rad in the FMU"),
-        ("first.gamma", "first.gamme", "component first (Hrekf) has no parameter gamme"),
-        ("first.gamma", "none.gamma", "none.gamma names no component of system made (first, second)"),
-        ('"first.gamma"', '"first.att.heading"', "first.att.heading is a variable of kind output, not a parameter"),
-        ('<ssv:Real value="2.0"/>', '<ssv:Integer value="2"/>', "first.gamma is Real, not Integer"),
-        ('<ssv:Real value="2.0"/>', '<ssv:Real value="2.0" unit="m"/>', "first.gamma is in 1 (no unit), not in m"),
-        ('<ssv:Real value="2.0"/>', '<ssv:Real value="two"/>', "first.gamma = two: a Real is wanted"),
+        ("first.robust.gamma", "first.robust.gamme", "component first (Hrekf) has no parameter robust.gamme"),
+        ("first.robust.gamma", "none.robust.gamma", "none.robust.gamma names no component of system made (first, second)"),
+        ('"first.robust.gamma"', '"first.att.heading"', "first.att.heading is a variable of kind output, not a parameter"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Integer value="2"/>', "first.robust.gamma is Real, not Integer"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Real value="2.0" unit="m"/>', "first.robust.gamma is in 1 (no unit), not in m"),
+        ('<ssv:Real value="2.0"/>', '<ssv:Real value="two"/>', "first.robust.gamma = two: a Real is wanted"),
         ("</ssd:Connections>", f"<ssd:Connection {AID}/></ssd:Connections>", "second.aid.heading is already fed by first.att.heading"),
         (f"{AID}/>", f'{AID}><ssc:LinearTransformation factor="2"/></ssd:Connection>', "has a LinearTransformation, which hnav does not do"),
         ("</ssd:Elements>", '<ssd:System name="inner"/></ssd:Elements>', "inner is a System; hnav runs components only"),
@@ -285,7 +289,7 @@ def test_a_bound_file_that_is_missing_is_named(pair):
 
 
 def test_unknown_choices_and_seeds_without_taker_are_named(pair):
-    (pair / "scenario_calm.ssv").write_text(parameter_set({"first.gamma": 2.0}))
+    (pair / "scenario_calm.ssv").write_text(parameter_set({"first.robust.gamma": 2.0}))
     with read_system(pair) as system:
         with pytest.raises(HnavError, match="system made has no scenario wild: it has calm"):
             system.choose(scenario="wild")

@@ -14,9 +14,9 @@ from typing import Protocol
 
 import numpy as np
 
-from hnav.filters.attitude import HEALTH_SENSORS, Options, empty_run
+from hnav.filters.attitude import HEALTH_SENSORS, Options, empty_run, option_table
 from hnav.filters.rotations import euler_rad
-from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
@@ -37,17 +37,15 @@ HEALTH = tuple(f"health.{sensor}.state" for sensor in HEALTH_SENSORS)
 PROGRESS_POINTS = 500
 
 
-def parameter_values(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int | str]:
-    """Settings as the FMU's parameters: arrays become name[1] ... name[n], choices stay names. Raises HnavError."""
+def filter_parameters(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int | str]:
+    """Settings as the parameters of the filter's FMU, choices by name. Raises HnavError.
+
+    All options are written, those of the preset too: beside the parameter preset one that equals its start value would
+    not count.
+    """
     options = Options(filter, preset, **settings)
-    values: dict[str, float | int | str] = {"preset": preset, "sampling_mode": "counter"}
-    for name in settings:
-        value = getattr(options, name)
-        if isinstance(value, (str, int, float)):
-            values[name] = value
-        else:
-            values |= {f"{name}[{i}]": float(v) for i, v in enumerate(value, start=1)}
-    return values
+    table = option_table(filter)
+    return {"sampling_mode": "counter"} | parameter_values(table, {name: getattr(options, name) for name in table})
 
 
 def run_fmu(
@@ -67,7 +65,7 @@ def run_fmu(
     """
     version, kind = engine.split("-")
     with Fmu(fmu_path(MODELS[filter], int(version[3:])), model_exchange=kind == "me") as fmu:
-        for name, value in parameter_values(filter, settings, preset).items():
+        for name, value in filter_parameters(filter, settings, preset).items():
             fmu.set(name, value)
         fmu.initialise(float(recording.t_s[0]))
         points, rows = communication_points(recording.t_s, step_s)

@@ -7,7 +7,7 @@ import errno
 import os
 import shutil
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,8 +20,9 @@ from fmpy.sundials import CVodeSolver
 
 from hnav.errors import HnavError, HnavValueError
 from hnav.io.outputs import cannot_write, temporary_folder
+from hnav.native.options import OptionInfo
 from hnav.places import CHECKOUT, PACKAGE
-from hnav.renamed import now_called
+from hnav.renamed import called_in, now_called
 
 # The disk is at fault then, not the FMU.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES)
@@ -125,7 +126,7 @@ class Fmu:
 
     def _variable(self, name: str) -> ScalarVariable:
         if name not in self.variables:
-            raise HnavValueError("option", f"the FMU has no variable {name}{now_called(name, 'option', 'variable')}")
+            raise HnavValueError("option", f"the FMU has no variable {name}{called_in(self.variables, name)}")
         return self.variables[name]
 
     def _single(self, verb: str, variable: ScalarVariable) -> Callable[..., Any]:
@@ -221,6 +222,18 @@ class Fmu:
             get_nominals=f.getNominalsOfContinuousStates, set_time=f.setTime, input=None, startTime=start_s,
             relativeTolerance=rtol, maxNumSteps=100000,
         )  # fmt: skip
+
+
+def parameter_values(table: Mapping[str, OptionInfo], values: Mapping[str, Any]) -> dict[str, float | int | str]:
+    """Options of an attitude filter as parameters of its FMU: GROUP.NAME, arrays as GROUP.NAME[1] and so on."""
+    found: dict[str, float | int | str] = {}
+    for name, value in values.items():
+        parameter = f"{table[name].group}.{name}"
+        if isinstance(value, (str, int, float)):
+            found[parameter] = value
+        else:
+            found |= {f"{parameter}[{i}]": float(v) for i, v in enumerate(value, start=1)}
+    return found
 
 
 def items_of(variable: ScalarVariable) -> dict[str, int]:

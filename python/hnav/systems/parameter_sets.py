@@ -1,6 +1,6 @@
 """Parameter sets of SSP 1.0 (SSV files) from plain values.
 
-    text = parameter_set("nominal", {"sensor.seed": 3, "hekf.gamma_mode": "off"}, variables)
+    text = parameter_set("nominal", {"sensor.seed": 3, "hekf.robust.gamma_mode": "off"}, variables)
 
 Names are component.parameter, as a set that is bound at the system has them. Numbers are written so that
 reading gives the same bits.

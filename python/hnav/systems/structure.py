@@ -15,7 +15,7 @@ from typing import NoReturn, Self
 from fmpy.model_description import ModelDescription
 
 from hnav.errors import HnavValueError
-from hnav.renamed import new_name, now_called
+from hnav.renamed import called_in, new_name
 
 # Far more than anyone counts runs, and a system of many plants stays within 32 bits.
 SEED_STRIDE = 1_000_000
@@ -172,7 +172,7 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     """The value as the variable's type. Raises HnavError for unknown names, wrong types and foreign units."""
     variable, full = component.variables.get(name), f"{where}: {component.name}.{name}"
     if variable is None:
-        model, hint = component.description.modelName, now_called(name, "option", "variable")
+        model, hint = component.description.modelName, called_in(component.variables, name)
         refuse(f"{where}: component {component.name} ({model}) has no parameter {name}{hint}", where)
     # SSP sets start values of inputs by the same entries.
     if variable.causality not in ("parameter", "structuralParameter", "input"):

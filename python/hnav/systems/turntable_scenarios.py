@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
+from hnav.filters.attitude import Options, option_table
+from hnav.fmi.fmus import parameter_values
 from hnav.systems.sensors import DEG, G_M_S2, read_grade
 from hnav.systems.structure import Value
 
@@ -80,6 +83,17 @@ def faults(outliers: float = 0.0, disturbance: float = 0.0) -> Values:
     }
 
 
+def paper() -> dict[str, Any]:
+    """What the paper's preset sets, value by value: beside the preset itself a value that equals its start value, such as
+    gamma_mode = off, would not count."""
+    given, default = Options("hrekf", "paper"), Options("hrekf")
+    return {name: getattr(given, name) for name in option_table("hrekf") if getattr(given, name) != getattr(default, name)}
+
+
+def hrekf_parameters(values: dict[str, Any]) -> Values:
+    return parameter_values(option_table("hrekf"), values)
+
+
 def filters(
     accel: float = 0.01, mag: float = 0.02, quaternion: float = 1e-3, gyro: float = 0.0, bias_walk: float = 1e-3,
     tilt_rad: float = 2 * math.sqrt(0.1), heading_rad: float = 2 * math.sqrt(0.1), bias_rad_s: float = math.sqrt(1e-3),
@@ -87,8 +101,8 @@ def filters(
 ) -> Values:  # fmt: skip
     """HEKF and HREKF: standard deviations of a sample at 100 Hz in units of gravity and field; Q by densities; the start."""
     root = math.sqrt(0.01)
-    both: Values = {
-        "preset": "paper",
+    both = {
+        **paper(),
         "gamma_relative_rate_1_s": rate_of(rho),
         "accel_noise_per_sqrt_hz": accel * root,
         "mag_noise_per_sqrt_hz": mag * root,
@@ -96,7 +110,7 @@ def filters(
         "gyro_noise_rad_per_sqrt_s": gyro,
         "gyro_bias_walk_rad_s_per_sqrt_s": bias_walk,
         "start_mode": "attitude",
-        **{f"start_q_nb[{i}]": q for i, q in enumerate(ORIGIN, start=1)},
+        "start_q_nb": ORIGIN,
         "start_sigma_tilt_rad": tilt_rad,
         "start_sigma_heading_rad": heading_rad,
         "start_sigma_bias_rad_s": bias_rad_s,
@@ -107,8 +121,8 @@ def filters(
         "adaptation_gain": 0.5,
         "solver": solver,
     }
-    modes: dict[str, Values] = {"hekf": {"gamma_mode": "off"}, "hrekf": {"gamma_mode": gamma_mode}}
-    return {f"{name}.{key}": value for name, mode in modes.items() for key, value in (mode | both).items()}
+    modes = {"hekf": {"gamma_mode": "off"}, "hrekf": {"gamma_mode": gamma_mode}}
+    return {f"{name}.{key}": value for name, mode in modes.items() for key, value in hrekf_parameters(both | mode).items()}
 
 
 # P0 = 1e-6 I and R = 1e-2 I: found so that the ratios of the paper's Table 1 come back.
@@ -158,4 +172,6 @@ def grade_values(name: str) -> Values:
     noise = grade.filter_parameters(STRENGTH_TESLA)
     bias_sigma = math.hypot(grade.values["gyro.bias_sigma_rad_s"], grade.values["gyro.bias_instability_rad_s"])
     told = noise | {"quaternion_noise_per_sqrt_s": 0.0, "start_sigma_bias_rad_s": bias_sigma}
-    return values | {f"{component}.{key}": value for component in ("hekf", "hrekf") for key, value in told.items()}
+    return values | {
+        f"{component}.{key}": value for component in ("hekf", "hrekf") for key, value in hrekf_parameters(told).items()
+    }

@@ -107,6 +107,9 @@ class Fmu:
             for candidate in self._names.candidates(kind, base):
                 if found := self._variables.get(candidate + bracket + index):
                     return found
+                # Parameters of options stand in groups: robust.gamma.
+                if found := next((v for n, v in self._variables.items() if n.endswith(f".{candidate}{bracket}{index}")), None):
+                    return found
         raise KeyError(f"{self.description.modelName} has no variable {name}")
 
     def canonical(self, name: str) -> str:
