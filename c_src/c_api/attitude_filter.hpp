@@ -6,6 +6,7 @@
 #include "attitude/common/frames.hpp"
 #include "c_api/health.hpp"
 #include "c_api/message.hpp"
+#include "c_api/shown_along.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 
@@ -30,6 +31,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
     virtual hnav::Outcome advance(double t_s) = 0;
+    virtual hnav::Outcome commit(double t_s) = 0;
     // For a row of a recording whose samples have been pushed.
     virtual hnav::Outcome advance_row(double t_s) = 0;
 
@@ -52,6 +54,9 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
     virtual hnav::LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
+    virtual std::size_t snapshot_size() const = 0;
+    virtual void take_snapshot(void* buffer) const = 0;
+    virtual bool restore_snapshot(const void* buffer, std::size_t bytes) = 0;
 
     virtual int nx() const = 0;
     virtual void get_x(double* x) const = 0;
@@ -61,6 +66,7 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual double next_event_s() const = 0;
     virtual hnav::Outcome jump(double t_s, const double* x_minus, double* x_plus) = 0;
     virtual void show(double t_s, const double* x) = 0;
+    virtual hnav::ShownAlong shown_along(const double* seed) const = 0; // of what is shown now
 
 protected:
     ~hnav_filter() = default;
@@ -114,6 +120,7 @@ public:
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
+    Outcome commit(double t_s) override { return filter_.commit(t_s); }
     Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
 
     double now_s() const override { return filter_.now_s(); }
@@ -185,6 +192,9 @@ public:
 
     std::size_t state_size() const override { return filter_.state_size(); }
     void save(void* buffer) const override { filter_.save(buffer); }
+    std::size_t snapshot_size() const override { return filter_.snapshot_size(); }
+    void take_snapshot(void* buffer) const override { filter_.take_snapshot(buffer); }
+    bool restore_snapshot(const void* buffer, std::size_t bytes) override { return filter_.restore_snapshot(buffer, bytes); }
     LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter_.load(buffer, bytes); }
 
     int nx() const override { return Model::nx; }
@@ -197,6 +207,9 @@ public:
     double next_event_s() const override { return filter_.next_event_s(); }
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override { return filter_.jump(t_s, x_minus, x_plus); }
     void show(double t_s, const double* x) override { filter_.show(t_s, x); }
+    ShownAlong shown_along(const double* seed) const override {
+        return hnav::shown_along(model(), filter_.shown(), seed, filter_.nx());
+    }
 
 private:
     double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }

@@ -127,6 +127,12 @@ hnav_status hnav_filter_advance(hnav_filter* filter, double t_s) {
     return advance(filter, clock_time(t_s));
 }
 
+hnav_status hnav_filter_commit(hnav_filter* filter, double t_s) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    if (const hnav_status status = check_time(filter, t_s)) return status;
+    return advanced(filter, clock_time(t_s), filter->commit(clock_time(t_s)));
+}
+
 // ------------------------------------------------------------------------------------------------ estimate
 
 hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attitude) {
@@ -272,6 +278,25 @@ hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t byt
 hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
     return hnav::load_status(*filter, filter->load(buffer, bytes), "filter", bytes, filter->state_size());
+}
+
+hnav_status hnav_filter_snapshot_size(const hnav_filter* filter, size_t* bytes) {
+    REQUIRE(filter, bytes);
+    *bytes = filter->snapshot_size();
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->snapshot_size())) return status;
+    filter->take_snapshot(buffer);
+    return HNAV_OK;
+}
+
+hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
+    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of a filter with such options", bytes);
 }
 
 // ------------------------------------------------------------------------------------------------ hybrid view

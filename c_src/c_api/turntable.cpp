@@ -41,9 +41,18 @@ hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_o
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     const hnav_status status = caller.check_options(options, hnav::turntable_options);
     if (status != HNAV_OK) return status;
+    const hnav::TurntableMotion motion = hnav::turntable_of(*options);
+    for (int i = 0; i < 3; ++i) {
+        const hnav::AxisMotion& axis = motion.axes[i];
+        constexpr const char* names[] = {"roll", "pitch", "yaw"};
+        if (axis.has_corners() && !(axis.quarter_s() >= axis.corners_apart_s))
+            return caller.fail(HNAV_ERROR_OPTION,
+                               "%s.amplitude_rad = %g at %s.rate_rad_s = %g is over in %g s: at least %g s are needed", names[i],
+                               axis.amplitude_rad, names[i], axis.rate_rad_s, axis.quarter_s(), axis.corners_apart_s);
+    }
     auto* self = hnav::make_object<hnav_turntable>();
     if (!self) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the turntable");
-    self->motion = hnav::turntable_of(*options);
+    self->motion = motion;
     *table = self;
     return HNAV_OK;
 }
@@ -88,6 +97,12 @@ hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* 
         force_b_m_s2[i] = truth.force[i];
         field_b_tesla[i] = truth.field[i];
     }
+    return HNAV_OK;
+}
+
+hnav_status hnav_quaternion_to_euler_along(const double* q_nb, const double* dq_nb, double* along_rad) {
+    if (!q_nb || !dq_nb || !along_rad) return HNAV_ERROR_NULL_ARGUMENT;
+    Eigen::Map<Vector3>{along_rad} = hnav::roll_pitch_yaw_along(Quaternion(q_nb), Quaternion(dq_nb));
     return HNAV_OK;
 }
 

@@ -110,11 +110,17 @@ public:
     // them now: those that wait would fill the queue while each advance dropped one.
     Outcome advance(double stamp_s) {
         const double t_s = stamp_s + stamps_.offset_s();
-        // What was shown beyond the newest sample was a look ahead: a time that had jumped there may come back.
-        const bool comes_back =
-            settings_.time_jump_limit_s > 0 && now_ - t_s > settings_.time_jump_limit_s && t_s >= newest_time_s();
-        if (t_s < now_ && !comes_back) return Outcome::backwards;
-        return advance_to(t_s);
+        return runs_back(t_s) ? Outcome::backwards : advance_to(t_s);
+    }
+
+    // The same without the look-ahead: until advance(stamp_s) is called too, the estimate just after the newest event is shown.
+    Outcome commit(double stamp_s) {
+        const double t_s = stamp_s + stamps_.offset_s();
+        if (runs_back(t_s)) return Outcome::backwards;
+        const Outcome outcome = solve_to(t_s);
+        view_ = &newest();
+        now_ = event_now_ = t_s;
+        return outcome;
     }
 
     // For a row of a recording, whose samples have been pushed: rows that share a stamp stand for the times that their
@@ -206,15 +212,7 @@ public:
     void save(void* buffer) const {
         std::memset(buffer, 0, state_size());
         unsigned char* place = SavedState::numbers(buffer);
-        const Kept kept{now_,
-                        event_now_,
-                        late_limit_,
-                        refused,
-                        stamps_,
-                        propagator_.rhs_evals(),
-                        propagator_.steps(),
-                        static_cast<std::uint64_t>(queue_.size()),
-                        static_cast<std::uint64_t>(queue_.solved())};
+        const Kept kept = kept_now();
         place = put(place, &kept, sizeof kept);
         place = put(place, &queue_.after(0), queue_.sizes().state_bytes());
         place = put(place, view_, queue_.sizes().state_bytes());
@@ -228,9 +226,7 @@ public:
         if (outcome != LoadOutcome::ok) return outcome;
         Kept kept;
         const unsigned char* place = get(SavedState::numbers(buffer), &kept, sizeof kept);
-        if (kept.events < 1 || kept.events > static_cast<std::uint64_t>(settings_.queue_capacity) || kept.solved < 1 ||
-            kept.solved > kept.events)
-            return LoadOutcome::damaged;
+        if (!possible(kept)) return LoadOutcome::damaged;
 
         place = get(place, spare_, queue_.sizes().state_bytes());
         place = get(place, coasted_, queue_.sizes().state_bytes());
@@ -240,13 +236,43 @@ public:
         while (queue_.solved() < static_cast<int>(kept.solved))
             if (solve(queue_.solved()) != Outcome::ok) break;
         view_ = coasted_;
-        now_ = kept.now;
-        event_now_ = kept.event_now;
-        late_limit_ = kept.late_limit;
-        refused = kept.refused;
-        stamps_ = kept.stamps;
-        propagator_.set_counts(kept.rhs_evals, kept.steps);
+        take_back(kept);
         return LoadOutcome::ok;
+    }
+
+    // The same for this filter itself, or one of equal options in this program: as long as the events there are, without a
+    // check of every bit, and with the solved states, so that none is solved again. A microsecond.
+    std::size_t snapshot_size() const {
+        return sizeof(Kept) + (1 + queue_.solved()) * queue_.sizes().state_bytes() + queue_.size() * queue_.sizes().event_bytes();
+    }
+
+    void take_snapshot(void* buffer) const {
+        const Kept kept = kept_now();
+        unsigned char* place = put(static_cast<unsigned char*>(buffer), &kept, sizeof kept);
+        place = put(place, view_, queue_.sizes().state_bytes());
+        for (int i = 0; i < queue_.size(); ++i) place = put(place, &queue_.event(i), queue_.sizes().event_bytes());
+        for (int i = 0; i < queue_.solved(); ++i) place = put(place, &queue_.after(i), queue_.sizes().state_bytes());
+    }
+
+    // False: no snapshot of such a filter; it is as it was.
+    bool restore_snapshot(const void* buffer, std::size_t size) {
+        Kept kept;
+        if (size < sizeof kept) return false;
+        const unsigned char* place = get(static_cast<const unsigned char*>(buffer), &kept, sizeof kept);
+        if (!possible(kept) ||
+            size != sizeof kept + (1 + kept.solved) * queue_.sizes().state_bytes() + kept.events * queue_.sizes().event_bytes())
+            return false;
+        place = get(place, coasted_, queue_.sizes().state_bytes());
+        queue_.clear();
+        for (std::uint64_t i = 0; i < kept.events; ++i) queue_.append();
+        for (int i = 0; i < queue_.size(); ++i) place = get(place, &queue_.event(i), queue_.sizes().event_bytes());
+        for (std::uint64_t i = 0; i < kept.solved; ++i) {
+            place = get(place, &queue_.after(static_cast<int>(i)), queue_.sizes().state_bytes());
+            queue_.mark_solved();
+        }
+        view_ = coasted_;
+        take_back(kept);
+        return true;
     }
 
     Refused refused{};
@@ -281,6 +307,32 @@ private:
         std::uint64_t rhs_evals, steps;
         std::uint64_t events, solved;
     };
+
+    Kept kept_now() const {
+        return {now_,
+                event_now_,
+                late_limit_,
+                refused,
+                stamps_,
+                propagator_.rhs_evals(),
+                propagator_.steps(),
+                static_cast<std::uint64_t>(queue_.size()),
+                static_cast<std::uint64_t>(queue_.solved())};
+    }
+
+    bool possible(const Kept& kept) const {
+        return kept.events >= 1 && kept.events <= static_cast<std::uint64_t>(settings_.queue_capacity) && kept.solved >= 1 &&
+               kept.solved <= kept.events;
+    }
+
+    void take_back(const Kept& kept) {
+        now_ = kept.now;
+        event_now_ = kept.event_now;
+        late_limit_ = kept.late_limit;
+        refused = kept.refused;
+        stamps_ = kept.stamps;
+        propagator_.set_counts(kept.rhs_evals, kept.steps);
+    }
 
     // Models differ in the sizes of their states and events, and options in their fingerprint.
     SavedState saved_state() const {
@@ -387,11 +439,23 @@ private:
         return Outcome::ok;
     }
 
-    Outcome advance_to(double t_s) {
+    // What was shown beyond the newest sample was a look ahead: a time that had jumped there may come back.
+    bool runs_back(double t_s) const {
+        const bool comes_back =
+            settings_.time_jump_limit_s > 0 && now_ - t_s > settings_.time_jump_limit_s && t_s >= newest_time_s();
+        return t_s < now_ && !comes_back;
+    }
+
+    Outcome solve_to(double t_s) {
         Outcome outcome = Outcome::ok;
         while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s)
             if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
         close_events();
+        return outcome;
+    }
+
+    Outcome advance_to(double t_s) {
+        const Outcome outcome = solve_to(t_s);
         if (look_ahead(t_s) != Outcome::ok) return Outcome::diverged;
         now_ = event_now_ = t_s;
         return outcome;

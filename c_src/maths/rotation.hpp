@@ -206,6 +206,20 @@ inline Vector3Of<R> roll_pitch_yaw(const QuaternionOf<Exactly<R>>& q) {
             std::atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))};
 }
 
+// Its derivative along dq at the unit quaternion q; that of a pitch of 90 degrees has no limit and is answered by 0.
+template <class R = double>
+inline Vector3Of<R> roll_pitch_yaw_along(const QuaternionOf<Exactly<R>>& q, const QuaternionOf<Exactly<R>>& dq) {
+    const auto product = [&](int i, int j) { return 2 * q[i] * q[j]; };
+    const auto along = [&](int i, int j) { return 2 * (dq[i] * q[j] + q[i] * dq[j]); };
+    const auto angle = [](R y, R x, R dy, R dx) { return (x * dy - y * dx) / (x * x + y * y); }; // of atan2(y, x)
+    const R s = product(0, 2) - product(3, 1), cosine2 = 1 - s * s;
+    return {angle(product(0, 1) + product(2, 3), 1 - product(1, 1) - product(2, 2), along(0, 1) + along(2, 3),
+                  -along(1, 1) - along(2, 2)),
+            cosine2 > 0 ? (along(0, 2) - along(3, 1)) / std::sqrt(cosine2) : R(0),
+            angle(product(0, 3) + product(1, 2), 1 - product(2, 2) - product(3, 3), along(0, 3) + along(1, 2),
+                  -along(2, 2) - along(3, 3))};
+}
+
 template <class R = double>
 inline QuaternionOf<R> quaternion_from_matrix(const Matrix3Of<Exactly<R>>& m) {
     const Eigen::Quaternion<R> e(m);

@@ -1,6 +1,7 @@
 // Samples on their way: taken, but not delivered before their latency has passed.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
 #include <limits>
@@ -30,7 +31,7 @@ public:
     }
 
     static void advance(State* s, double t_s) {
-        const double tolerance = 1e-9 * std::fmax(1, std::fabs(t_s));
+        const double tolerance = instant_s(t_s, 1e-3);
         const int waiting = static_cast<int>(s->waiting);
         int arrived = 0;
         while (arrived < waiting && s->queue[arrived].arrives_s <= t_s + tolerance) ++arrived;

@@ -4,6 +4,7 @@
 // integrator which steps across a corner can ask for the piece it is in, smooth beyond its end.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
 #include <limits>
@@ -21,12 +22,13 @@ struct AxisMotion {
     double angle_rad = 0, amplitude_rad = 0, rate_rad_s = 1, period_s = 1, start_s = 0;
 
     static constexpr double before_start = -1;
+    static constexpr double corners_apart_s = 1e-6; // at least, else they are more events than anybody can step to
 
     // The piece at t. A corner belongs to the piece that follows, also when rounding puts t just before it: a sample at a
     // corner must not depend on how an importer adds up its time.
     double piece(double t_s) const {
         if (still()) return before_start;
-        const double s = t_s - start_s + 1e-9 * std::fmax(1, std::fabs(t_s));
+        const double s = t_s - start_s + instant_s(t_s, 0.01);
         if (s < 0) return before_start;
         switch (kind) {
         case Motion::step: return s < quarter_s() ? 0 : 1;
@@ -55,6 +57,11 @@ struct AxisMotion {
         }
     }
 
+    // From the middle to the end at the given rate.
+    double quarter_s() const { return std::fabs(amplitude_rad) / rate_rad_s; }
+
+    bool has_corners() const { return !still() && (kind == Motion::step || kind == Motion::triangle); }
+
     // Where the piece ends; infinity for the last.
     double corner_s(double piece) const {
         if (still()) return std::numeric_limits<double>::infinity();
@@ -66,8 +73,6 @@ struct AxisMotion {
 
 private:
     bool still() const { return kind == Motion::constant || amplitude_rad == 0; }
-    // From the middle to the end at the given rate.
-    double quarter_s() const { return std::fabs(amplitude_rad) / rate_rad_s; }
 };
 
 struct Truth {

@@ -2,6 +2,7 @@
 // point at or after that.
 #pragma once
 
+#include "base/instant.hpp"
 #include "simulation/random.hpp"
 
 namespace hnav {
@@ -17,9 +18,10 @@ struct SampleClock {
 
     // The newest index that is due at t, or one below next when there is none.
     double newest_due(double t_s, double next) const {
-        const double tolerance = 1e-9 * std::fmax(1, std::fabs(t_s)); // of importers that add up steps
+        const double latest_s = t_s + instant_s(t_s, period_s);
         double k = std::fmax(next - 1, std::floor((t_s - start_s) / period_s + 1));
-        while (k >= next && due_s(k) > t_s + tolerance) --k;
+        // Jitter and rounding move an index by two at most.
+        for (int i = 0; i < 3 && k >= next && due_s(k) > latest_s; ++i) k -= 1;
         return k;
     }
 };

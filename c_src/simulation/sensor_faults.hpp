@@ -1,6 +1,7 @@
 // Faults of a sensor, each within a window of time that is closed at its start and open at its end.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 #include "simulation/random.hpp"
 
@@ -11,7 +12,7 @@ struct Window {
 
     // Stamps that rounding put just before a bound count as on it.
     bool holds(double t_s) const {
-        const double late = t_s + 1e-9 * std::fmax(1, std::fabs(t_s));
+        const double late = t_s + instant_s(t_s, 0.01);
         return late >= start_s && late < stop_s;
     }
 };

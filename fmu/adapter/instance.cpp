@@ -50,11 +50,12 @@ Status Instance::set_up_check(const char* name, const char* token) {
     const int nx = model_info.states.count;
     values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
-    scratch_ = static_cast<double*>(std::calloc(2 * nx + 1, sizeof(double)));
+    scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
     if (!table_.complete() || !values_ || !states_ || !scratch_) return fail("no memory for the variables");
     if (!name || !*name) return fail("the instance name is missing");
+    token_ = table_.token();
     char expected[64];
-    format_token(table_.token(), expected, sizeof expected);
+    format_token(token_, expected, sizeof expected);
     if (!token || std::strcmp(token, expected) != 0)
         return fail("the token %s is not %s: model description and binary do not belong together", token ? token : "(null)",
                     expected);
@@ -156,10 +157,17 @@ bool Instance::allowed(Call call) const {
 
 // ------------------------------------------------------------------------------------------------ life
 
+Status Instance::check_time(const char* name, double t_s) const {
+    constexpr double max_time_s = 1e12; // as in the library: no clock counts so far in seconds
+    if (!std::isfinite(t_s)) return fail("%s = %g is not finite", name, t_s);
+    if (std::fabs(t_s) > max_time_s) return fail("%s = %g s lies beyond %g s", name, t_s, max_time_s);
+    return Status::ok;
+}
+
 Status Instance::set_up_experiment(double start_s, bool stop_defined, double stop_s) {
     if (!allowed(Call::enter_initialization)) return Status::error;
-    if (!std::isfinite(start_s)) return fail("startTime = %g is not finite", start_s);
-    if (stop_defined && !std::isfinite(stop_s)) return fail("stopTime = %g is not finite", stop_s);
+    if (check_time("startTime", start_s) != Status::ok) return Status::error;
+    if (stop_defined && check_time("stopTime", stop_s) != Status::ok) return Status::error;
     if (stop_defined && stop_s < start_s) return fail("stopTime = %g is before startTime = %g", stop_s, start_s);
     start_s_ = time_s_ = start_s;
     stop_s_ = stop_defined ? stop_s : no_bound;
@@ -172,11 +180,25 @@ Status Instance::enter_initialization() {
     return Status::ok;
 }
 
+// Of all that a model is made from.
+std::uint64_t Instance::parameter_hash() const {
+    Hash hash;
+    const auto add = [&hash](const double& value) {
+        const auto* bytes = reinterpret_cast<const unsigned char*>(&value);
+        for (std::size_t i = 0; i < sizeof value; ++i) hash.add(bytes[i]);
+    };
+    add(start_s_);
+    for (int i = 0; i < table_.size(); ++i)
+        if (table_[i].causality == Causality::parameter) add(values_[i]);
+    return hash.value;
+}
+
 Status Instance::exit_initialization(bool fmi2) {
     if (!allowed(Call::exit_initialization)) return Status::error;
     Message why;
     if (!model_->initialise(values_, start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
     has_model_ = true;
+    parameters_ = parameter_hash();
     stale_ = ~0u;
     seen_s_ = start_s_;
     note("initialised at t = %g s", start_s_);
@@ -233,17 +255,15 @@ bool Instance::take_samples(double t_s) {
 
 // Inputs that are held over a step are a sample at each period inside it.
 bool Instance::sample_inside(double end_s, Message* why) {
-    constexpr int largest = 1000000;
     const double begin_s = time_s_;
-    for (int n = 0; n <= largest; ++n) {
+    for (double n = 0; n <= max_samples_inside; ++n) {
         const double due_s = model_->next_sample_s(values_);
-        if (!(due_s < end_s - time_tolerance(end_s))) return true;
-        if (n == largest) break;
+        if (!(due_s < end_s - time_tolerance(end_s, end_s - begin_s))) return true;
         take_samples(due_s);
         if (!model_->advance(due_s, why)) return false;
     }
-    std::snprintf(why->text, sizeof why->text, "a step of %g s holds more than %d samples: take a shorter one", end_s - begin_s,
-                  largest);
+    std::snprintf(why->text, sizeof why->text, "a step of %g s holds more than %.0f samples: take a shorter one", end_s - begin_s,
+                  max_samples_inside);
     return false;
 }
 
@@ -255,9 +275,11 @@ Status Instance::check_array(const void* references, std::size_t n, const void* 
     return Status::ok;
 }
 
-void Instance::refresh(unsigned groups) {
+Status Instance::refresh(unsigned groups) {
     groups &= stale_;
-    if (!groups || !has_model_) return;
+    if (!groups || !has_model_) return Status::ok;
+    Message why;
+    if (!model_->look_ahead(groups, &why)) return fail("%s", why.text);
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
     if (groups & state_group && first_state_ >= 0) {
         double* x = values_ + first_state_;
@@ -267,6 +289,7 @@ void Instance::refresh(unsigned groups) {
     }
     model_->refresh(values_, groups);
     stale_ &= ~groups;
+    return Status::ok;
 }
 
 const Variable* Instance::row_of(unsigned reference) const {
@@ -291,7 +314,7 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
         if (!row) return Status::error;
         groups |= row->group;
     }
-    refresh(groups);
+    if (refresh(groups) != Status::ok) return Status::error;
     for (std::size_t i = 0; i < n; ++i) {
         const Variable& row = table_[references[i]];
         double value = row.causality == Causality::independent ? time_s_ : values_[references[i]];
@@ -343,18 +366,20 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     *reply = {};
     reply->last_successful_s = time_s_;
     if (!allowed(Call::do_step)) return Status::error;
-    if (!std::isfinite(t_s)) return fail("currentCommunicationPoint = %g is not finite", t_s);
+    if (check_time("currentCommunicationPoint", t_s) != Status::ok) return Status::error;
     if (!std::isfinite(step_s) || !(step_s > 0)) return fail("communicationStepSize = %g must be finite and above 0", step_s);
-    if (std::fabs(t_s - time_s_) > time_tolerance(time_s_))
+    if (std::fabs(t_s - time_s_) > time_tolerance(time_s_, step_s))
         return fail("currentCommunicationPoint = %.17g, but the last step ended at %.17g", t_s, time_s_);
     double end_s = t_s + step_s;
+    if (check_time("the end of the step", end_s) != Status::ok) return Status::error;
     if (!(end_s > t_s)) return fail("communicationStepSize = %g is lost in rounding at t = %.17g", step_s, t_s);
-    if (end_s > stop_s_ + time_tolerance(stop_s_)) return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
+    if (end_s > stop_s_ + time_tolerance(stop_s_, step_s))
+        return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
 
     take_samples(t_s);
     // A sample that falls inside the step is worth an early return to an importer that handles events.
     const double due_s = model_->next_sample_s(values_);
-    if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - time_tolerance(end_s)) {
+    if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - time_tolerance(end_s, step_s)) {
         end_s = due_s;
         reply->early_return = true;
     }
@@ -363,7 +388,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;
-    reply->event_handling_needed = options_.event_mode_used && due_s <= end_s + time_tolerance(end_s);
+    reply->event_handling_needed = options_.event_mode_used && due_s <= end_s + time_tolerance(end_s, step_s);
     reply->last_successful_s = end_s;
     if (update) { // the importer may read, and no more, while its callback runs
         mode_ = intermediate;

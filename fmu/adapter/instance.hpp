@@ -87,6 +87,8 @@ public:
     Status get_nominals(double* nominals, std::size_t n);
     Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
                                   const double* seed, double* sensitivity);
+    Status adjoint_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
+                              const double* seed, double* sensitivity);
 
     // -------------------------------------------------------------------------------------------- complete state
     struct Snapshot {
@@ -114,6 +116,7 @@ private:
 
     Instance() = default;
     void restart();
+    Status check_time(const char* name, double t_s) const;
     void say(Status status, const char* format, va_list arguments) const;
     void warn(const char* format, ...) const __attribute__((format(printf, 2, 3)));
     void note(const char* format, ...) const __attribute__((format(printf, 2, 3)));
@@ -126,12 +129,11 @@ private:
     const Variable* row_of(unsigned reference, Type type) const;
     Status check_value(const Variable& row, double value) const;
     Status check_states(const double* x, std::size_t n) const;
-    Status sum_seeds(const unsigned* knowns, std::size_t n, const double* seed, double* direction) const;
-    Status flow_sensitivity(const unsigned* unknowns, std::size_t n, const double* along, double* sensitivity,
-                            bool* outputs) const;
-    void output_sensitivity(const unsigned* unknowns, std::size_t n, const double* direction, double* x, double* sensitivity);
-    void refresh(unsigned groups);
+    Status check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns) const;
+    const double* rows_along(double* direction);
+    Status refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
+    std::uint64_t parameter_hash() const;
 
     Table table_;
     Model* model_ = nullptr;
@@ -140,9 +142,11 @@ private:
     char name_[128] = "";
     double* values_ = nullptr; // one for each row
     double* states_ = nullptr; // the importer's, in Model Exchange
-    double* scratch_ = nullptr; // seed and direction of a directional derivative
+    double* scratch_ = nullptr; // of a directional derivative: the direction, and a number for each row
     Mode mode_ = instantiated;
     bool has_model_ = false; // initialised
+    std::uint64_t token_ = 0;      // of the table
+    std::uint64_t parameters_ = 0; // hash of those that the model was made with
     bool logged_[3] = {};    // by status
     bool told_lost_ = false;
     double seen_s_ = 0;      // when inputs were looked at last

@@ -44,7 +44,7 @@ public:
     }
 
     bool load(const void* buffer, std::size_t bytes) final {
-        if (bytes != state_size()) return false;
+        if (bytes < sizeof memory_ || (!has_history && bytes != sizeof memory_)) return false;
         if constexpr (has_history) {
             const char* state = static_cast<const char*>(buffer) + sizeof memory_;
             if (Calls::load(object_, state, bytes - sizeof memory_) != HNAV_OK) return false;

@@ -32,6 +32,7 @@ enum class Call {
     set_input,
     fmu_state,
     directional_derivative,
+    adjoint_derivative,
     set_time,
     set_continuous_states,
     get_continuous_states,
@@ -62,7 +63,8 @@ constexpr Rule rules[] = {
     // derivatives. They are kept and act at the next event.
     {Call::set_input, "setting an input", instantiated | initialization | event | continuous | step, both_interfaces},
     {Call::fmu_state, "getting or setting the FMU state", any_mode & ~intermediate, both_interfaces},
-    {Call::directional_derivative, "GetDirectionalDerivative", initialization | initialized, both_interfaces},
+    {Call::directional_derivative, "GetDirectionalDerivative", initialization | initialized, model_exchange},
+    {Call::adjoint_derivative, "GetAdjointDerivative", initialization | initialized, model_exchange},
     {Call::set_time, "SetTime", event | continuous, model_exchange},
     {Call::set_continuous_states, "SetContinuousStates", continuous, model_exchange},
     {Call::get_continuous_states, "getting continuous states", initialization | event | continuous | terminated, model_exchange},

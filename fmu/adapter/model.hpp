@@ -75,6 +75,8 @@ public:
     // Co-Simulation: brings the model to t_s.
     virtual bool advance(double t_s, Message* why) = 0;
 
+    // Before that: brings what these groups show to the time of the last advance, when it is asked for only.
+    virtual bool look_ahead(unsigned /*groups*/, Message* /*why*/) { return true; }
     // Writes the rows of the groups whose bits are set.
     virtual void refresh(double* values, unsigned groups) = 0;
 
@@ -86,8 +88,12 @@ public:
     virtual bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const = 0;
     virtual bool jump(double t_s, double* x, bool* changed, Message* why) = 0;
     virtual void show(double t_s, const double* x) = 0;
+    // The derivatives along the direction seed of x, where the model was shown last, of the outputs that flow; those of
+    // others are 0 in rows, as they should be.
+    virtual void rows_along(const double* seed, double* rows) const = 0;
 
-    // The complete state apart from values, as plain numbers. load: into a model made by initialise with equal values.
+    // The complete state apart from values, as plain numbers, whose size may change with what is waiting. load: into a model
+    // made by initialise with equal values.
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
     virtual bool load(const void* buffer, std::size_t bytes) = 0;
@@ -105,6 +111,7 @@ public:
     bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
     bool jump(double, double*, bool*, Message*) override { return true; }
     void show(double, const double*) override {}
+    void rows_along(const double*, double*) const override {}
 };
 
 // Of this FMU: what it is, and the model; null when there is no memory.

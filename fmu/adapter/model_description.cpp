@@ -44,6 +44,7 @@ void write_interfaces(const Writer& w) {
         w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
         w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
         w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
+        if (w.fmi3) w.attribute("providesAdjointDerivatives", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
         if (!w.fmi3) w.attribute("canNotUseMemoryManagementFunctions", yes);
         w.text("/>\n");

@@ -13,7 +13,7 @@ Status Instance::check_states(const double* x, std::size_t n) const {
 
 Status Instance::set_time(double t_s) {
     if (!allowed(Call::set_time)) return Status::error;
-    if (!std::isfinite(t_s)) return fail("time = %g is not finite", t_s);
+    if (check_time("time", t_s) != Status::ok) return Status::error;
     time_s_ = t_s;
     stale_ = ~0u;
     return Status::ok;
@@ -57,72 +57,72 @@ Status Instance::get_nominals(double* nominals, std::size_t n) {
 
 // ------------------------------------------------------------------------------------------------ derivatives
 
-// The flow is differentiated exactly. Outputs are smooth functions of the state and are differentiated by central
-// differences along the seed.
+// Everything is differentiated exactly. Inputs act at events: nothing depends on them here.
 Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
                                         std::size_t n_knowns, const double* seed, double* sensitivity) {
     if (!allowed(Call::directional_derivative)) return Status::error;
     if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed)))
         return fail("GetDirectionalDerivative got a null pointer");
-    double *direction = scratch_, *along = scratch_ + model_info.states.count;
-    if (sum_seeds(knowns, n_knowns, seed, direction) != Status::ok) return Status::error;
-    // Before there is a model everything shows its start value.
-    std::memset(along, 0, model_info.states.count * sizeof(double));
-    refresh(state_group);
-    if (has_model_ && model_info.states.count > 0) model_->derivatives_along(time_s_, values_ + first_state_, direction, along);
-    bool outputs = false;
-    if (flow_sensitivity(unknowns, n_unknowns, along, sensitivity, &outputs) != Status::ok) return Status::error;
-    if (outputs && has_model_ && options_.interface == model_exchange)
-        output_sensitivity(unknowns, n_unknowns, direction, along, sensitivity);
+    if (check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok) return Status::error;
+    double* direction = scratch_;
+    std::memset(direction, 0, model_info.states.count * sizeof(double));
+    for (std::size_t k = 0; k < n_knowns; ++k)
+        if (table_[static_cast<int>(knowns[k])].is_state) direction[static_cast<int>(knowns[k]) - first_state_] += seed[k];
+    const double* rows = rows_along(direction);
+    for (std::size_t k = 0; k < n_unknowns; ++k) sensitivity[k] = rows[unknowns[k]];
     return Status::ok;
 }
 
-// The direction in the space of the states that the seeds of the knowns make together.
-Status Instance::sum_seeds(const unsigned* knowns, std::size_t n, const double* seed, double* direction) const {
-    std::memset(direction, 0, model_info.states.count * sizeof(double));
-    for (std::size_t k = 0; k < n; ++k) {
+// One state after another: there are at most some tens of them.
+Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
+                                    std::size_t n_knowns, const double* seed, double* sensitivity) {
+    if (!allowed(Call::adjoint_derivative)) return Status::error;
+    if ((n_unknowns && (!unknowns || !seed)) || (n_knowns && (!knowns || !sensitivity)))
+        return fail("GetAdjointDerivative got a null pointer");
+    if (check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok) return Status::error;
+    for (std::size_t k = 0; k < n_knowns; ++k) {
+        sensitivity[k] = 0;
+        if (!table_[static_cast<int>(knowns[k])].is_state) continue;
+        double* direction = scratch_;
+        std::memset(direction, 0, model_info.states.count * sizeof(double));
+        direction[static_cast<int>(knowns[k]) - first_state_] = 1;
+        const double* rows = rows_along(direction);
+        for (std::size_t i = 0; i < n_unknowns; ++i) sensitivity[k] += seed[i] * rows[unknowns[i]];
+    }
+    return Status::ok;
+}
+
+Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
+                             std::size_t n_knowns) const {
+    for (std::size_t k = 0; k < n_knowns; ++k) {
         const Variable* row = row_of(knowns[k]);
         if (!row) return Status::error;
-        if (row->causality == Causality::input) continue; // samples act at events: nothing depends on them here
-        if (!row->is_state) return fail("%s is no continuous state or input", row->name);
-        direction[static_cast<int>(knowns[k]) - first_state_] += seed[k];
+        if (row->causality != Causality::input && !row->is_state) return fail("%s is no continuous state or input", row->name);
     }
-    return Status::ok;
-}
-
-// Sensitivities of the unknowns that are derivatives, which change by `along`, and zero for the outputs among them.
-Status Instance::flow_sensitivity(const unsigned* unknowns, std::size_t n, const double* along, double* sensitivity,
-                                  bool* outputs) const {
-    for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t k = 0; k < n_unknowns; ++k) {
         const Variable* row = row_of(unknowns[k]);
         if (!row) return Status::error;
-        const bool derivative = row->derivative_of >= 0;
-        if (!derivative && (row->causality != Causality::output || row->type != Type::real))
+        if (row->derivative_of < 0 && (row->causality != Causality::output || row->type != Type::real))
             return fail("%s is no derivative or real output", row->name);
-        sensitivity[k] = derivative ? along[static_cast<int>(unknowns[k]) - first_derivative_] : 0;
-        *outputs = *outputs || !derivative;
     }
     return Status::ok;
 }
 
-// x: room for a state.
-void Instance::output_sensitivity(const unsigned* unknowns, std::size_t n, const double* direction, double* x,
-                                  double* sensitivity) {
+// What all rows change by along a direction of the states, whose length the models are not bothered with; before there is a
+// model everything shows its start value.
+const double* Instance::rows_along(double* direction) {
+    const int nx = model_info.states.count;
+    double* rows = scratch_ + nx;
+    std::memset(rows, 0, table_.size() * sizeof(double));
     double largest = 0;
-    for (int i = 0; i < model_info.states.count; ++i) largest = std::fmax(largest, std::fabs(direction[i]));
-    if (!(largest > 0)) return;
-    const double step = 1e-6 / largest;
-    for (int sign = 1; sign >= -1; sign -= 2) {
-        for (int i = 0; i < model_info.states.count; ++i) x[i] = states_[i] + sign * step * direction[i];
-        model_->show(time_s_, x);
-        model_->refresh(values_, ~0u);
-        for (std::size_t k = 0; k < n; ++k) {
-            const Variable& row = table_[static_cast<int>(unknowns[k])];
-            if (row.derivative_of < 0 && row.depends_on != DependsOn::nothing)
-                sensitivity[k] += sign * values_[unknowns[k]] / (2 * step);
-        }
-    }
-    stale_ = ~0u;
+    for (int i = 0; i < nx; ++i) largest = std::fmax(largest, std::fabs(direction[i]));
+    if (!has_model_ || !(largest > 0)) return rows;
+    for (int i = 0; i < nx; ++i) direction[i] /= largest;
+    model_->show(time_s_, states_);
+    model_->derivatives_along(time_s_, states_, direction, rows + first_derivative_);
+    model_->rows_along(direction, rows);
+    for (int i = 0; i < table_.size(); ++i) rows[i] *= largest;
+    return rows;
 }
 
 } // namespace hnav::fmu

@@ -8,8 +8,17 @@
 
 namespace hnav::fmu {
 
-// Importers add up steps: two times that lie closer than this are one.
-inline double time_tolerance(double t_s) { return 1e-9 * std::fmax(1, std::fabs(t_s)); }
+// Importers add up steps: two times that lie closer than this are one. scale_s: a period or step, of which the tolerance
+// stays a small part, also for a clock that counts from 1970.
+inline double time_tolerance(double t_s, double scale_s) {
+    const double size = std::fabs(t_s), rounding = 4 * std::numeric_limits<double>::epsilon() * size;
+    return std::fmax(rounding, std::fmin(1e-9 * std::fmax(1, size), 1e-3 * scale_s));
+}
+
+// Periods that are shorter are none: an importer that is sent to each of them does not get on.
+constexpr double min_period_s = 1e-6;
+// Samples of a model within one communication step.
+constexpr double max_samples_inside = 1e6;
 
 // True once when a command goes up.
 inline bool rising(double level, double* last) {
@@ -53,7 +62,7 @@ struct SamplingClock {
     // The first communication point at or after k periods takes sample k; points that come too late lose samples.
     bool period_elapsed(double t_s, double* lost) {
         if (!(period_s > 0)) return false;
-        const double k = std::floor((t_s - start_s + time_tolerance(t_s)) / period_s);
+        const double k = std::floor((t_s - start_s + time_tolerance(t_s, period_s)) / period_s);
         if (k < due) return false;
         *lost = k - due;
         due = k + 1;

@@ -8,9 +8,10 @@ namespace hnav::fmu {
 // Plain numbers: header, values, the importer's states, the model. Good in another process with the same binary.
 struct Instance::Header {
     std::uint64_t magic, checksum;
-    // Everything from here on is covered by the checksum.
+    // Everything from here on is covered by the checksum, which is made when a state is written out.
     std::uint64_t token, bytes;
     std::uint64_t interface, event_mode_used, mode, has_model;
+    std::uint64_t parameters; // what the model was made with
     double time_s, start_s, stop_s;
 };
 
@@ -43,13 +44,11 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
         fresh->bytes = bytes;
     }
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
-    Header header{snapshot_magic, 0,       table_.token(), bytes,  options_.interface, options_.event_mode_used, mode_,
-                  has_model_,     time_s_, start_s_,       stop_s_};
+    Header header{snapshot_magic, 0,          token_,      bytes,   options_.interface, options_.event_mode_used,
+                  mode_,          has_model_, parameters_, time_s_, start_s_,           stop_s_};
     std::memcpy(place + sizeof header, values_, table_.size() * sizeof(double));
     std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, model_info.states.count * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
-    std::memcpy(place, &header, sizeof header);
-    header.checksum = checksum(place + unchecked_bytes, bytes - unchecked_bytes);
     std::memcpy(place, &header, sizeof header);
     return Status::ok;
 }
@@ -68,13 +67,15 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     Message why;
     if (header.has_model) {
         const std::size_t used = sizeof header + (table_.size() + model_info.states.count) * sizeof(double);
-        if (!model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why) ||
-            !model_->load(place + used, header.bytes - used)) {
+        // A model that was made with these parameters is there, but for a state that came from elsewhere.
+        const bool made = (has_model_ && parameters_ == header.parameters) ||
+                          model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why);
+        if (!made || !model_->load(place + used, header.bytes - used)) {
             restart();
             return fail("the state does not fit this instance: %s", why.text);
         }
-        std::memcpy(values_, values, table_.size() * sizeof(double));
     } else model_->clear();
+    parameters_ = header.parameters;
     has_model_ = header.has_model != 0;
     mode_ = static_cast<Mode>(header.mode);
     time_s_ = seen_s_ = header.time_s;
@@ -101,6 +102,10 @@ Status Instance::serialise(const Snapshot* snapshot, unsigned char* bytes, std::
     if (!snapshot || !bytes) return fail("SerializeFMUState got a null pointer");
     if (size < snapshot->bytes) return fail("SerializeFMUState got %zu bytes, the state has %zu", size, snapshot->bytes);
     std::memcpy(bytes, snapshot + 1, snapshot->bytes);
+    Header header;
+    std::memcpy(&header, bytes, sizeof header);
+    header.checksum = checksum(bytes + unchecked_bytes, snapshot->bytes - unchecked_bytes);
+    std::memcpy(bytes, &header, sizeof header);
     return Status::ok;
 }
 
@@ -111,7 +116,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     std::memcpy(&header, bytes, sizeof header);
     if (header.magic != snapshot_magic && (header.magic | version_bits) == (snapshot_magic | version_bits))
         return fail("this state was saved by another version of the FMU");
-    if (header.magic != snapshot_magic || header.token != table_.token() || header.bytes > size ||
+    if (header.magic != snapshot_magic || header.token != token_ || header.bytes > size ||
         header.bytes < sizeof header + (table_.size() + model_info.states.count) * sizeof(double) ||
         header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");

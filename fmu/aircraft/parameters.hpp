@@ -12,7 +12,7 @@ struct Parameters {
 
     void describe(Table& table) {
         using namespace rows;
-        interval = table.add(parameter("interval", "s", interval_s, 0, 1e6, "Interval between samples, above 0"));
+        interval = table.add(parameter("interval", "s", interval_s, min_period_s, 1e6, "Interval between samples"));
         table.row(interval).display_unit = "ms";
         euler_colour =
             table.add(flag("euler_colour", "INS error by 1 - dt/tau, as the paper prints it, in place of exp(-dt/tau)"));

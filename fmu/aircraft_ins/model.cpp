@@ -43,7 +43,7 @@ public:
     // The command of an interval is that of the first point at or after its first sample, and of no later one: so finer
     // communication steps change nothing. At that point itself the last word counts.
     bool take_samples(double* values, double t_s) override {
-        fly_to(t_s);
+        if (!fly_to(t_s, nullptr)) return false; // said by what follows
         const double k = memory_.clock.due - 1;
         if (memory_.taken_for == k && memory_.taken_s != t_s) return false;
         memory_.taken_for = k;
@@ -58,10 +58,8 @@ public:
 
     double next_sample_s(const double*) const override { return memory_.clock.next_s(); }
 
-    bool advance(double t_s, Message*) override {
-        fly_to(t_s);
-        return true;
-    }
+    bool advance(double t_s, Message* why) override { return fly_to(t_s, why); }
+    bool jump(double t_s, double*, bool*, Message* why) override { return fly_to(t_s, why); }
 
     // ------------------------------------------------------------------------------------------------ outputs
 
@@ -82,11 +80,21 @@ public:
     }
 
 private:
-    // All samples up to t_s, so that the end of a step shows the sample that is due there.
-    void fly_to(double t_s) {
+    // All samples up to t_s, so that the end of a step shows the sample that is due there. False: they are too many.
+    bool fly_to(double t_s, Message* why) {
+        SamplingClock clock = memory_.clock;
         double more; // beside the one
-        if (!memory_.clock.period_elapsed(t_s, &more)) return;
+        if (!clock.period_elapsed(t_s, &more)) return true;
+        if (more >= max_samples_inside) {
+            if (why)
+                std::snprintf(why->text, sizeof why->text,
+                              "a step to %g s holds more than %.0f samples at interval = %g s: take a shorter one", t_s,
+                              max_samples_inside, clock.period_s);
+            return false;
+        }
+        memory_.clock = clock;
         for (double k = 0; k <= more; ++k) hnav_aircraft_step(object_, memory_.command);
+        return true;
     }
 
     Variables at_{};

@@ -8,8 +8,8 @@
 
 namespace hnav::fmu {
 
-using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_state_size, hnav_filter_save,
-                                  hnav_filter_load>;
+using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_snapshot_size,
+                                  hnav_filter_take_snapshot, hnav_filter_restore_snapshot>;
 
 // What was seen of the inputs so far.
 struct FilterMemory {
@@ -20,6 +20,8 @@ struct FilterMemory {
     double first_missed; // the sensor that first lost a sample, counted from 1; 0 while none has
     double command; // that Model Exchange has still to apply to the importer's states
     double model_exchange;
+    double now_s;  // of the last step
+    double behind; // 1: outputs that look ahead to now_s are still to be brought there
 };
 
 template <class Kind>
@@ -39,6 +41,14 @@ public:
             std::snprintf(why->text, sizeof why->text,
                           "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
             return false;
+        }
+        for (int s = 0; s < Inputs::sensors; ++s) {
+            const double period_s = values[in_.sensor[s].period];
+            if (period_s > 0 && period_s < min_period_s) {
+                std::snprintf(why->text, sizeof why->text, "%s = %g s is below %g s; 0 means never", Inputs::periods[s], period_s,
+                              min_period_s);
+                return false;
+            }
         }
         if (!make(why, Kind::create, &options)) return false;
         memory_.start_s = start_s;
@@ -99,7 +109,18 @@ public:
         return {Inputs::periods[s], memory_.clock[s].period_s};
     }
 
-    bool advance(double t_s, Message* why) override { return done(hnav_filter_advance(object_, t_s), why); }
+    // The estimate alone: the look-ahead costs as much again, and not everybody reads it at every step.
+    bool advance(double t_s, Message* why) override {
+        memory_.now_s = t_s;
+        memory_.behind = 1;
+        return done(hnav_filter_commit(object_, t_s), why);
+    }
+
+    bool look_ahead(unsigned groups, Message* why) override {
+        if (memory_.behind == 0 || !(groups & FilterOutputs::looking_ahead)) return true;
+        memory_.behind = 0;
+        return done(hnav_filter_advance(object_, memory_.now_s), why);
+    }
 
     void refresh(double* values, unsigned groups) override {
         out_.refresh(object_, groups, memory_.start_s, memory_.missed, values);
@@ -131,6 +152,7 @@ public:
         return done(hnav_filter_jump(object_, t_s, x, x), why);
     }
     void show(double t_s, const double* x) override { hnav_filter_show(object_, t_s, x); }
+    void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
 private:
     enum Command { command_reset = 1, command_realign = 2 };

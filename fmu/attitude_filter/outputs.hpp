@@ -21,6 +21,8 @@ enum Group {
 
 class FilterOutputs {
 public:
+    static constexpr unsigned looking_ahead = 1u << attitude_group | 1u << bias_group | 1u << covariance_group;
+
     template <class Kind>
     void describe(Table& table) {
         describe_posterior(table);
@@ -75,6 +77,20 @@ public:
         });
     }
 
+    // Derivatives along a direction of the state, of the rows that flow.
+    void along(const hnav_filter* filter, const double* seed, double* rows) const {
+        auto a = hnav_sized<hnav_shown_along>();
+        if (hnav_filter_shown_along(filter, seed, &a) != HNAV_OK) return;
+        std::memcpy(rows + q_, a.q_nb, sizeof a.q_nb);
+        std::memcpy(rows + euler_, a.euler_rad, sizeof a.euler_rad);
+        rows[heading_] = a.heading_rad;
+        std::memcpy(rows + sigma_, a.sigma_rad, sizeof a.sigma_rad);
+        std::memcpy(rows + rate_, a.rate_b_rad_s, sizeof a.rate_b_rad_s);
+        std::memcpy(rows + gyro_bias_, a.gyro_bias_rad_s, sizeof a.gyro_bias_rad_s);
+        std::memcpy(rows + gyro_bias_sigma_, a.gyro_bias_sigma_rad_s, sizeof a.gyro_bias_sigma_rad_s);
+        write_triangle(a.covariance, rows + cov_P_);
+    }
+
 private:
     struct Bias {
         double rate[3], bias[3], sigma[3];
@@ -115,22 +131,24 @@ private:
     void describe_attitude(Table& table) {
         using namespace rows;
         constexpr auto on_q_b = DependsOn::first_states, on_all = DependsOn::all_states;
-        const int q = attitude_.add<&hnav_attitude::q_nb>(
-            table, flow("att.q", "", "", on_q_b, "Attitude now, body to navigation, scalar first"));
-        attitude_.add<&hnav_attitude::euler_rad>(
+        q_ = attitude_.add<&hnav_attitude::q_nb>(table,
+                                                 flow("att.q", "", "", on_q_b, "Attitude now, body to navigation, scalar first"));
+        euler_ = attitude_.add<&hnav_attitude::euler_rad>(
             table, flow("att.euler", "rad", "deg", on_q_b, "Roll, pitch, yaw now (rotation order z y x)"));
-        attitude_.add<&hnav_attitude::heading_rad>(
+        heading_ = attitude_.add<&hnav_attitude::heading_rad>(
             table, flow("att.heading", "rad", "deg", on_q_b, "True heading of body x now, clockwise from north"));
-        const int sigma = attitude_.add<&hnav_attitude::sigma_rad>(
+        sigma_ = attitude_.add<&hnav_attitude::sigma_rad>(
             table, flow("att.sigma", "rad", "deg", on_all,
                         "Standard deviation of the rotation error about the navigation axes; pi before the start"));
-        start_unknown(table, q, sigma);
+        start_unknown(table, q_, sigma_);
         posterior_.add<&hnav_posterior::near_singular>(
             table, output("att.near_singular", Type::boolean,
                           "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
-        bias_.add<&Bias::rate>(table, flow("rate.body", "rad/s", "deg/s", on_q_b, "Angular rate of the body, bias removed"));
-        bias_.add<&Bias::bias>(table, flow("bias.gyro", "rad/s", "deg/s", on_q_b, "Gyro bias"));
-        bias_.add<&Bias::sigma>(table, flow("bias.gyro_sigma", "rad/s", "deg/s", on_all, "Standard deviation of the gyro bias"));
+        rate_ =
+            bias_.add<&Bias::rate>(table, flow("rate.body", "rad/s", "deg/s", on_q_b, "Angular rate of the body, bias removed"));
+        gyro_bias_ = bias_.add<&Bias::bias>(table, flow("bias.gyro", "rad/s", "deg/s", on_q_b, "Gyro bias"));
+        gyro_bias_sigma_ = bias_.add<&Bias::sigma>(
+            table, flow("bias.gyro_sigma", "rad/s", "deg/s", on_all, "Standard deviation of the gyro bias"));
     }
 
     void describe_readiness(Table& table) {
@@ -264,16 +282,18 @@ private:
 
     // The upper triangle, row by row.
     void describe_covariance(Table& table) {
-        const int first = table.add_triangle(
+        const int first = cov_P_ = table.add_triangle(
             rows::flow("cov.P", "", "", DependsOn::all_states, "Covariance of (rotation about the navigation axes, gyro bias)"),
             6);
         int row = first;
         for (int i = 0; i < 6; ++i)
             for (int j = i; j < 6; ++j) table.row(row++).unit = j < 3 ? "rad2" : i < 3 ? "rad2/s" : "rad2/s2";
-        covariance_.bind(table, first, 21, [](const Covariance& c, double* rows) {
-            for (int i = 0; i < 6; ++i)
-                for (int j = i; j < 6; ++j) *rows++ = c.P[6 * i + j];
-        });
+        covariance_.bind(table, first, 21, [](const Covariance& c, double* rows) { write_triangle(c.P, rows); });
+    }
+
+    static void write_triangle(const double* P, double* rows) {
+        for (int i = 0; i < 6; ++i)
+            for (int j = i; j < 6; ++j) *rows++ = P[6 * i + j];
     }
 
     static void read_covariance(const hnav_filter* filter, double* P) {
@@ -322,6 +342,7 @@ private:
 
     static bool known(const Field& field) { return !std::isnan(field.strength_tesla); }
 
+    int q_ = 0, euler_ = 0, heading_ = 0, sigma_ = 0, rate_ = 0, gyro_bias_ = 0, gyro_bias_sigma_ = 0, cov_P_ = 0; // rows
     using Innovation = Outputs<hnav_innovation, innovation_group>;
     Outputs<hnav_attitude, attitude_group> attitude_;
     Outputs<Bias, bias_group> bias_;

@@ -3,8 +3,11 @@
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
+#include "adapter/sampling_clock.hpp"
 #include "adapter/state_rows.hpp"
 #include "hnav/simulation.h"
+
+#include <initializer_list>
 
 namespace hnav::fmu {
 namespace {
@@ -18,6 +21,7 @@ struct TurntableMemory {
     double piece_s; // in Model Exchange a piece holds until the event at its corner, so that the flow is smooth
     double model_exchange;
     hnav_truth truth; // shown
+    double length;    // of the attitude that it was shown for
 };
 
 class Turntable final : public LibraryModel<Model, TurntableCalls, TurntableMemory> {
@@ -28,15 +32,17 @@ public:
         table.add(time());
         const hnav_turntable_options defaults = hnav_turntable_defaults();
         options_ = add_options(table, hnav_turntable_option, &defaults);
-        const int q = truth_.add<&hnav_truth::q_nb>(
+        q_ = truth_.add<&hnav_truth::q_nb>(
             table, flow("truth.q", "", "", on_q, "Attitude, body to north-east-down of true north, scalar first"));
-        table.row(q).start = 1;
-        truth_.add<&hnav_truth::euler_rad>(table,
-                                           flow("truth.euler", "rad", "deg", on_q, "Roll, pitch, yaw (rotation order z y x)"));
+        table.row(q_).start = 1;
+        euler_ = truth_.add<&hnav_truth::euler_rad>(
+            table, flow("truth.euler", "rad", "deg", on_q, "Roll, pitch, yaw (rotation order z y x)"));
         truth_.add<&hnav_truth::rate_b_rad_s>(
             table, flow("truth.rate", "rad/s", "deg/s", DependsOn::nothing, "Angular rate of the body, in body axes"));
-        truth_.add<&hnav_truth::force_b_m_s2>(table, flow("truth.force", "m/s2", "", on_q, "Specific force in body axes"));
-        truth_.add<&hnav_truth::field_b_tesla>(table, flow("truth.field", "T", "uT", on_q, "Magnetic field in body axes"));
+        force_ =
+            truth_.add<&hnav_truth::force_b_m_s2>(table, flow("truth.force", "m/s2", "", on_q, "Specific force in body axes"));
+        field_ =
+            truth_.add<&hnav_truth::field_b_tesla>(table, flow("truth.field", "T", "uT", on_q, "Magnetic field in body axes"));
         StateRows::add_to(table, [](StateRows& states) { states.add_attitude("Attitude as a state of Model Exchange"); });
     }
 
@@ -74,13 +80,41 @@ public:
         if (hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth) != HNAV_OK) return false;
         return hnav_quaternion_derivative(seed, truth.rate_b_rad_s, out) == HNAV_OK;
     }
-    bool jump(double t_s, double* x, bool*, Message* why) override {
+    // At a corner the rate jumps. An integrator that keeps its history over it goes on with derivatives of the piece before;
+    // it starts anew where it is told that states have changed.
+    bool jump(double t_s, double* x, bool* changed, Message* why) override {
+        double corner_s = no_bound;
+        hnav_turntable_next_corner_s(object_, memory_.piece_s, &corner_s);
+        *changed = corner_s <= t_s + time_tolerance(t_s, min_period_s);
         memory_.piece_s = t_s;
         return see(t_s, x, why);
     }
     void show(double t_s, const double* x) override {
         Message ignored;
         see(t_s, x, &ignored);
+    }
+
+    // Force and field are of second degree in the components of the attitude, whose length is taken out: their difference
+    // between two attitudes on both sides is the derivative exactly.
+    void rows_along(const double* seed, double* rows) const override {
+        double q[4], turn[4], inner = 0, length = 0;
+        std::memcpy(q, memory_.truth.q_nb, sizeof q);
+        for (int i = 0; i < 4; ++i) inner += q[i] * seed[i];
+        for (int i = 0; i < 4; ++i) turn[i] = (seed[i] - inner * q[i]) / memory_.length; // only the direction is shown
+        for (int i = 0; i < 4; ++i) length += turn[i] * turn[i];
+        length = std::sqrt(length);
+        std::memcpy(rows + q_, turn, sizeof turn);
+        hnav_quaternion_to_euler_along(q, turn, rows + euler_);
+        if (!(length > 0)) return;
+        for (const int side : {1, -1}) {
+            double to[4], force[3], field[3]; // of length sqrt(2): products of two components are halves of what they were
+            for (int i = 0; i < 4; ++i) to[i] = q[i] + side * turn[i] / length;
+            hnav_turntable_seen_from(object_, to, force, field);
+            for (int i = 0; i < 3; ++i) {
+                rows[force_ + i] += side * length * force[i];
+                rows[field_ + i] += side * length * field[i];
+            }
+        }
     }
 
 private:
@@ -90,19 +124,21 @@ private:
     bool see(double t_s, const double* x, Message* why) {
         auto truth = hnav_sized<hnav_truth>();
         if (!done(hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth), why)) return false;
+        memory_.length = 1;
         if (x) {
             if (!done(hnav_turntable_seen_from(object_, x, truth.force_b_m_s2, truth.field_b_tesla), why)) return false;
             double length = 0;
             for (int i = 0; i < 4; ++i) length += x[i] * x[i];
             length = std::sqrt(length);
             for (int i = 0; i < 4; ++i) truth.q_nb[i] = x[i] / length;
+            memory_.length = length;
             hnav_quaternion_to_euler(truth.q_nb, truth.euler_rad);
         }
         memory_.truth = truth;
         return true;
     }
 
-    int options_ = 0; // the first row
+    int options_ = 0, q_ = 0, euler_ = 0, force_ = 0, field_ = 0; // first rows
     Outputs<hnav_truth, truth_group> truth_;
 };
 

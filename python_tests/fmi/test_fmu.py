@@ -548,7 +548,7 @@ ABSENT = {
     "GetStringStatus GetString SetString",
     3: "GetFloat32 SetFloat32 GetInt8 SetInt8 GetUInt8 SetUInt8 GetInt16 SetInt16 GetUInt16 SetUInt16 GetUInt32 SetUInt32 GetUInt64 "
     "SetUInt64 GetString SetString GetBinary SetBinary GetClock SetClock GetNumberOfVariableDependencies GetVariableDependencies "
-    "GetAdjointDerivative GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal "
+    "GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal "
     "SetIntervalFraction SetShiftDecimal SetShiftFraction EnterConfigurationMode ExitConfigurationMode GetOutputDerivatives",
 }
 

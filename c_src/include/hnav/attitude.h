@@ -76,6 +76,9 @@ HNAV_API hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, d
 /* Uses the samples up to t_s and shows the estimate at t_s. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS; SOLVER: some
  * of the samples led to no usable estimate and were dropped, the others were used. */
 HNAV_API hnav_status hnav_filter_advance(hnav_filter* filter, double t_s);
+/* The same without the look-ahead, for callers that do not read attitude, rate and covariance at every step: until
+ * hnav_filter_advance(filter, t_s) they are those just after the newest sample. The estimate is the same, bit for bit. */
+HNAV_API hnav_status hnav_filter_commit(hnav_filter* filter, double t_s);
 
 /* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
  * null pointer; a null output is not written. A reading that push refuses for its value (NON_FINITE, ZERO_VECTOR,
@@ -263,6 +266,13 @@ HNAV_API hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, s
 /* SIZE, STATE_CORRUPT, STATE_VERSION: the filter is as it was. */
 HNAV_API hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes);
 
+/* The same in a microsecond, for stepping back: for this filter or one of equal options in this program alone. The size is
+ * that of the samples that wait or may still be joined by late ones: ask for it each time. A snapshot is not checked bit by
+ * bit. STATE_CORRUPT: it is none of such a filter, which is as it was. */
+HNAV_API hnav_status hnav_filter_snapshot_size(const hnav_filter* filter, size_t* bytes);
+HNAV_API hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, size_t bytes);
+HNAV_API hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes);
+
 /* ------------------------------------------------------------------------------------------------ hybrid view */
 
 /* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events,
@@ -288,6 +298,22 @@ HNAV_API hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const dou
 /* Lets attitude, rate, gyro_bias and covariance show x at t_s. Errors of jump and show: NON_FINITE, OUT_OF_RANGE (beyond
  * 1e50, or a quaternion of no length). */
 HNAV_API hnav_status hnav_filter_show(hnav_filter* filter, double t_s, const double* x);
+
+/* How what is shown changes with x. */
+typedef struct hnav_shown_along {
+    size_t size; /* of this struct; set by the caller */
+    double q_nb[4];
+    double euler_rad[3];
+    double heading_rad;
+    double sigma_rad[3];
+    double rate_b_rad_s[3];
+    double gyro_bias_rad_s[3];
+    double gyro_bias_sigma_rad_s[3];
+    double covariance[36]; /* of (rotation about the navigation axes, gyro bias), row-major */
+} hnav_shown_along;
+/* Exact derivatives of attitude, rate, gyro_bias and covariance along the direction `seed` of x, at the x that
+ * hnav_filter_show lets them show. Of an attitude that has not been found all are 0 but those of the bias. Errors: SIZE. */
+HNAV_API hnav_status hnav_filter_shown_along(const hnav_filter* filter, const double* seed, hnav_shown_along* along);
 
 #ifdef __cplusplus
 }

@@ -128,6 +128,9 @@ typedef struct hnav_truth {
 
 /* For plants whose attitude an integrator outside holds. Errors: NULL_ARGUMENT. */
 /* Roll, pitch, yaw (rotation order z y x) in rad, 3, of the unit quaternion q_nb, 4. */
+/* The derivative of roll, pitch and yaw along dq_nb, a direction of the unit quaternion q_nb; that of pitch is 0 where it is
+ * 90 degrees. */
+HNAV_API hnav_status hnav_quaternion_to_euler_along(const double* q_nb, const double* dq_nb, double* along_rad);
 HNAV_API hnav_status hnav_quaternion_to_euler(const double* q_nb, double* euler_rad);
 /* q' = 1/2 q (x) (0, rate), 4, in 1/s: how q_nb, 4, of any length, flows at the body rate, 3. */
 HNAV_API hnav_status hnav_quaternion_derivative(const double* q_nb, const double* rate_b_rad_s, double* derivative_1_s);

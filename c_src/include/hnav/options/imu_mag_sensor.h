@@ -16,7 +16,7 @@ typedef enum hnav_stuck_sensor {
 /* Gyroscope. */
 typedef struct hnav_gyro_options {
     /* Sampling period.
-     * (0, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
+     * [1e-6, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
     double period_s;
     /* From sample to delivery; at most 30 periods.
      * [0, 1e6] s, default 0. Delivered at once. */
@@ -74,7 +74,7 @@ typedef struct hnav_gyro_options {
 /* Accelerometer. */
 typedef struct hnav_accel_options {
     /* Sampling period.
-     * (0, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
+     * [1e-6, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
     double period_s;
     /* From sample to delivery; at most 30 periods.
      * [0, 1e6] s, default 0. Delivered at once. */
@@ -129,7 +129,7 @@ typedef struct hnav_accel_options {
 /* Magnetometer. */
 typedef struct hnav_mag_options {
     /* Sampling period.
-     * (0, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
+     * [1e-6, 1e6] s, default 0.01. 100 Hz, as usual sensors. */
     double period_s;
     /* From sample to delivery; at most 30 periods.
      * [0, 1e6] s, default 0. Delivered at once. */

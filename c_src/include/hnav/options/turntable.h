@@ -25,10 +25,10 @@ typedef struct hnav_axis_options {
      * [-100 pi, 100 pi] rad, default 0. No motion. */
     double amplitude_rad;
     /* Rate of step and triangle.
-     * (0, 1e3] rad/s, default 10 deg. The paper's rate of yaw. */
+     * [1e-9, 1e3] rad/s, default 10 deg. The paper's rate of yaw. */
     double rate_rad_s;
     /* Period of the sine.
-     * (0, 1e6] s, default 10. A slow swing. */
+     * [1e-6, 1e6] s, default 10. A slow swing. */
     double period_s;
     /* The motion begins here.
      * [-1e9, 1e9] s, default 0. From the beginning. */

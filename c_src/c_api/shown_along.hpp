@@ -1,0 +1,66 @@
+// How what a filter shows changes with its state: the derivative along a direction in the space of the states.
+//
+// Attitude, rate, bias and covariance are polynomials of at most second degree in the states, but for the length of the
+// quaternion, which is taken out first: a difference between two states that lie on both sides is their derivative exactly,
+// however far apart these lie. So nothing is lost to the step, whether covariances are large or small.
+#pragma once
+
+#include "attitude/common/estimate.hpp"
+#include "maths/rotation.hpp"
+
+namespace hnav {
+
+// In the model's own frames.
+struct ShownAlong {
+    Quaternion q = Quaternion::Zero();
+    Vector3 rate = Vector3::Zero(), bias = Vector3::Zero(), bias_variance = Vector3::Zero();
+    ErrorCovariance covariance = ErrorCovariance::Zero();
+};
+
+// What model shows in one state; gamma and the like do not depend on it.
+template <class Model, class State>
+ShownAlong shown_in(const Model& model, const State& s) {
+    const Estimate e = model.estimate(s);
+    return {e.q_bn, e.rate_b, e.bias_b, model.bias_variances(s), model.error_covariance(s)};
+}
+
+// Adds factor times what two states differ by; turned: factors of what is of first and second degree in the quaternion.
+inline void add_difference(const ShownAlong& plus, const ShownAlong& minus, double first, double second, ShownAlong* sum) {
+    sum->q += first * (plus.q - minus.q);
+    sum->rate += first * (plus.rate - minus.rate);
+    sum->bias += first * (plus.bias - minus.bias);
+    sum->bias_variance += first * (plus.bias_variance - minus.bias_variance);
+    ErrorCovariance d = first * (plus.covariance - minus.covariance);
+    d.topLeftCorner<3, 3>() *= second / first;
+    sum->covariance += d;
+}
+
+// At the state s, whose first four numbers are the quaternion; nx: how many there are.
+template <class Model, class State>
+ShownAlong shown_along(const Model& model, const State& s, const double* seed, int nx) {
+    ShownAlong along;
+    State plus = s, minus = s;
+    const Quaternion q = Quaternion(s.x).normalized();
+    Quaternion turn = Quaternion(seed) / Quaternion(s.x).norm();
+    turn -= q * q.dot(turn); // only the direction of the quaternion is shown
+    if (const double size = turn.norm(); size > 0) {
+        // Both have the length sqrt(2), which the model takes out: its products of two components are halves.
+        const Quaternion to = turn / size;
+        Eigen::Map<Quaternion>(plus.x) = q + to;
+        Eigen::Map<Quaternion>(minus.x) = q - to;
+        add_difference(shown_in(model, plus), shown_in(model, minus), std::sqrt(0.5) * size, size, &along);
+        plus = minus = s;
+    }
+    double largest = 0;
+    for (int i = 4; i < nx; ++i) largest = std::fmax(largest, std::fabs(seed[i]));
+    if (largest > 0) {
+        for (int i = 4; i < nx; ++i) {
+            plus.x[i] += seed[i] / largest;
+            minus.x[i] -= seed[i] / largest;
+        }
+        add_difference(shown_in(model, plus), shown_in(model, minus), 0.5 * largest, 0.5 * largest, &along);
+    }
+    return along;
+}
+
+} // namespace hnav
