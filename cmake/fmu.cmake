@@ -42,7 +42,7 @@ hnav_fmu_objects(fmu_adapter ${hnav_fmu_adapter})
 hnav_fmu_objects(fmu_entry2 ${hnav_fmu_folder}/adapter/fmi2.cpp)
 hnav_fmu_objects(fmu_entry3 ${hnav_fmu_folder}/adapter/fmi3.cpp)
 hnav_fmu_objects(fmu_describe ${hnav_fmu_folder}/adapter/describe.cpp ${hnav_fmu_folder}/adapter/documentation.cpp
-                 ${hnav_fmu_folder}/adapter/model_description.cpp)
+                 ${hnav_fmu_folder}/adapter/model_description.cpp ${hnav_fmu_folder}/adapter/reference_run.cpp)
 
 # The binary of one version.
 function(hnav_fmu_binary binary version name model)
@@ -89,7 +89,7 @@ function(hnav_fmu_archive target version name folder binary describe)
   add_custom_command(OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${licences}
-            ${stage}/resources ${stage}/terminalsAndIcons ${CMAKE_BINARY_DIR}/fmus/fmi${version}
+            ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
     COMMAND $<TARGET_FILE:${describe}> ${stage} ${version} ${folder}/doc.html ${PROJECT_VERSION}
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:${binary}> ${stage}/binaries/${platform}/${name}.so
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/LICENSE ${licences}/license.txt

@@ -2,7 +2,7 @@
 //
 //     describe FOLDER 2|3 DOC_HTML VERSION
 //
-// modelDescription.xml, documentation/index.html, resources/example_input.csv and the terminals, which
+// modelDescription.xml, the reference run, documentation/index.html, resources/example_input.csv and the terminals, which
 // FMI 2 archives have as importers that know them from FMI 3 read them.
 #include "adapter/description.hpp"
 #include "adapter/example_input.hpp"
@@ -27,6 +27,38 @@ bool has_inputs(const Table& table) {
 } // namespace
 } // namespace hnav::fmu
 
+namespace {
+
+using namespace hnav::fmu;
+
+constexpr const char* references = "extra/org.fmi-standard.fmi-ls-ref";
+
+// Writes the file folder/name by body.
+template <class Body>
+bool write(Writer* w, const char* folder, const char* name, Body body) {
+    w->file = create(folder, name);
+    if (!w->file) return false;
+    const bool ok = body();
+    return std::fclose(w->file) == 0 && ok;
+}
+
+bool write_references(Writer* w, const char* folder) {
+    char place[1024], input_path[1100];
+    std::snprintf(place, sizeof place, "%s/%s", folder, references);
+    std::snprintf(input_path, sizeof input_path, "%s/input.csv", place);
+    const bool inputs = has_inputs(w->table);
+    if (inputs && !write(w, place, "input.csv", [&] { return write_example_input(w->file), true; })) return false;
+    FILE* input = inputs ? std::fopen(input_path, "r") : nullptr;
+    const bool ok = write(w, place, "reference.csv", [&] { return write_reference(*w, input); }) &&
+                    write(w, place, "experiments.xml", [&] { return write_reference_experiment(*w, inputs), true; }) &&
+                    write(w, place, "fmi-ls-manifest.xml", [&] { return write_reference_manifest(*w), true; });
+    if (input) std::fclose(input);
+    if (!ok) std::fprintf(stderr, "describe: the reference run failed\n");
+    return ok;
+}
+
+} // namespace
+
 int main(int argc, char** argv) {
     using namespace hnav::fmu;
     if (argc != 5) {
@@ -43,17 +75,13 @@ int main(int argc, char** argv) {
     }
     Writer w{nullptr, argv[2][0] == '3', table};
 
-    const auto write = [&](const char* name, auto&& body) {
-        w.file = create(folder, name);
-        if (!w.file) return false;
-        body();
-        return std::fclose(w.file) == 0;
-    };
+    const auto written = [&](const char* name, auto&& body) { return write(&w, folder, name, [&] { return body(), true; }); };
     bool documented = true;
-    const bool ok = write("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
-                    write("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
-                    (!has_inputs(table) || write("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
-                    write("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); });
+    const bool ok = written("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
+                    written("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
+                    (!has_inputs(table) || written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
+                    written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }) &&
+                    write_references(&w, folder);
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
     delete model;
     return ok && documented ? 0 : 1;

@@ -60,6 +60,10 @@ inline bool has_start(const Variable& v) { return v.causality == Causality::para
 
 void write_model_description(const Writer& w, const char* version);
 void write_terminals(const Writer& w);
+// The run that answers the example input, null when the FMU has none, and what tells of it.
+bool write_reference(const Writer& w, FILE* input);
+void write_reference_manifest(const Writer& w);
+void write_reference_experiment(const Writer& w, bool has_input);
 // The page that begins with the file `introduction`; false: it cannot be read.
 bool write_documentation(const Writer& w, const char* introduction);
 

@@ -546,7 +546,6 @@ def test_wrong_steps_are_refused_with_a_reason_and_change_nothing(model, version
 def test_impossible_parameters_stop_initialisation_with_their_names(axis, version):
     state = axis.states[2]
     cases = [
-        (axis.plant, {"interval": 0.0}, "interval_s"), (axis.filter, {"interval": 0.0}, "interval_s"),
         (axis.plant, {f"ins_error_time_constant.{state}": 0.0}, r"accelerometer_error.time_constant_s\[2\]"),
         (axis.filter, {f"ins_error_time_constant.{state}": 0.01, "euler_colour": True}, "euler_colour"),
         (axis.plant, {f"command_period.{axis.controls[0]}": 0.0}, "commands.period_s"),

@@ -125,8 +125,8 @@ def test_the_date_is_that_of_the_sources(version, tmp_path):
     describe = TOP / "build" / "fmu" / "describe_ahrs"
     if not describe.is_file():
         pytest.skip("the build of this checkout is not there")
-    for folder in ("documentation", "resources", "terminalsAndIcons"):
-        (tmp_path / folder).mkdir()
+    for folder in ("documentation", "resources", "terminalsAndIcons", "extra/org.fmi-standard.fmi-ls-ref"):
+        (tmp_path / folder).mkdir(parents=True)
     for epoch, expected in (("1000000000", "2001-09-09T01:46:40Z"), ("", None)):
         command = [describe, tmp_path, str(version), TOP / "fmu" / "ahrs" / "doc.html", "1.0"]
         subprocess.run(command, check=True, env={**os.environ, "SOURCE_DATE_EPOCH": epoch})
