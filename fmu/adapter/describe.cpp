@@ -79,9 +79,10 @@ int main(int argc, char** argv) {
     bool documented = true;
     const bool ok = written("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
                     written("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
-                    (!has_inputs(table) || written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
+                    (!has_inputs(table) || model_info.arrays ||
+                     written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
                     written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }) &&
-                    write_references(&w, folder);
+                    (model_info.arrays || write_references(&w, folder));
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
     delete model;
     return ok && documented ? 0 : 1;

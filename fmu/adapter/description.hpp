@@ -2,6 +2,7 @@
 // SOURCE_DATE_EPOCH: equal sources give equal bytes.
 #pragma once
 
+#include "adapter/arrays.hpp"
 #include "adapter/model.hpp"
 
 namespace hnav::fmu {
@@ -10,6 +11,13 @@ struct Writer {
     FILE* file;
     bool fmi3;
     const Table& table;
+
+    // Rows of the variable that begins at a row, 0 inside of one.
+    int rows(int row) const { return model_info.arrays ? rows_of_variable(table, row) : 1; }
+    // The name of the variable that begins at a row.
+    void name(int row, char (&name)[64]) const {
+        std::snprintf(name, sizeof name, "%s", rows(row) > 1 ? ElementName(table[row].name).base : table[row].name);
+    }
 
     void text(const char* s) const { std::fputs(s, file); }
 

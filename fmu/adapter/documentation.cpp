@@ -41,11 +41,14 @@ void write_terminals(const Writer& w) {
         for (int k = 0; k < i; ++k) written = written || member(k);
         if (written) continue;
         std::fprintf(w.file, "    <Terminal name=\"%s\" matchingRule=\"plug\">\n", prefix.text);
-        for (int k = i; k < w.table.size(); ++k)
-            if (member(k))
+        for (int k = i; k < w.table.size(); ++k) {
+            char name[64];
+            w.name(k, name);
+            if (member(k) && w.rows(k) > 0)
                 std::fprintf(w.file,
                              "      <TerminalMemberVariable variableName=\"%s\" memberName=\"%s\" variableKind=\"signal\"/>\n",
-                             w.table[k].name, Prefix(w.table[k]).dot + 1);
+                             name, std::strchr(name, '.') + 1);
+        }
         w.text("    </Terminal>\n");
     }
     w.text("  </Terminals>\n</fmiTerminalsAndIcons>\n");
@@ -85,8 +88,13 @@ void write_bound(const Writer& w, const Variable& v, double bound) {
     if (number && v.causality == Causality::parameter && std::fabs(bound) < 1e300) w.number(bound);
 }
 
-void write_row(const Writer& w, const Variable& v) {
-    std::fprintf(w.file, "<tr><td><code>%s</code></td><td>%s</td><td>", v.name, type_element(v.type, true));
+void write_row(const Writer& w, int row) {
+    const Variable& v = w.table[row];
+    char name[64];
+    w.name(row, name);
+    std::fprintf(w.file, "<tr><td><code>%s</code></td><td>%s", name, type_element(v.type, true));
+    if (w.rows(row) > 1) std::fprintf(w.file, "[%d]", w.rows(row));
+    w.text("</td><td>");
     write_units(w, v);
     w.text("</td><td>");
     if (has_start(v)) write_value(w, v, v.start);
@@ -106,7 +114,7 @@ template <class Wanted>
 void write_section(const Writer& w, const char* title, const char* about, Wanted wanted) {
     bool any = false;
     for (int i = 0; i < w.table.size(); ++i) {
-        if (!wanted(w.table[i])) continue;
+        if (!wanted(w.table[i]) || w.rows(i) == 0) continue;
         if (!any)
             std::fprintf(
                 w.file,
@@ -114,7 +122,7 @@ void write_section(const Writer& w, const char* title, const char* about, Wanted
                 "<th>min</th><th>max</th><th>meaning</th></tr>\n",
                 title, about);
         any = true;
-        write_row(w, w.table[i]);
+        write_row(w, i);
     }
     if (any) w.text("</table></div>\n");
 }

@@ -129,7 +129,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown[], size_t nUnknown,
                                         const fmi2ValueReference vKnown[], size_t nKnown, const fmi2Real dvKnown[],
                                         fmi2Real dvUnknown[]) {
-    return Fmi2::call(c, &Instance::directional_derivative, vUnknown, nUnknown, vKnown, nKnown, dvKnown, dvUnknown);
+    return Fmi2::call(c, &Instance::directional_derivative, vUnknown, nUnknown, vKnown, nKnown, dvKnown, nKnown, dvUnknown,
+                      nUnknown);
 }
 
 // ------------------------------------------------------------------------------------------------ Model Exchange

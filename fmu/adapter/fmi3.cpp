@@ -201,18 +201,14 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
                                         const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
                                         fmi3Float64 sensitivity[], size_t nSensitivity) {
-    if (!instance) return fmi3Error;
-    if (nKnowns != nSeed || nUnknowns != nSensitivity)
-        return Fmi3::fail(instance, "GetDirectionalDerivative: all variables are scalars, but the array sizes differ");
-    return Fmi3::to_fmi(of(instance)->directional_derivative(unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity));
+    return Fmi3::call(instance, &Instance::directional_derivative, unknowns, nUnknowns, knowns, nKnowns, seed, nSeed, sensitivity,
+                      nSensitivity);
 }
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
                                     const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
                                     fmi3Float64 sensitivity[], size_t nSensitivity) {
-    if (!instance) return fmi3Error;
-    if (nUnknowns != nSeed || nKnowns != nSensitivity)
-        return Fmi3::fail(instance, "GetAdjointDerivative: all variables are scalars, but the array sizes differ");
-    return Fmi3::call(instance, &Instance::adjoint_derivative, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity);
+    return Fmi3::call(instance, &Instance::adjoint_derivative, unknowns, nUnknowns, knowns, nKnowns, seed, nSeed, sensitivity,
+                      nSensitivity);
 }
 
 // ------------------------------------------------------------------------------------------------ clocks: none

@@ -1,5 +1,6 @@
 // Life, variables, Co-Simulation and events. Model Exchange and the complete state have files of their own.
 #include "adapter/instance.hpp"
+#include "adapter/arrays.hpp"
 #include "adapter/sampling_clock.hpp"
 
 #include <cmath>
@@ -51,9 +52,12 @@ Status Instance::set_up_check(const char* name, const char* token) {
     values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
-    if (!table_.complete() || !values_ || !states_ || !scratch_) return fail("no memory for the variables");
+    if (model_info.arrays) spans_ = static_cast<int*>(std::calloc(table_.size() + 1, sizeof(int)));
+    if (!table_.complete() || !values_ || !states_ || !scratch_ || (model_info.arrays && !spans_))
+        return fail("no memory for the variables");
+    for (int i = 0; spans_ && i < table_.size(); ++i) spans_[i] = rows_of_variable(table_, i);
     if (!name || !*name) return fail("the instance name is missing");
-    token_ = table_.token();
+    token_ = table_.token(model_info.arrays);
     char expected[64];
     format_token(token_, expected, sizeof expected);
     if (!token || std::strcmp(token, expected) != 0)
@@ -72,6 +76,7 @@ Instance::~Instance() {
     std::free(values_);
     std::free(states_);
     std::free(scratch_);
+    std::free(spans_);
 }
 
 void Instance::restart() {
@@ -269,9 +274,17 @@ bool Instance::sample_inside(double end_s, Message* why) {
 
 // ------------------------------------------------------------------------------------------------ variables
 
-Status Instance::check_array(const void* references, std::size_t n, const void* values, std::size_t n_values) const {
-    if (n != n_values) return fail("%zu value references go with %zu values: all variables are scalars", n, n_values);
+std::size_t Instance::elements(const unsigned* references, std::size_t n) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < n; ++i) count += static_cast<std::size_t>(rows_at(references[i]));
+    return count;
+}
+
+Status Instance::check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const {
     if (n > 0 && (!references || !values)) return fail("a null pointer came with %zu value references", n);
+    if (!spans_ && n != n_values) return fail("%zu value references go with %zu values: all variables are scalars", n, n_values);
+    if (spans_ && elements(references, n) != n_values)
+        return fail("variables of %zu elements go with %zu values", elements(references, n), n_values);
     return Status::ok;
 }
 
@@ -293,7 +306,7 @@ Status Instance::refresh(unsigned groups) {
 }
 
 const Variable* Instance::row_of(unsigned reference) const {
-    if (reference < static_cast<unsigned>(table_.size())) return &table_[static_cast<int>(reference)];
+    if (row_of_table(reference) && rows_at(reference) > 0) return &table_[static_cast<int>(reference)];
     fail("there is no variable with value reference %u", reference);
     return nullptr;
 }
@@ -317,9 +330,11 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
     if (refresh(groups) != Status::ok) return Status::error;
     for (std::size_t i = 0; i < n; ++i) {
         const Variable& row = table_[references[i]];
-        double value = row.causality == Causality::independent ? time_s_ : values_[references[i]];
-        if constexpr (std::is_same_v<T, int>) value = std::fmin(value, 2147483647); // counts stop where 32 bits end
-        out[i] = static_cast<T>(value);
+        for (int k = 0; k < rows_at(references[i]); ++k) {
+            double value = row.causality == Causality::independent ? time_s_ : values_[references[i] + k];
+            if constexpr (std::is_same_v<T, int>) value = std::fmin(value, 2147483647); // counts stop where 32 bits end
+            *out++ = static_cast<T>(value);
+        }
     }
     return Status::ok;
 }
@@ -346,12 +361,16 @@ Status Instance::check_value(const Variable& v, double value) const {
 
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
+    const T* value = in;
     for (std::size_t i = 0; i < n; ++i) {
         const Variable* row = row_of(references[i], type);
-        if (!row || check_value(*row, static_cast<double>(in[i])) != Status::ok) return Status::error;
+        if (!row) return Status::error;
+        for (int k = 0; k < rows_at(references[i]); ++k)
+            if (check_value(row[k], static_cast<double>(*value++)) != Status::ok) return Status::error;
     }
     // All or nothing: a refused call has changed no value.
-    for (std::size_t i = 0; i < n; ++i) values_[references[i]] = static_cast<double>(in[i]);
+    for (std::size_t i = 0; i < n; ++i)
+        for (int k = 0; k < rows_at(references[i]); ++k) values_[references[i] + k] = static_cast<double>(*in++);
     return Status::ok;
 }
 

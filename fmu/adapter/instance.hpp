@@ -73,7 +73,7 @@ public:
     Status get(Type type, const unsigned* references, std::size_t n, T* out);
     template <class T>
     Status set(Type type, const unsigned* references, std::size_t n, const T* in);
-    Status check_array(const void* references, std::size_t n, const void* values, std::size_t n_values) const;
+    Status check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const;
 
     // -------------------------------------------------------------------------------------------- Co-Simulation
     Status do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply);
@@ -85,10 +85,11 @@ public:
     Status get_states(double* x, std::size_t n);
     Status get_derivatives(double* dx, std::size_t n);
     Status get_nominals(double* nominals, std::size_t n);
+    // As many seeds and sensitivities as the variables have elements.
     Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
-                                  const double* seed, double* sensitivity);
+                                  const double* seed, std::size_t n_seed, double* sensitivity, std::size_t n_sensitivity);
     Status adjoint_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
-                              const double* seed, double* sensitivity);
+                              const double* seed, std::size_t n_seed, double* sensitivity, std::size_t n_sensitivity);
 
     // -------------------------------------------------------------------------------------------- complete state
     struct Snapshot {
@@ -128,8 +129,13 @@ private:
     const Variable* row_of(unsigned reference) const;
     const Variable* row_of(unsigned reference, Type type) const;
     Status check_value(const Variable& row, double value) const;
+    // Rows of the variable of this value reference; 1 where arrays are none, and for references without a variable.
+    int rows_at(unsigned reference) const { return spans_ && row_of_table(reference) ? spans_[reference] : 1; }
+    bool row_of_table(unsigned reference) const { return reference < static_cast<unsigned>(table_.size()); }
+    std::size_t elements(const unsigned* references, std::size_t n) const;
     Status check_states(const double* x, std::size_t n) const;
     Status check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns) const;
+    double adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed);
     const double* rows_along(double* direction);
     Status refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
@@ -141,6 +147,7 @@ private:
     Importer importer_;
     char name_[128] = "";
     double* values_ = nullptr; // one for each row
+    int* spans_ = nullptr;     // of arrays: rows of the variable that begins at a row, 0 inside of one
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // of a directional derivative: the direction, and a number for each row
     Mode mode_ = instantiated;

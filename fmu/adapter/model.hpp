@@ -36,7 +36,7 @@ struct ModelInfo {
     Experiment experiment;
     States states = {0, 0};
     bool model_exchange = true; // offered at all
-    bool is_plant = false;      // its outputs are what others connect to
+    bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
 };
 
 // Group of the rows that are continuous states or their derivatives: the adapter fills them itself.

@@ -121,27 +121,43 @@ void write_bounds(const Writer& w, const Variable& v) {
     if (std::fabs(v.max) < 1e300) w.attribute("max", v.max);
 }
 
-void write_start(const Writer& w, const Variable& v) {
-    if (!has_start(v)) return;
-    if (v.type == Type::boolean) w.attribute("start", v.start != 0 ? "true" : "false");
-    else w.attribute("start", v.start);
+void write_start(const Writer& w, int first) {
+    if (!has_start(w.table[first])) return;
+    w.text(" start=\"");
+    for (int k = 0; k < w.rows(first); ++k) {
+        const Variable& v = w.table[first + k];
+        if (k > 0) w.text(" ");
+        if (v.type == Type::boolean) w.text(v.start != 0 ? "true" : "false");
+        else w.number(v.start);
+    }
+    w.text("\"");
 }
 
-void write_type(const Writer& w, const Variable& v) {
+void write_type(const Writer& w, int first) {
+    const Variable& v = w.table[first];
     if (v.type == Type::enumeration) std::fprintf(w.file, " declaredType=\"choice.%s\"", v.name);
     if (v.type != Type::real) return;
+    for (int k = 1; k < w.rows(first); ++k)
+        if (std::strcmp(w.table[first + k].unit, v.unit) != 0) return; // elements of several units: none is said
     if (*v.unit) w.attribute("unit", v.unit);
     if (*v.display_unit) w.attribute("displayUnit", v.display_unit);
 }
 
 // Attributes of the type: in FMI 2 on the inner element, in FMI 3 on the only one.
-void write_value(const Writer& w, const Variable& v) {
-    write_type(w, v);
+void write_value(const Writer& w, int row) {
+    const Variable& v = w.table[row];
+    write_type(w, row);
     write_bounds(w, v);
-    write_start(w, v);
+    write_start(w, row);
     // FMI 2 counts variables from 1, FMI 3 names them by value reference.
     if (v.derivative_of >= 0) w.attribute("derivative", w.fmi3 ? v.derivative_of : v.derivative_of + 1);
     if (v.is_state) w.attribute("reinit", yes);
+}
+
+void write_dimensions(const Writer& w, int row) {
+    const int count = w.rows(row), n = matrix_size(w.table, row, count);
+    if (n > 0) std::fprintf(w.file, "><Dimension start=\"%d\"/><Dimension start=\"%d\"/>", n, n);
+    else std::fprintf(w.file, "><Dimension start=\"%d\"/>", count);
 }
 
 void write_description(const Writer& w, const Variable& v) {
@@ -150,27 +166,32 @@ void write_description(const Writer& w, const Variable& v) {
     w.text("\"");
 }
 
+void write_variable(const Writer& w, int row) {
+    const Variable& v = w.table[row];
+    const char* element = w.fmi3 ? type_element(v.type, true) : "ScalarVariable";
+    char name[64];
+    w.name(row, name);
+    std::fprintf(w.file, "    <%s", element);
+    w.attribute("name", name);
+    w.attribute("valueReference", row);
+    write_description(w, v);
+    w.attribute("causality", name_of(v.causality));
+    w.attribute("variability", name_of(v.variability));
+    if (v.causality == Causality::parameter) w.attribute("initial", "exact");
+    if (is_calculated(v)) w.attribute("initial", "calculated");
+    if (!w.fmi3) std::fprintf(w.file, "><%s", type_element(v.type, false));
+    write_value(w, row);
+    if (!w.fmi3) w.text("/></ScalarVariable>\n");
+    else if (w.rows(row) > 1) {
+        write_dimensions(w, row);
+        std::fprintf(w.file, "</%s>\n", element);
+    } else w.text("/>\n");
+}
+
 void write_variables(const Writer& w) {
     w.text("  <ModelVariables>\n");
-    for (int i = 0; i < w.table.size(); ++i) {
-        const Variable& v = w.table[i];
-        std::fprintf(w.file, "    <%s", w.fmi3 ? type_element(v.type, true) : "ScalarVariable");
-        w.attribute("name", v.name);
-        w.attribute("valueReference", i);
-        write_description(w, v);
-        w.attribute("causality", name_of(v.causality));
-        w.attribute("variability", name_of(v.variability));
-        if (v.causality == Causality::parameter) w.attribute("initial", "exact");
-        if (is_calculated(v)) w.attribute("initial", "calculated");
-        if (w.fmi3) {
-            write_value(w, v);
-            w.text("/>\n");
-        } else {
-            std::fprintf(w.file, "><%s", type_element(v.type, false));
-            write_value(w, v);
-            w.text("/></ScalarVariable>\n");
-        }
-    }
+    for (int i = 0; i < w.table.size(); ++i)
+        if (w.rows(i) > 0) write_variable(w, i);
     w.text("  </ModelVariables>\n");
 }
 
@@ -186,8 +207,11 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
                                                                     : model_info.states.count;
         w.text(" dependencies=\"");
         int written = 0;
-        for (int i = 0; i < w.table.size() && written < count; ++i)
-            if (w.table[i].is_state) std::fprintf(w.file, written++ ? " %d" : "%d", i + shift);
+        for (int i = 0; i < w.table.size() && written < count; ++i) {
+            if (!w.table[i].is_state || w.rows(i) == 0) continue;
+            std::fprintf(w.file, written > 0 ? " %d" : "%d", i + shift);
+            written += w.rows(i);
+        }
         w.text("\"");
     }
     w.text("/>\n");
@@ -196,7 +220,7 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
 void write_structure(const Writer& w) {
     const auto each = [&](const char* element, bool initial, auto&& wanted) {
         for (int i = 0; i < w.table.size(); ++i)
-            if (wanted(w.table[i])) write_unknown(w, element, i, initial);
+            if (wanted(w.table[i]) && w.rows(i) > 0) write_unknown(w, element, i, initial);
     };
     const auto outputs = [](const Variable& v) { return v.causality == Causality::output; };
     const auto derivatives = [](const Variable& v) { return v.derivative_of >= 0; };
@@ -235,7 +259,7 @@ void write_date(const Writer& w) {
 
 void write_model_description(const Writer& w, const char* version) {
     char token[64];
-    Instance::format_token(w.table.token(), token, sizeof token);
+    Instance::format_token(w.table.token(model_info.arrays), token, sizeof token);
     w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription");
     w.attribute("fmiVersion", w.fmi3 ? "3.0" : "2.0");
     w.attribute("modelName", model_info.name);

@@ -59,37 +59,50 @@ Status Instance::get_nominals(double* nominals, std::size_t n) {
 
 // Everything is differentiated exactly. Inputs act at events: nothing depends on them here.
 Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
-                                        std::size_t n_knowns, const double* seed, double* sensitivity) {
+                                        std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
+                                        std::size_t n_sensitivity) {
     if (!allowed(Call::directional_derivative)) return Status::error;
-    if ((n_unknowns && (!unknowns || !sensitivity)) || (n_knowns && (!knowns || !seed)))
-        return fail("GetDirectionalDerivative got a null pointer");
-    if (check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok) return Status::error;
+    if (check_array(unknowns, n_unknowns, sensitivity, n_sensitivity) != Status::ok ||
+        check_array(knowns, n_knowns, seed, n_seed) != Status::ok ||
+        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
+        return Status::error;
     double* direction = scratch_;
     std::memset(direction, 0, model_info.states.count * sizeof(double));
     for (std::size_t k = 0; k < n_knowns; ++k)
-        if (table_[static_cast<int>(knowns[k])].is_state) direction[static_cast<int>(knowns[k]) - first_state_] += seed[k];
+        for (int i = 0; i < rows_at(knowns[k]); ++i, ++seed)
+            if (const int row = static_cast<int>(knowns[k]) + i; table_[row].is_state) direction[row - first_state_] += *seed;
     const double* rows = rows_along(direction);
-    for (std::size_t k = 0; k < n_unknowns; ++k) sensitivity[k] = rows[unknowns[k]];
+    for (std::size_t k = 0; k < n_unknowns; ++k)
+        for (int i = 0; i < rows_at(unknowns[k]); ++i) *sensitivity++ = rows[unknowns[k] + i];
     return Status::ok;
 }
 
 // One state after another: there are at most some tens of them.
 Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
-                                    std::size_t n_knowns, const double* seed, double* sensitivity) {
+                                    std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
+                                    std::size_t n_sensitivity) {
     if (!allowed(Call::adjoint_derivative)) return Status::error;
-    if ((n_unknowns && (!unknowns || !seed)) || (n_knowns && (!knowns || !sensitivity)))
-        return fail("GetAdjointDerivative got a null pointer");
-    if (check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok) return Status::error;
-    for (std::size_t k = 0; k < n_knowns; ++k) {
-        sensitivity[k] = 0;
-        if (!table_[static_cast<int>(knowns[k])].is_state) continue;
-        double* direction = scratch_;
-        std::memset(direction, 0, model_info.states.count * sizeof(double));
-        direction[static_cast<int>(knowns[k]) - first_state_] = 1;
-        const double* rows = rows_along(direction);
-        for (std::size_t i = 0; i < n_unknowns; ++i) sensitivity[k] += seed[i] * rows[unknowns[i]];
-    }
+    if (check_array(unknowns, n_unknowns, seed, n_seed) != Status::ok ||
+        check_array(knowns, n_knowns, sensitivity, n_sensitivity) != Status::ok ||
+        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
+        return Status::error;
+    for (std::size_t k = 0; k < n_knowns; ++k)
+        for (int i = 0; i < rows_at(knowns[k]); ++i)
+            *sensitivity++ = adjoint_along(static_cast<int>(knowns[k]) + i, unknowns, n_unknowns, seed);
     return Status::ok;
+}
+
+// The seeds of the unknowns times what these change by with the state of a row; 0 for a row that is none.
+double Instance::adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed) {
+    if (!table_[row].is_state) return 0;
+    double* direction = scratch_;
+    std::memset(direction, 0, model_info.states.count * sizeof(double));
+    direction[row - first_state_] = 1;
+    const double* rows = rows_along(direction);
+    double sum = 0;
+    for (std::size_t k = 0; k < n_unknowns; ++k)
+        for (int i = 0; i < rows_at(unknowns[k]); ++i) sum += *seed++ * rows[unknowns[k] + i];
+    return sum;
 }
 
 Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,

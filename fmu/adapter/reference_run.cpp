@@ -89,7 +89,7 @@ bool write_values(const Writer& w, Instance* instance) {
 
 bool write_reference(const Writer& w, FILE* input) {
     char token[64];
-    Instance::format_token(w.table.token(), token, sizeof token);
+    Instance::format_token(w.table.token(model_info.arrays), token, sizeof token);
     Instance* instance = Instance::create("reference", token, {}, {});
     if (!instance) return false;
     Signal signal(input, w.table);

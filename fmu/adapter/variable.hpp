@@ -105,8 +105,10 @@ public:
     int add_triangle(const Variable& variable, int n) { return add_elements(variable, n, true); }
 
     // Stamps names, types and order: an importer with the description of another version is refused.
-    std::uint64_t token() const {
+    // arrays: they are one variable each.
+    std::uint64_t token(bool arrays) const {
         Hash hash;
+        if (arrays) hash.add(1);
         for (int i = 0; i < size_; ++i) {
             for (const char* c = rows_[i].name; *c; ++c) hash.add(static_cast<unsigned char>(*c));
             hash.add(static_cast<unsigned char>(rows_[i].type));

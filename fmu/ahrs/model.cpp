@@ -6,10 +6,13 @@ namespace {
 
 struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_preset, hnav_ahrs_option, hnav_ahrs_create> {
     static constexpr ModelInfo info = {
-        "Ahrs",
+        HNAV_FMU_NAME,
         "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, "
         "magnetometer latency, magnetic disturbances, rest",
-        Experiment{0.01, 10}, States{14, 4}};
+        Experiment{0.01, 10},
+        States{14, 4},
+        true,
+        HNAV_FMU_ARRAYS != 0};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
     static constexpr bool has_field = true;

@@ -77,7 +77,7 @@ public:
 
     double us() {
         char token[64];
-        hnav::fmu::Instance::format_token(table_.token(), token, sizeof token);
+        hnav::fmu::Instance::format_token(table_.token(false), token, sizeof token);
         fmi3Instance instance =
             instantiate_("bench", token, "", false, false, false, false, nullptr, 0, nullptr, nullptr, nullptr);
         if (!instance) stop("the FMU could not be instantiated");

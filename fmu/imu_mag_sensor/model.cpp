@@ -138,10 +138,7 @@ constexpr ModelInfo model_info = {
     "ImuMagSensor",
     "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
     "samples with counters and time stamps",
-    Experiment{0.01, 60},
-    States{0, 0},
-    false,
-    true};
+    Experiment{0.01, 60}, States{0, 0}, false};
 Model* make_model() { return new ImuMagSensor; }
 
 } // namespace hnav::fmu

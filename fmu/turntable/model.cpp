@@ -145,12 +145,8 @@ private:
 } // namespace
 
 constexpr ModelInfo model_info = {
-    "Turntable",
-    "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field",
-    Experiment{0.01, 60},
-    States{4, 4},
-    true,
-    true};
+    "Turntable", "Truth for sensors: a turntable with three axes, its attitude, rate, specific force and magnetic field",
+    Experiment{0.01, 60}, States{4, 4}};
 Model* make_model() { return new Turntable; }
 
 } // namespace hnav::fmu
