@@ -11,11 +11,20 @@ from scipy.linalg import expm
 from command_line import hnav
 from hnav import Options
 from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
-from hnav.certify.certificate import certify, free_rates, largest, largest_below, largest_from, printed_theorem
+from hnav.certify.certificate import (
+    certify,
+    free_rates,
+    largest,
+    largest_below,
+    largest_from,
+    printed_theorem,
+    spectral_radii,
+)
 from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
-from hnav.certify.run import attenuation_of, certify_run
+from hnav.certify.run import Thinning, attenuation_of, certify_run
 from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
+from hnav.certify.windows import MOST_PLACES, windows_of
 from hnav.errors import HnavError
 from hnav.filters.attitude import Filter
 from hnav.io.recordings import RecordingError
@@ -50,6 +59,18 @@ def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) 
         gamma=np.inf, turns=((np.zeros(3), interval_s),),
     )  # fmt: skip
     return GainRecord("invariant", [replace(c, t_s=k * interval_s) for k in range(count)], 0.0)
+
+
+def without_field(record: GainRecord, missing) -> GainRecord:
+    """The record whose corrections k have no field where missing(k)."""
+
+    def blind(c: Correction) -> Correction:
+        H, K = c.H.copy(), c.K.copy()
+        H[3:], K[:, 3:] = 0, 0
+        return replace(c, H=H, K=K)
+
+    corrections = [blind(c) if missing(k) else c for k, c in enumerate(record.corrections)]
+    return GainRecord(record.name, corrections, record.largest_difference)
 
 
 # --------------------------------------------------------------------------------------------- the record
@@ -271,7 +292,7 @@ def test_remainders_are_paid_for_by_decay(record):
     inequality = SampledDataInequality(steady, 2.0)
     rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
     P, tau, least = inequality.solve(0.1 * rate, 0.05)
-    assert multipliers_hold(tau) and np.linalg.eigvalsh(P[:3, :3])[-1] <= tau[-1]
+    assert P.shape == (1, 6, 6) and multipliers_hold(tau[0]) and np.linalg.eigvalsh(P[0, :3, :3])[-1] <= tau[0, -1]
     anew = SampledDataInequality(steady, 2.0).smallest_eigenvalues(P, tau, 0.1 * rate, 0.05)
     assert len(anew) == 50 and anew.min() == pytest.approx(least) and least >= 0
     assert inequality.solve(0.9 * rate, 0.05) is None
@@ -320,10 +341,15 @@ def test_the_solver_is_asked_what_is_meant():
     F[0, 0, 0] = F[1, 1, 1] = F[0, 2, 0] = F[2, 0, 0] = 1.0
     F[2, 2] = [0.0, 1.0]
     # [[x1, 0, x1], [0, x2, 0], [x1, 0, x2]] >= 0.5 I needs (x1 - 0.5)(x2 - 0.5) >= x1^2.
-    x = smallest(np.array([0.0, 1.0]), [(F, 0.5)])
+    both, first = np.array([0, 1]), np.array([0])
+    x = smallest(np.array([0.0, 1.0]), [(F, both, 0.5)])
     assert np.linalg.eigvalsh(F @ x)[0] == pytest.approx(0.5, abs=1e-3)
     assert x[1] == pytest.approx(0.5 + min(v**2 / (v - 0.5) for v in np.linspace(0.6, 3, 2401)), rel=2e-3)
-    assert smallest(np.array([1.0]), [(-np.ones((1, 1, 1)), 1.0), (np.ones((1, 1, 1)), 0.0)]) is None
+    assert smallest(np.array([1.0]), [(-np.ones((1, 1, 1)), first, 1.0), (np.ones((1, 1, 1)), first, 0.0)]) is None
+    # The same block of other unknowns, and of one unknown twice: x0 + x2 >= 3 and x0 + x0 >= 1.
+    two = np.ones((1, 1, 2))
+    x = smallest(np.array([2.0, 0.0, 1.0]), [(two, np.array([0, 2]), 3.0), (two, np.array([0, 0]), 1.0)])
+    np.testing.assert_allclose(x[[0, 2]], [0.5, 2.5], atol=2e-3)
 
 
 def test_multipliers_get_the_signs_that_they_missed_by_rounding():
@@ -341,6 +367,72 @@ def test_bisection_finds_the_edge():
     assert largest(lambda x: None, 1e-3, 1.0, 5) is None
     assert largest_below(lambda x: x if x < 0.03 else None, 1.0, 1e-4, 12)[0] == pytest.approx(0.03, rel=1e-3)
     assert largest_below(lambda x: None, 1.0, 1e-4, 5) is None
+
+
+# --------------------------------------------------------------------------------------------- windows
+
+
+def test_a_window_ends_when_every_sensor_was_seen():
+    record = without_field(invariant_record(1.0, count=9), lambda k: k not in (2, 3, 7))
+    windows = windows_of(record)
+    np.testing.assert_array_equal(windows.before, [0, 1, 2, 0, 0, 1, 2, 3, 0])
+    np.testing.assert_array_equal(windows.after, [1, 2, 0, 0, 1, 2, 3, 0, 1])
+    assert windows.longest == 4 and windows.places == 4
+    np.testing.assert_array_equal(windows.begins(), [0, 3, 4])
+    np.testing.assert_array_equal(windows.ends(), [2, 3, 7])
+    M = np.arange(9)[:, None, None] + 1.0 + np.zeros((9, 1, 1))
+    np.testing.assert_allclose(windows.products(M).ravel(), [6, 4, 5 * 6 * 7 * 8])
+    whole = windows_of(invariant_record(1.0))
+    assert whole.longest == 1 and whole.places == 1
+
+
+def test_a_sensor_that_is_gone_for_long_is_named():
+    record = without_field(invariant_record(1.0, count=MOST_PLACES + 5), lambda k: k > 1)
+    with pytest.raises(HnavError, match="the field is not seen in 151 corrections before 1.52 s"):
+        windows_of(record)
+
+
+def test_a_law_whose_field_comes_at_every_third_correction_decays_with_its_windows():
+    """There the bias is seen once in three corrections, and falls by a third of the rate; no single P would allow any."""
+    solver()
+    found = certify(without_field(invariant_record(1.0, count=12), lambda k: k % 3 != 2), starts=0)
+    assert found.certified, found.reason
+    assert found.longest_window == 3 and found.P.shape == (3, 6, 6)
+    assert found.rate_1_s == pytest.approx(1 / 3, rel=0.01) and found.rate_1_s <= found.spectral_rate_1_s * (1 + 1e-9)
+
+
+def test_what_holds_at_every_place_holds_for_the_product_over_every_window():
+    solver()
+    thinned = without_field(invariant_record(5.0, count=26), lambda k: k % 4 != 3 or k == 15)
+    inequality = SampledDataInequality(thinned, 2.0)
+    windows = inequality.windows
+    assert windows.longest == 8
+    spans = np.diff(np.cumsum(inequality.T)[windows.ends()], prepend=0)
+    rate = 0.1 * (-np.log(spectral_radii(inequality)) / spans).min()
+    P, tau, least = inequality.solve(rate, 0.05)
+    anew = SampledDataInequality(thinned, 2.0).smallest_eigenvalues(P, tau, rate, 0.05)
+    assert anew.min() == pytest.approx(least) and least >= 0
+    for M, T in zip(windows.products(inequality.M), spans):
+        assert np.linalg.eigvalsh(np.exp(-2 * rate * T) * P[0] - M.T @ P[0] @ M)[0] >= 0
+    assert np.abs(np.linalg.eigvals(inequality.M[0])).max() == pytest.approx(1)  # no single P falls at a correction by force
+
+
+def test_gains_that_push_the_wrong_way_are_refused_with_their_window(record):
+    solver()
+    found = certify(without_field(record, lambda k: k % 10 != 9).with_gain(-1), starts=0)
+    assert not found.certified
+    assert "over the 10 corrections from" in found.reason and "every sensor is seen" in found.reason
+
+
+def test_thinning_keeps_every_nth_sample_and_loses_a_share(turntable):
+    data = Thinning(field_every=10, lost=0.1).of(turntable.recording, seed=1)
+    force, field = (np.isfinite(v).all(axis=1) for v in (data.force_b_m_s2, data.field_b_tesla))
+    assert set(np.flatnonzero(field)) <= set(range(0, 201, 10)) and 14 <= field.sum() <= 20
+    assert 0.8 < force.mean() < 0.97
+    assert Thinning().of(turntable.recording, 1) is turntable.recording
+    for name, value in (("force_every", 0), ("field_every", -1), ("lost", 1.0)):
+        with pytest.raises(HnavError, match=f"{name} = "):
+            Thinning(**{name: value})
 
 
 # --------------------------------------------------------------------------------------------- experiment and command
@@ -463,6 +555,7 @@ def test_results_without_a_sensor_are_refused_by_its_name(tmp_path):
         (["--experiment", "carousel"], "carousel"),
         (["--experiment", "turntable", "--filter", "ahrs"], "ahrs"),
         (["--experiment", "turntable", "--duration", "0.5"], "--from"),
+        (["--experiment", "turntable", "--field-every", "0"], "field_every = 0: give 1 or more"),
     ],
 )
 def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):

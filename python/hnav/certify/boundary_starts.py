@@ -89,14 +89,18 @@ def difference_of_measurements(c: Correction, q: np.ndarray) -> np.ndarray:
 def fall_from_boundary(
     record: GainRecord,
     P: np.ndarray,
+    after: np.ndarray,
     level: float,
     sigma: float,
     starts: int,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> BoundaryStarts:
-    """Simulates over the whole record, in navigation axes: there the recorded attitude is (1, 0, 0, 0) at all times."""
-    q, e_b = boundary(P, level, starts, np.random.default_rng(seed))
+    """Simulates over the whole record, in navigation axes: there the recorded attitude is (1, 0, 0, 0) at all times.
+
+    P: places x 6 x 6, the first at the beginning; after: which of them holds after each correction.
+    """
+    q, e_b = boundary(P[0], level, starts, np.random.default_rng(seed))
     identity = np.array([1.0, 0, 0, 0])
     V = np.empty((starts, len(record.corrections) + 1))
     V[:, 0] = 1.0
@@ -110,7 +114,7 @@ def fall_from_boundary(
         q = a / np.linalg.norm(a, axis=1, keepdims=True)
         e_b = e[:, 4:]
         whole = np.hstack([-q[:, 1:], e_b])
-        V[:, k + 1] = np.einsum("ki,ij,kj->k", whole, P, whole) / level
+        V[:, k + 1] = np.einsum("ki,ij,kj->k", whole, P[after[k]], whole) / level
         alive = V[:, k] > 1e-20
         if alive.any():
             worst = max(worst, float((V[alive, k + 1] / V[alive, k]).max() * np.exp(2 * sigma * c.interval_s)))

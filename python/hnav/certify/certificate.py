@@ -3,7 +3,8 @@
 As printed the theorem asks the flow to contract; quaternion kinematics never do, and its dwell condition points the
 wrong way (printed_theorem). Here flow and jump are taken together, from just after one correction to just after the
 next, and one V = e'Pe is sought that falls by e^{-2 sigma T} at every correction once e is in {V <= level}: the inequality,
-its remainders and its solution stand in sampled_data. Only what passed on all corrections is reported.
+its remainders and its solution stand in sampled_data. Only what passed on all corrections is reported. Where a sensor is
+missing at corrections, P depends on the place in the window that ends when every sensor was seen (windows).
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ class Certificate:
     largest_difference: float  # of library and reference, see gain_record
     certified: bool = False
     reason: str = ""
-    spectral_rate_1_s: float = np.nan  # of the slowest single M: no certificate can exceed it
-    rate_1_s: float = np.nan  # of |e| near zero: linear part, one P for all corrections
+    longest_window: int = 1  # corrections; more than 1 where a sensor is missing at some
+    spectral_rate_1_s: float = np.nan  # of the product over the slowest window: no certificate can exceed it
+    rate_1_s: float = np.nan  # of |e| near zero: linear part, one P for all windows
     region_rate_1_s: float = np.nan  # of |e| inside the region, remainders included
     region_deg: float = np.nan  # largest attitude error inside the region
     region_bias_deg_s: float = np.nan  # largest bias error inside
@@ -56,13 +58,13 @@ class Certificate:
     noise_floor_deg: float = np.nan  # bound on the rms attitude error that noise sustains
     noise_share: float = np.nan  # bound on E V over the level of the region; above 1 noise may leave it
     longest_interval_s: float = np.nan  # T_max, linear part: all corrections equally far apart, one P for each interval
-    interval_limit_s: float = np.nan  # no T_max can exceed it: there the error grows at a single correction; NaN if nowhere
-    interval_limit_at_s: float = np.nan  # when that correction is
+    interval_limit_s: float = np.nan  # no T_max can exceed it: there the error grows over a window; NaN if nowhere
+    interval_limit_at_s: float = np.nan  # when that window ends
     mixed_interval_s: float = np.nan  # linear part: intervals from the actual one to this in any order, one P
     region_interval_s: float = np.nan  # as T_max with the remainders, in a region of half the radius; no decay asked
     smallest_eigenvalue: float = np.nan  # of all X_k at the radius reported
-    tau: tuple[float, ...] = ()  # multipliers, see sampled_data
-    P: np.ndarray | None = None
+    tau: np.ndarray | None = None  # places x 9, multipliers, see sampled_data
+    P: np.ndarray | None = None  # places x 6 x 6, the first at the ends of windows
     level: float = np.nan
     vertices: int = 0
     solves: int = 0
@@ -77,7 +79,7 @@ class Certificate:
     def figures(self) -> dict[str, Any]:
         """Plain numbers for JSON and reports; what is not known is None."""
         known = {k: v for k, v in vars(self).items() if k not in ("P", "t_s", "free_rate_1_s", "starts", "printed", "tau")}
-        known |= {"tau": list(self.tau), "P": None if self.P is None else self.P.tolist()}
+        known |= {name: None if value is None else value.tolist() for name, value in (("tau", self.tau), ("P", self.P))}
         known |= {"dwell_ratio": self.longest_interval_s / self.interval_s}
         known |= {
             f"free_rate_{name}_1_s": float(f(self.free_rate_1_s))
@@ -229,18 +231,18 @@ class _Stages:
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
     """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
     record = inequality.record
-    radius = np.array([np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in record.corrections])
-    rates = -np.log(radius) / inequality.T
+    found.longest_window = inequality.windows.longest
+    radius = spectral_radii(inequality)
+    rates = -np.log(radius) / np.diff(np.cumsum(inequality.T)[inequality.windows.ends()], prepend=0)
     found.spectral_rate_1_s = float(rates.min())
     if not found.spectral_rate_1_s > 0:
-        k = int(np.argmin(rates))
-        return f"the error grows at the correction at {found.t_s[k]:g} s: spectral radius of (I - KH) Phi is {radius[k]:.6f}"
+        return _where_the_error_grows(found, inequality, int(np.argmin(rates)), float(radius[np.argmin(rates)]))
 
     stages = _Stages(progress)
     rate = largest(stages.counted("decay rate", lambda s: inequality.solve(s, 0.0)), 1e-3 * found.spectral_rate_1_s,
                    found.spectral_rate_1_s * (1 + 1e-9), PROBES["decay rate"], geometric=False)  # fmt: skip
     if rate is None:
-        return f"no common P for the linear part, although every single correction contracts (slowest {found.spectral_rate_1_s:.3g} 1/s)"
+        return f"no common P for the linear part, although every single {unit(found)} contracts (slowest {found.spectral_rate_1_s:.3g} 1/s)"
     found.rate_1_s = rate[0]
 
     sigma = found.region_rate_1_s = SHARE_OF_RATE * found.rate_1_s
@@ -250,13 +252,13 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
         return "no region: the quadratic remainders destroy the decrease for attitude errors of any size that was tried"
     stages.complete("region")
     rho, (P, tau, found.smallest_eigenvalue) = region
-    found.P, found.tau = inequality.D @ P @ inequality.D, tuple(float(t) for t in tau)
+    found.P, found.tau = inequality.D @ P @ inequality.D, tau
     _measure_region(found, found.P, inequality, rho)
     _measure_intervals(found, inequality, rho, stages)
     stages.complete("longest interval")
     if starts:
         found.starts = fall_from_boundary(
-            record, found.P, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
+            record, found.P, inequality.after, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
         )
         if found.starts.worst_ratio > 1 + 1e-9:
             return f"a simulated start on the boundary exceeds the bound by {found.starts.worst_ratio - 1:.1e}"
@@ -265,18 +267,38 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     return ""
 
 
+def spectral_radii(inequality: SampledDataInequality) -> np.ndarray:
+    """Of the linear error map of every window."""
+    radii: np.ndarray = np.abs(np.linalg.eigvals(inequality.windows.products(inequality.M))).max(axis=1)
+    return radii
+
+
+def unit(found: Certificate) -> str:
+    """What has to contract: a correction, or a window of several."""
+    return "correction" if found.longest_window == 1 else "window"
+
+
+def _where_the_error_grows(found: Certificate, inequality: SampledDataInequality, window: int, radius: float) -> str:
+    first, last = inequality.windows.begins()[window], inequality.windows.ends()[window]
+    if first == last:
+        return f"the error grows at the correction at {found.t_s[last]:g} s: spectral radius of (I - KH) Phi is {radius:.6f}"
+    return (
+        f"the error grows over the {last - first + 1} corrections from {found.t_s[first]:g} to {found.t_s[last]:g} s, "
+        f"in which every sensor is seen: spectral radius of the product of (I - KH) Phi is {radius:.6f}"
+    )
+
+
 def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rho: float, stages: _Stages) -> None:
     """With the gains as they are, from the actual interval upwards; nothing holds beyond LONGEST_HOLD_S, for nothing is tried there."""
     T = found.interval_s
 
     def growing(t: float) -> np.ndarray:
-        radius: np.ndarray = np.abs(np.linalg.eigvals(inequality.with_interval(t).M)).max(axis=1)
-        return radius
+        return spectral_radii(inequality.with_interval(t))
 
     limit = largest_from(lambda t: t if growing(t).max() < 1 else None, T, LONGEST_HOLD_S, 2.0, 10)
     if limit < LONGEST_HOLD_S:
         found.interval_limit_s = float(limit)
-        found.interval_limit_at_s = float(found.t_s[np.argmax(growing(1.01 * limit))])
+        found.interval_limit_at_s = float(found.t_s[inequality.windows.ends()[np.argmax(growing(1.01 * limit))]])
 
     def mixed(t: float) -> Solution | None:
         answer = inequality.and_interval(t).solve(0.0, 0.0)
@@ -304,9 +326,9 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
 
 
 def _measure_region(found: Certificate, P: np.ndarray, inequality: SampledDataInequality, rho: float) -> None:
-    """Level, size and noise of {e'Pe <= level}, chosen so that c <= rho also while the error flows."""
+    """Level, size and noise of {e'Pe <= level}, at every place in a window, chosen so that c <= rho also while the error flows."""
     P_inverse = np.linalg.inv(P)
-    attitude, bias = (float(np.sqrt(np.linalg.eigvalsh(P_inverse[part, part])[-1])) for part in (ATTITUDE, BIAS))
+    attitude, bias = (float(np.sqrt(np.linalg.eigvalsh(P_inverse[:, part, part]).max())) for part in (ATTITUDE, BIAS))
 
     def farthest(size: float) -> float:
         """c before the next correction: |d| = sin(angle / 2), and a bias error adds at most T/2 |e_b|."""
@@ -316,11 +338,11 @@ def _measure_region(found: Certificate, P: np.ndarray, inequality: SampledDataIn
     found.level = float(size**2)
     found.region_deg = float(np.degrees(2 * np.arcsin(size * attitude)))
     found.region_bias_deg_s = float(np.degrees(size * bias))
-    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(P[ATTITUDE, ATTITUDE])[-1])))))
+    found.sure_deg = float(np.degrees(2 * np.arcsin(min(1, size / np.sqrt(np.linalg.eigvalsh(P[:, ATTITUDE, ATTITUDE]).max())))))
     floor = 0.0
-    for c in inequality.record.corrections:
+    for c, after in zip(inequality.record.corrections, inequality.after):
         G, F = (c.J @ c.K)[1:], (c.J @ c.IKH)[1:]
-        injected = float(np.trace(P @ (G @ c.R @ G.T + F @ c.Q @ F.T)))
+        injected = float(np.trace(P[after] @ (G @ c.R @ G.T + F @ c.Q @ F.T)))
         floor = max(floor, float(injected / -np.expm1(-2 * found.region_rate_1_s * c.interval_s)))
     found.noise_share = float(floor / found.level)
     found.noise_floor_deg = float(np.degrees(2 * np.sqrt(floor) * attitude))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,37 @@ FILTER = "hrekf"
 EXPERIMENT_S = 40.0
 
 
+@dataclass(frozen=True)
+class Thinning:
+    """What a recording keeps of force and field, to ask what slower or lossy sensors would do to the same run."""
+
+    force_every: int = 1
+    field_every: int = 1
+    lost: float = 0.0  # share of the samples that are left, each lost by itself
+
+    def __post_init__(self) -> None:
+        for name in ("force_every", "field_every"):
+            if getattr(self, name) < 1:
+                raise HnavValueError("option", f"{name} = {getattr(self, name)}: give 1 or more")
+        if not 0 <= self.lost < 1:
+            raise HnavValueError("option", f"lost = {self.lost:g}: give a share from 0 to below 1")
+
+    def of(self, data: Recording, seed: int) -> Recording:
+        if self == Thinning():
+            return data
+        rng = np.random.default_rng(seed)
+
+        def kept(values: np.ndarray, every: int) -> np.ndarray:
+            rows = np.flatnonzero(np.isfinite(values).all(axis=1))[::every]
+            rows = rows[rng.random(len(rows)) >= self.lost]
+            left = np.full_like(values, np.nan)
+            left[rows] = values[rows]
+            return left
+
+        field = None if data.field_b_tesla is None else kept(data.field_b_tesla, self.field_every)
+        return replace(data, force_b_m_s2=kept(data.force_b_m_s2, self.force_every), field_b_tesla=field)
+
+
 def certify_run(
     recording: Path | None,
     experiment: str | None = None,
@@ -34,12 +66,14 @@ def certify_run(
     seed: int = 5,
     gain_factor: float = 1.0,
     mag_unit: str | None = None,
+    thinning: Thinning = Thinning(),
     progress: Progress = lambda what, done, of: None,
 ) -> Certificate:
     """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise.
 
     Of a folder the filter is that of the simulation's component hrekf; a preset given replaces its settings. begin_s: leave
-    out the corrections before; gain_factor: of the gains that are certified. Raises HnavError and RecordingError.
+    out the corrections before; gain_factor: of the gains that are certified; thinning: of the samples that the filter
+    gets. Raises HnavError and RecordingError.
     """
     settings = dict(settings or {})
     known: Experiment | None = None
@@ -52,6 +86,7 @@ def certify_run(
         data, preset, simulated = _read(recording, preset, mag_unit)
         settings = simulated | settings
         data = data if duration_s is None else data.cropped(duration_s)
+    data = thinning.of(data, seed)
     options = Options(FILTER, preset or "default", **{"solver": "closed_form"} | settings)
     whole = record_gains(data, options, lambda done, of: progress("samples", done, of))
     record = whole.from_time(data.t_s[0] + begin_s)

@@ -30,7 +30,8 @@ multipliers tau exist with, for every correction k,
 
 then V = e'Pe falls by e^{-2 sigma T} at every correction while c <= rho (Yakubovich 1971; Boyd et al., Linear Matrix
 Inequalities in System and Control Theory, 1994, section 2.6.3). rho = 0 is the linear part, M = J (I - K H) Phi:
-X_k = e^{-2 sigma T} P - M'PM.
+X_k = e^{-2 sigma T} P - M'PM. Where sensors are missing at corrections, the first P is that of the place in the window
+before the correction, the second that of the place after it (windows.py), and each place has multipliers of its own.
 
 The solver is never trusted: X_k is computed anew for every correction and its smallest eigenvalue looked at; corrections
 that fail join the constraints (cutting planes).
@@ -47,6 +48,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from hnav.certify.gain_record import GainRecord
+from hnav.certify.windows import windows_of
 
 N = 6  # of e
 ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
@@ -103,7 +105,7 @@ def return_to_sphere(record: GainRecord, rho: float) -> Bounds:
     return d**2 / squared, beta
 
 
-# P, tau, and the smallest eigenvalue of all X_k.
+# P and tau of every place in a window, and the smallest eigenvalue of all X_k.
 Solution = tuple[np.ndarray, np.ndarray, float]
 
 
@@ -120,6 +122,12 @@ def multipliers_hold(tau: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(D)[0] >= 0 and (tau[6:] >= 0).all())
 
 
+def multipliers_bound(P: np.ndarray, tau: np.ndarray) -> bool:
+    """Whether those of every place hold, and kappa bounds the attitude block of its P."""
+    bounded = np.linalg.eigvalsh(P[:, ATTITUDE, ATTITUDE])[:, -1] <= tau[:, -1]
+    return bool(bounded.all()) and all(multipliers_hold(t) for t in tau)
+
+
 def with_signs(tau: np.ndarray) -> np.ndarray:
     """The nearest multipliers that hold: those of the solver may miss their signs by its tolerance."""
     values, vectors = np.linalg.eigh(tau[[0, 2, 2, 1]].reshape(2, 2))
@@ -127,33 +135,43 @@ def with_signs(tau: np.ndarray) -> np.ndarray:
     return np.concatenate([[D[0, 0], D[1, 1], D[0, 1]], tau[3:6], np.maximum(tau[6:], 0)])
 
 
-def smallest(cost: np.ndarray, blocks: list[tuple[np.ndarray, float]]) -> np.ndarray | None:
-    """x of the least cost'x for which F x >= margin I for each (F, margin), F symmetric, n x n x unknowns; None when
-    the solver finds none. What comes out is good to its tolerance only.
+# F (n x n x unknowns it depends on), which unknowns these are, and the margin.
+Block = tuple[np.ndarray, np.ndarray, float]
+
+
+def smallest(cost: np.ndarray, blocks: list[Block]) -> np.ndarray | None:
+    """x of the least cost'x for which F x[unknowns] >= margin I for each block, F symmetric; None when the solver finds
+    none. What comes out is good to its tolerance only.
     """
     import cvxpy as cp
 
     x = cp.Variable(len(cost))
     constraints = []
-    for F, margin in blocks:
+    for F, unknowns, margin in blocks:
         n = len(F)
-        constraints.append(cp.reshape(F.reshape(n * n, -1) @ x, (n, n), order="C") >> margin * np.eye(n))
+        constraints.append(cp.reshape(F.reshape(n * n, -1) @ x[unknowns], (n, n), order="C") >> margin * np.eye(n))
     problem = cp.Problem(cp.Minimize(cost @ x), constraints)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
-            # The cost is wanted roughly, the constraints well; for blocks of this size faer takes half the time of the
-            # default, and more threads gain nothing.
-            problem.solve(
-                solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1, direct_solve_method="faer"
-            )
-    except cp.SolverError:
-        return None
-    return x.value if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else None
+    # Clarabel's scaling of rows and columns is faster for one place, and breaks down at the first step for many.
+    for equilibrate in (True, False):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
+                # The cost is wanted roughly, the constraints well; for blocks of this size faer takes half the time of the
+                # default, and more threads gain nothing.
+                problem.solve(
+                    solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1,
+                    direct_solve_method="faer", equilibrate_enable=equilibrate,
+                )  # fmt: skip
+        except cp.SolverError:
+            continue
+        return x.value if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else None
+    return None
 
 
 class SampledDataInequality:
-    """X_k for all corrections of a record, in scaled errors (d, scale e_b); affine in P (6 x 6) and in tau and kappa (9)."""
+    """X_k for all corrections of a record, in scaled errors (d, scale e_b); affine in P (places x 6 x 6) and in tau and
+    kappa (places x 9).
+    """
 
     def __init__(self, record: GainRecord, scale: float):
         c = record.corrections
@@ -166,13 +184,23 @@ class SampledDataInequality:
         self.H = np.stack([x.H[:, 1:4] for x in c])
         self.K_v = np.stack([x.K[1:4] for x in c])
         self.norm = np.array([x.norm for x in c])
+        self.windows = windows_of(record)
+        self.before, self.after = self.windows.before, self.windows.after
         self.bounds: Callable[[float], Bounds] = lru_cache(maxsize=1)(lambda rho: return_to_sphere(record, rho))
         self.programs: list[int] = []  # corrections in each that was solved, here and in copies with other intervals
         self.forget_vertices()
 
     def forget_vertices(self) -> None:
         """Back to a few, evenly spread: those that another question added only cost time."""
-        self.vertices = list(range(0, len(self.T), max(1, len(self.T) // FIRST_VERTICES)))
+        spread = range(0, len(self.T), max(1, len(self.T) // FIRST_VERTICES))
+        self.vertices = sorted({*spread, *self._first_of_each_step(np.zeros(len(self.T)))})
+
+    def _first_of_each_step(self, order: np.ndarray) -> list[int]:
+        """Of the corrections that lead from one place to another, the first in the order; for each such pair of places."""
+        k = np.argsort(order, kind="stable")
+        _, first = np.unique(self.before[k] * self.windows.places + self.after[k], return_index=True)
+        found: list[int] = k[first].tolist()
+        return found
 
     @property
     def M(self) -> np.ndarray:
@@ -190,7 +218,7 @@ class SampledDataInequality:
     def and_interval(self, interval_s: float) -> SampledDataInequality:
         """The corrections as they are and, behind them, all of them interval_s apart: what holds here allows any mixture."""
         other, both = self.with_interval(interval_s), copy.copy(self)
-        for name in ("T", "Phi", "JK", "JIKH", "H", "K_v", "norm"):
+        for name in ("T", "Phi", "JK", "JIKH", "H", "K_v", "norm", "before", "after"):
             setattr(both, name, np.concatenate([getattr(self, name), getattr(other, name)]))
 
         def twice(rho: float) -> Bounds:
@@ -200,6 +228,12 @@ class SampledDataInequality:
         both.bounds = twice
         both.vertices = self.vertices + [k + len(self.T) for k in self.vertices]
         return both
+
+    def used(self, k: np.ndarray) -> np.ndarray:
+        """m x Z: which elements of z there are. A sensor that is missing at the correction leaves no remainder r."""
+        found = np.ones((len(k), Z), bool)
+        found[:, R] = np.repeat(np.stack([np.any(self.H[k][:, rows], axis=(1, 2)) for rows in (FORCE, FIELD)], axis=1), 3, axis=1)
+        return found
 
     def terms(self, k: np.ndarray, rho: float) -> tuple[np.ndarray, list[np.ndarray]]:
         """B (m x 6 x Z), times sqrt(1 + beta), and the forms F_i (m x Z x Z) of the corrections k; the last is that of kappa.
@@ -214,6 +248,7 @@ class SampledDataInequality:
 
         d_minus = self.Phi[k][:, ATTITUDE] @ e + unit_s * s
         y = self.H[k] @ d_minus
+        r = self.used(k)[:, R][:, :, None] * r
         u = self.K_v[k] @ (y + rho * r)
         after = self.JIKH[k] @ np.concatenate([d_minus, self.Phi[k][:, BIAS] @ e], axis=1) - self.JK[k] @ (rho * r)
         lengthened = unit_n * n / self.norm[k][:, None, None]
@@ -234,14 +269,17 @@ class SampledDataInequality:
     def X(self, k: np.ndarray, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float) -> np.ndarray:
         """m x 6 x 6 when rho is 0, else m x Z x Z."""
         if rho == 0:
-            return self._part_of_P(k, P, sigma, self.M[k])
+            return self._part_of_P(k, P[self.before[k]], P[self.after[k]], sigma, self.M[k])
         B, forms = self.terms(k, rho)
-        X: np.ndarray = self._part_of_P(k, P, sigma, B) - sum(t * F for t, F in zip(tau, forms))
-        return X
+        X: np.ndarray = self._part_of_P(k, P[self.before[k]], P[self.after[k]], sigma, B)
+        for i, F in enumerate(forms):
+            X -= tau[self.after[k], i][:, None, None] * F
+        absent = np.where(self.used(k), 0.0, 1.0)
+        return X + absent[:, :, None] * np.eye(Z)
 
-    def _part_of_P(self, k: np.ndarray, P: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
-        X: np.ndarray = -np.swapaxes(B, 1, 2) @ P @ B
-        X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * P
+    def _part_of_P(self, k: np.ndarray, before: np.ndarray, after: np.ndarray, sigma: float, B: np.ndarray) -> np.ndarray:
+        X: np.ndarray = -np.swapaxes(B, 1, 2) @ after @ B
+        X[:, :N, :N] += np.exp(-2 * sigma * self.T[k])[:, None, None] * before
         return X
 
     def smallest_eigenvalues(self, P: np.ndarray, tau: np.ndarray, sigma: float, rho: float) -> np.ndarray:
@@ -262,36 +300,54 @@ class SampledDataInequality:
             P, tau = found
             least = self.smallest_eigenvalues(P, tau, sigma, rho)
             failing = np.flatnonzero(least < 0)
-            bounded = rho == 0 or np.linalg.eigvalsh(P[ATTITUDE, ATTITUDE])[-1] <= tau[-1]
-            if len(failing) == 0 and np.linalg.eigvalsh(P)[0] > 0 and multipliers_hold(tau) and bounded:
+            if len(failing) == 0 and np.linalg.eigvalsh(P).min() > 0 and (rho == 0 or multipliers_bound(P, tau)):
                 # The next question is alike: the corrections that were nearest to failing are where to begin with it.
-                self.vertices = sorted(self.vertices, key=lambda k: least[k])[:FIRST_VERTICES]
+                nearest = sorted(self.vertices, key=lambda k: least[k])[:FIRST_VERTICES]
+                self.vertices = sorted({*nearest, *self._first_of_each_step(least)})
                 return P, tau, float(least.min())
-            worst = failing[np.argsort(least[failing])][:NEW_VERTICES]
-            if set(worst) <= set(self.vertices):
+            worst = {*failing[np.argsort(least[failing])][:NEW_VERTICES].tolist()}
+            worst |= {k for k in self._first_of_each_step(least) if least[k] < 0}
+            if worst <= set(self.vertices):
                 return None  # the solver's answer is not good enough at its own constraints
-            self.vertices = sorted({*self.vertices, *worst.tolist()})
+            self.vertices = sorted({*self.vertices, *worst})
         return None
 
     def _solve_at_vertices(self, sigma: float, rho: float, margin: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """The smallest trace of P >= I over the vertices; None when the solver finds none."""
+        """The smallest sum of traces of P >= I over the vertices; None when the solver finds none."""
         k = np.array(self.vertices)
         self.programs.append(len(k))
         B, forms = (self.M[k], []) if rho == 0 else self.terms(k, rho)
         basis = np.array([np.eye(1, N * N, int(i * N + j)).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
         basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
-        # Unknowns: the elements of P and, with remainders, tau; on the last axis what each of them adds.
+        zero = np.zeros((N, N))
+        # What each unknown adds, on the last axis: elements of P before the correction, of P after it, and multipliers.
+        X = np.stack(
+            [self._part_of_P(k, b, zero, sigma, B) for b in basis]
+            + [self._part_of_P(k, zero, b, sigma, B) for b in basis]
+            + [-F for F in forms],
+            axis=-1,
+        )
+        places, elements, count = self.windows.places, len(basis), len(forms)
+        P_at = np.arange(places * elements).reshape(places, elements)
+        tau_at = places * elements + np.arange(places * count).reshape(places, count)
+        used = self.used(k)[:, : X.shape[1]]
+        blocks: list[Block] = [
+            (x[np.ix_(there, there)], np.r_[P_at[before], P_at[after], tau_at[after]], margin)
+            for x, there, before, after in zip(X, used, self.before[k], self.after[k])
+        ]
         of_P = np.moveaxis(basis, 0, -1)
-        X = np.stack([self._part_of_P(k, b, sigma, B) for b in basis] + [-F for F in forms], axis=-1)
-        blocks = [(x, margin) for x in X]
+        blocks += [(of_P, unknowns, 1.0) for unknowns in P_at]
         if rho > 0:
-            of_P = np.concatenate([of_P, np.zeros((N, N, MULTIPLIERS))], axis=-1)
-            D, positive, kappa = np.zeros((2, 2, X.shape[-1])), np.zeros((2, 2, X.shape[-1])), -of_P[ATTITUDE, ATTITUDE]
-            D[[0, 1, 0, 1], [0, 1, 1, 0], -MULTIPLIERS + np.array([0, 1, 2, 2])] = 1
+            D, positive = np.zeros((2, 2, MULTIPLIERS)), np.zeros((2, 2, MULTIPLIERS))
+            D[[0, 1, 0, 1], [0, 1, 1, 0], [0, 1, 2, 2]] = 1
             positive[[0, 1], [0, 1], [-3, -2]] = 1
-            kappa[range(3), range(3), -1] = 1
-            blocks += [(D, 0.0), (positive, 0.0), (kappa, LEAST_MARGIN)]
-        x = smallest(np.einsum("iij->j", of_P), [(of_P, 1.0), *blocks])
+            kappa = np.concatenate([-of_P[ATTITUDE, ATTITUDE], np.eye(3)[:, :, None]], axis=-1)
+            for P_here, tau_here in zip(P_at, tau_at):
+                blocks += [(D, tau_here, 0.0), (positive, tau_here, 0.0), (kappa, np.r_[P_here, tau_here[-1]], LEAST_MARGIN)]
+        cost = np.zeros(places * (elements + count))
+        cost[P_at] = np.einsum("iij->j", of_P)
+        x = smallest(cost, blocks)
         if x is None:
             return None
-        return of_P @ x, np.zeros(MULTIPLIERS) if rho == 0 else with_signs(x[-MULTIPLIERS:])
+        tau = np.zeros((places, MULTIPLIERS)) if rho == 0 else np.stack([with_signs(t) for t in x[tau_at]])
+        return np.moveaxis(of_P @ x[P_at].T, -1, 0), tau

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
-from hnav.certify.run import certify_run, write_certificate
+from hnav.certify.run import Thinning, certify_run, write_certificate
 from hnav.certify.summary import certificate_rows
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, MagUnit, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.systems.simulation import ABOUT, SIGNALS
+
+
+def shown_in(bars: Progress) -> Callable[[str, int, int], None]:
+    """A bar for each stage, begun when the stage is first told of."""
+    tasks: dict[str, TaskID] = {}
+
+    def note(what: str, done: int, of: int) -> None:
+        if what not in tasks:
+            tasks[what] = bars.add_task(what, total=of)
+        bars.update(tasks[what], completed=done)
+
+    return note
 
 
 def command(
@@ -40,6 +54,9 @@ def command(
     gain_factor: Annotated[
         float, typer.Option(help="Certify the gains multiplied by this: a wrong sequence must be refused")
     ] = 1.0,
+    force_every: Annotated[int, typer.Option(metavar="N", help="Keep every Nth sample of the force only")] = 1,
+    field_every: Annotated[int, typer.Option(metavar="N", help="Keep every Nth sample of the field only")] = 1,
+    lost: Annotated[float, typer.Option(metavar="SHARE", help="Lose this share of the samples of force and field")] = 0.0,
     out: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write the figures there")] = None,
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw Lyapunov value and decay")] = None,
     mag_unit: MagUnit = None,
@@ -51,17 +68,10 @@ def command(
     if recording is not None:
         refuse_overwriting([out, picture], [recording, recording / SIGNALS, recording / ABOUT])
     with bar() as progress:
-        tasks: dict[str, int] = {}
-
-        def note(what: str, done: int, of: int) -> None:
-            task = tasks.setdefault(what, len(tasks))
-            if task == len(progress.tasks):
-                progress.add_task(what, total=of)
-            progress.update(progress.task_ids[task], completed=done)
-
         found = certify_run(
             recording, experiment, preset=preset, settings=parse_settings(settings), begin_s=begin, duration_s=duration,
-            seed=seed, gain_factor=gain_factor, mag_unit=mag_unit, progress=note,
+            seed=seed, gain_factor=gain_factor, mag_unit=mag_unit, thinning=Thinning(force_every, field_every, lost),
+            progress=shown_in(progress),
         )  # fmt: skip
     if out is not None:
         write_certificate(out, found)

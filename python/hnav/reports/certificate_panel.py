@@ -10,16 +10,21 @@ from hnav.systems.results import Run
 
 # Key in certificate.json, unit, what it says. Those that were not reached are null there and are left out.
 FIGURES = (
-    ("rate_1_s", "1/s", "decay of small errors, one P for all corrections"),
-    ("spectral_rate_1_s", "1/s", "of the slowest single correction: no certificate can exceed it"),
+    ("longest_window", "", "corrections in the longest window, which ends when every sensor was seen"),
+    ("rate_1_s", "1/s", "decay of small errors, one P for all windows"),
+    ("spectral_rate_1_s", "1/s", "of the slowest single window: no certificate can exceed it"),
     ("region_deg", "deg", "largest attitude error inside the region"),
     ("sure_deg", "deg", "every attitude error below is inside, without bias error"),
     ("region_bias_deg_s", "deg/s", "largest bias error inside the region"),
     ("region_rate_1_s", "1/s", "decay inside the region, remainders included"),
     ("noise_floor_deg", "deg", "bound on the rms attitude error that noise sustains"),
-    ("longest_interval_s", "s", "longest interval with these gains: linear part, all corrections equally far apart"),
+    (
+        "longest_interval_s",
+        "s",
+        "longest interval with these gains: linear part, all corrections equally far apart, gains frozen",
+    ),
     ("dwell_ratio", "", "the same in actual intervals"),
-    ("interval_limit_s", "s", "beyond it the error grows at a single correction"),
+    ("interval_limit_s", "s", "beyond it the error grows over a single window"),
     ("mixed_interval_s", "s", "linear part, intervals from the actual one to this in any order"),
     ("region_interval_s", "s", "with the nonlinear remainders, in a region of half the radius, no decay asked"),
     ("attenuation", "", "error energy over disturbance energy"),
