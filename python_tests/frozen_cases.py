@@ -1,6 +1,7 @@
 """Short cases whose answers by revision b991a70 are kept in frozen_answers.npz, and nothing that answers them.
 
-`./run study compare --freeze` answers them by the old library, test_frozen_answers.py by this one.
+`./run study compare --freeze` answers them by the old library, test_frozen_answers.py by this one; studies.compare.frozen
+says how those of a change of the mathematics are answered anew.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""The answers of revision b991a70, kept in a file, and those of today: to 1e-12 of the size of each array."""
+"""The answers of revision b991a70, or of the last change of their mathematics, kept in a file, and those of today: to 1e-12
+of the size of each array.
+"""
 
 from contextlib import ExitStack
 from pathlib import Path

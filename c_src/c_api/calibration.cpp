@@ -11,8 +11,10 @@
 namespace {
 
 using hnav::Refusal;
+using hnav::Vector3;
 
 constexpr double deg = M_PI / 180;
+constexpr double wide_gap_rad = 30 * deg; // a sphere without it has samples on all sides
 constexpr double max_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
 
 bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
@@ -81,6 +83,11 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
             text, size,
             "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
         break;
+    case Refusal::little_tilt:
+        std::snprintf(text, size,
+                      "gravity stayed within %.0f deg of one direction: turn the sensor about all axes, upside down too",
+                      c.tilt_rad / deg);
+        break;
     case Refusal::little_coverage:
         std::snprintf(
             text, size,
@@ -88,6 +95,39 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
             c.coverage, o.min_coverage);
         break;
     }
+}
+
+// What the answer leaves out and why, and what of the sphere has no sample.
+void annotate(const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text, size_t size) {
+    const double turned = c.rotation_rad / deg;
+    int length = 0;
+    if (c.full) switch (c.rotation) {
+        case hnav::Rotation::found: break;
+        case hnav::Rotation::no_gravity:
+            length = std::snprintf(
+                text, size,
+                "without rotation, whose error is not stated: only %lld rows have a force like gravity, min_samples = %d; ",
+                static_cast<long long>(c.force_samples), o.min_samples);
+            break;
+        case hnav::Rotation::not_gravity:
+            length = std::snprintf(text, size, "without rotation: force and field keep no angle to each other; ");
+            break;
+        case hnav::Rotation::uncertain:
+            length = std::snprintf(text, size, "without rotation: gravity does not tell it to %.3g deg; ",
+                                   o.max_direction_sigma_rad / deg);
+            break;
+        case hnav::Rotation::explains_little:
+            length =
+                std::snprintf(text, size, "without rotation: one of %.2g deg would explain too little of the scatter; ", turned);
+            break;
+        }
+    const Vector3& at = c.gap.direction;
+    std::snprintf(
+        text + length, size - static_cast<size_t>(length),
+        c.gap.angle_rad > wide_gap_rad
+            ? "no sample within %.0f deg of the direction (%.2f, %.2f, %.2f): turn the sensor so that the field points there too"
+            : "every direction has a sample within %.0f deg",
+        c.gap.angle_rad / deg, at[0], at[1], at[2]);
 }
 
 void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration* out) {
@@ -110,8 +150,12 @@ void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration
     out->samples = static_cast<std::uint64_t>(c.samples);
     out->used_samples = static_cast<std::uint64_t>(c.used_samples);
     out->force_samples = static_cast<std::uint64_t>(c.force_samples);
-    out->fit = !c.full ? HNAV_MAGNETOMETER_HARD_IRON_ONLY : c.aligned ? HNAV_MAGNETOMETER_FULL : HNAV_MAGNETOMETER_NO_ROTATION;
+    out->fit = !c.full                               ? HNAV_MAGNETOMETER_HARD_IRON_ONLY
+               : c.rotation == hnav::Rotation::found ? HNAV_MAGNETOMETER_FULL
+                                                     : HNAV_MAGNETOMETER_NO_ROTATION;
     out->offset_axes = c.offset_axes;
+    for (int i = 0; i < 3; ++i) out->gap_direction[i] = c.gap.direction[i];
+    out->gap_rad = c.gap.angle_rad;
 }
 
 } // namespace
@@ -137,7 +181,8 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     Refusal refusal;
     const bool answered = hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, o, &c, &refusal);
     char reason[320] = "";
-    describe(refusal, c, o, reason, sizeof reason);
+    if (refusal == Refusal::none) annotate(c, o, reason, sizeof reason);
+    else describe(refusal, c, o, reason, sizeof reason);
     if (answered) {
         hnav_magnetometer_calibration result{};
         store(c, &result);

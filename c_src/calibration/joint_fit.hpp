@@ -17,15 +17,4 @@ struct Correction {
 // the rotation in M is free; the damping holds it. outlier_sigma: 0 for plain least squares.
 void refine(double outlier_sigma, bool with_force, Samples& samples, Correction* correction);
 
-// What a fit was free to choose.
-enum class Unknowns {
-    all,
-    no_rotation,      // without force: the rotation is taken as it is
-    centre_and_radius // hard iron alone
-};
-
-// Standard error of the direction of the corrected field in rad, root mean square over all directions of the sphere, not
-// only those that were sampled: the part of the sphere that was left out shows here.
-double direction_sigma(double outlier_sigma, Unknowns unknowns, Samples& samples, const Correction& correction);
-
 } // namespace hnav

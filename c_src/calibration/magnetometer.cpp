@@ -18,6 +18,9 @@ constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft 
 // For force to be believed: largest dip spread with the rotation it gives, and that over the spread without.
 constexpr double gravity_spread_rad = 3 * M_PI / 180;
 constexpr double rotation_gain = 0.9;
+constexpr double push_unknown = 0.5;
+constexpr double least_tilt_rad = 25 * M_PI / 180;
+constexpr double useless_rad = 10 * M_PI / 180; // with a rotation that was given up: chips are misaligned by less
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Dip of a field u (n columns) where the force is trusted: median and robust standard deviation.
@@ -103,6 +106,7 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
     const Columns u = s.u();
     c->residual_after = length_scatter(u, inlier);
     c->coverage = coverage_of(u);
+    c->gap = largest_gap(u, inlier, scratch);
     dip_figures(u, s, &c->dip_rad, &c->dip_spread_after_rad);
     Columns raw = s.u();
     for (Index i = 0; i < s.count; ++i) raw.col(i) = z.col(i) + middle;
@@ -111,20 +115,35 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
     dip_figures(raw, s, &dip_before, &c->dip_spread_before_rad);
 }
 
+// Refined, without what noise pushed it by, and its error. What is taken off is known to a half only.
+double refined_error(double loss_sigma, Unknowns unknowns, Samples& s, Correction* correction) {
+    refine(loss_sigma, unknowns == Unknowns::all, s, correction);
+    const double pushed = take_off_push(loss_sigma, unknowns, s, correction);
+    if (unknowns == Unknowns::no_rotation) correction->M = symmetric_factor(correction->M);
+    return std::hypot(direction_error(loss_sigma, unknowns, s, *correction), push_unknown * pushed);
+}
+
 // The rotation between field and force, where gravity shows one: the correction turned by it takes the place of the symmetric
 // one. A force that stays far from one angle to the field is not gravity. A rotation that explains little of the scatter has
 // been fitted to what else is in it (places with another field, accelerations), and one that is badly known does harm: chips
-// are rarely misaligned by much.
+// are rarely misaligned by much. What is given up is part of the error.
 void turn_by_gravity(const hnav_magnetometer_options& options, double loss_sigma, const Ellipsoid& ellipsoid,
                      const Alignment& alignment, Samples& s, Correction* correction, MagnetometerCalibration* c) {
     Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
-    refine(loss_sigma, true, s, &turned);
-    const double sigma = direction_sigma(loss_sigma, Unknowns::all, s, turned);
-    c->aligned = turned.M.determinant() > 0 && sigma <= options.max_direction_sigma_rad &&
-                 dip_spread(turned, s) < std::fmin(gravity_spread_rad, rotation_gain * dip_spread(*correction, s));
-    if (!c->aligned) return;
-    *correction = turned;
-    c->direction_sigma_rad = sigma;
+    const double error = refined_error(loss_sigma, Unknowns::all, s, &turned);
+    if (!(turned.M.determinant() > 0)) {
+        c->rotation = Rotation::not_gravity;
+        return;
+    }
+    const double spread = dip_spread(turned, s);
+    c->rotation = !(spread < gravity_spread_rad)                           ? Rotation::not_gravity
+                  : !(error <= options.max_direction_sigma_rad)            ? Rotation::uncertain
+                  : !(spread < rotation_gain * dip_spread(*correction, s)) ? Rotation::explains_little
+                                                                           : Rotation::found;
+    c->rotation_rad = direction_difference(turned, *correction);
+    if (c->rotation == Rotation::found) *correction = turned;
+    c->direction_sigma_rad =
+        c->rotation == Rotation::found ? error : std::hypot(c->direction_sigma_rad, std::hypot(error, c->rotation_rad));
 }
 
 // The ellipsoid through the samples, refined, and turned by gravity where that is known.
@@ -146,14 +165,14 @@ Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Co
 
     *correction = {ellipsoid.root, ellipsoid.centre, 0};
     Alignment alignment{};
-    c->aligned = c->force_samples >= options.min_samples && align(u, s.a(), s.trust(), loss_sigma, angle, scratch, &alignment) &&
-                 alignment.condition <= options.max_condition;
-    refine(loss_sigma, false, s, correction);
+    const bool enough = c->force_samples >= options.min_samples;
+    const bool aligned = enough && align(u, s.a(), s.trust(), loss_sigma, angle, scratch, &alignment) &&
+                         alignment.condition <= options.max_condition;
+    c->rotation = enough ? Rotation::uncertain : Rotation::no_gravity;
+    c->shape_sigma_rad = c->direction_sigma_rad = refined_error(loss_sigma, Unknowns::no_rotation, s, correction);
     if (!(correction->M.allFinite() && correction->o.allFinite() && correction->M.determinant() > 0))
         return Refusal::not_an_ellipsoid;
-    correction->M = symmetric_factor(correction->M);
-    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::no_rotation, s, *correction);
-    if (c->aligned) turn_by_gravity(options, loss_sigma, ellipsoid, alignment, s, correction, c);
+    if (aligned) turn_by_gravity(options, loss_sigma, ellipsoid, alignment, s, correction, c);
     return Refusal::none;
 }
 
@@ -162,11 +181,17 @@ Refusal judge_correction(const hnav_magnetometer_options& options, const Vector3
                          Samples& s, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
-    Values residual = s.residual();
+    Values residual = s.residual(), scratch = s.scratch();
+    // Gravity says how far the sensor was tilted, whatever outliers of the field may seem to fill of the sphere.
+    if (c->force_samples >= options.min_samples) {
+        c->tilt_rad = M_PI - largest_gap(s.a(), s.trust(), scratch).angle_rad;
+        if (c->tilt_rad < least_tilt_rad) return Refusal::little_tilt;
+    }
     const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
     c->axis_ratio = inverse_axes[0] / inverse_axes[2];
     if (!(c->axis_ratio <= options.max_axis_ratio)) return Refusal::stretched;
-    if (!(c->direction_sigma_rad <= options.max_direction_sigma_rad)) return Refusal::uncertain;
+    const double error = c->rotation == Rotation::found ? c->direction_sigma_rad : c->shape_sigma_rad;
+    if (!(error <= options.max_direction_sigma_rad && c->direction_sigma_rad <= useless_rad)) return Refusal::uncertain;
 
     for (Index i = 0; i < s.count; ++i) {
         u.col(i) = correction.M * (z.col(i) - correction.o);
@@ -207,7 +232,7 @@ bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& midd
     c->offset = sphere.plane * (middle + scale * sphere.centre);
     c->matrix.setIdentity();
     c->offset_axes = sphere.axes;
-    c->full = c->aligned = false;
+    c->full = false;
     Columns u = s.u();
     for (Index i = 0; i < s.count; ++i) scratch[i] = residual[i] = (sphere.plane * (z.col(i) - sphere.centre)).norm();
     const double radius = median(scratch.data(), s.count);
@@ -223,7 +248,7 @@ bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& midd
     c->direction_sigma_rad = not_a_number; // in a plane the direction out of it is not known
     if (sphere.axes < 3) return true;
     const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
-    c->direction_sigma_rad = direction_sigma(loss_sigma, Unknowns::centre_and_radius, s, correction);
+    c->direction_sigma_rad = direction_error(loss_sigma, Unknowns::centre_and_radius, s, correction);
     return c->direction_sigma_rad <= options.max_direction_sigma_rad;
 }
 

@@ -7,11 +7,20 @@
 // gives the rotation, because the field keeps its angle to it; both equations together are refined.
 #pragma once
 
-#include "calibration/robust.hpp"
+#include "calibration/direction_error.hpp"
 #include "hnav/options/magnetometer.h"
 #include "maths/rotation.hpp"
 
 namespace hnav {
+
+// What became of the rotation between the axes of field and force.
+enum class Rotation {
+    found,
+    no_gravity,      // too few forces that may be gravity
+    not_gravity,     // force and field keep no angle
+    uncertain,       // not known well enough
+    explains_little, // of the scatter of the angle between field and force
+};
 
 struct MagnetometerCalibration {
     Vector3 offset = Vector3::Zero();          // unit of the input
@@ -26,13 +35,17 @@ struct MagnetometerCalibration {
     double coverage = 0;                       // 1: directions spread evenly over the sphere, 0: in a plane
     double condition = 0, ambiguity = 0;       // of the ellipsoid (ellipsoid.hpp)
     double axis_ratio = 1;                     // longest over shortest axis of the ellipsoid
-    double direction_sigma_rad = 0;            // standard error of the corrected direction (joint_fit.hpp)
+    double direction_sigma_rad = 0;            // error of the corrected direction that nine of ten stay below, rms
+    Gap gap{Vector3::UnitX(), 0};              // the largest part of the sphere without a sample
     Index samples = 0;                         // rows with a field
     Index used_samples = 0;                    // of these, rows that saw a new attitude
     Index force_samples = 0;                   // of these, rows whose force was taken for gravity
     int offset_axes = 0;                       // directions in which the offset is determined
     bool full = false;                         // else hard iron only
-    bool aligned = false;                      // the rotation was found from force
+    Rotation rotation = Rotation::no_gravity;
+    double rotation_rad = 0;                   // how far it turns directions; where the fit came so far
+    double tilt_rad = 0;                       // gravity stayed within this of one direction
+    double shape_sigma_rad = 0;                // as direction_sigma_rad, of the ellipsoid alone
 };
 
 enum class Refusal {
@@ -47,6 +60,7 @@ enum class Refusal {
     stretched,        // an ellipsoid that no sensor has
     uncertain,        // an ellipsoid, but not known well enough
     little_coverage,
+    little_tilt,      // gravity stayed near one direction
     worse,            // the corrected field would be less constant than the measured one
 };
 

@@ -15,7 +15,7 @@ constexpr double defaults[] = {
     3, // outlier_sigma
     0.05, // force_tolerance
     50, // min_samples
-    0.0087266462599716477, // max_direction_sigma_rad
+    0.017453292519943295, // max_direction_sigma_rad
     0, // allow_hard_iron_only
     1000, // max_condition
     0.1, // max_ambiguity
@@ -45,8 +45,8 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 3, offsetof(hnav_magnetometer_options, min_samples),
      13, 2147483647, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 0},
     {"max_direction_sigma_rad", "limits", "rad",
-     "Do without the rotation, then refuse, when direction_sigma_rad exceeds this",
-     "Indoors, where the field differs from place to place, the true error came out several times larger than stated, and a chip as it comes is good to a degree or two.",
+     "Do without the rotation, then refuse, when nine of ten errors are not sure to be smaller than this",
+     "A chip as it comes is good to a degree or two. The error of a rotation that was given up is stated beside, and may be larger.",
      nullptr, nullptr, defaults + 4, offsetof(hnav_magnetometer_options, max_direction_sigma_rad),
      0, INFINITY, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"allow_hard_iron_only", "limits", "",

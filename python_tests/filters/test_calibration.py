@@ -52,7 +52,8 @@ def angles_deg(a, b):
 def test_the_corrected_field_points_where_the_true_one_does():
     field, force, truth = turned_about()
     found = calibrate_magnetometer(field, force, "uT")
-    assert found.fit == "full" and found.note == ""
+    assert found.fit == "full" and found.note.startswith("every direction has a sample within")
+    assert found.gap_rad < np.radians(20)
     np.testing.assert_allclose(found.offset, OFFSET_UT, atol=0.1)
     assert angles_deg(field, truth).mean() > 10
     assert angles_deg(found.apply(field), truth).mean() < 0.3
@@ -76,6 +77,15 @@ def test_a_written_calibration_reads_back_bit_for_bit(tmp_path):
         np.testing.assert_array_equal(again.matrix, found.matrix)
         assert again.unit == "uT" and again.samples == 500
         np.testing.assert_equal(again.dip_rad, found.dip_rad)
+
+
+def test_a_file_of_before_the_gap_was_told_still_reads(tmp_path):
+    write_calibration(tmp_path / "c.json", calibrate_magnetometer(*turned_about()[:2], "uT"))
+    values = json.loads((tmp_path / "c.json").read_text())
+    assert len(values.pop("gap_direction")) == 3 and values.pop("gap_rad") > 0
+    (tmp_path / "c.json").write_text(json.dumps(values))
+    again = read_calibration(tmp_path / "c.json")
+    assert np.isnan(again.gap_rad) and np.isnan(again.gap_direction).all()
 
 
 @pytest.mark.parametrize("change, status, named", [

@@ -40,17 +40,20 @@ typedef struct hnav_magnetometer_calibration {
     double condition;             /* largest over second smallest eigenvalue of the quadric's scatter; 0: not reached */
     double ambiguity;             /* smallest over second smallest: near 1, another ellipsoid fits as well */
     double axis_ratio;            /* longest over shortest axis of the ellipsoid; of the refused one, or 1 */
-    double direction_sigma_rad;   /* standard error of the corrected direction, rms over the sphere; NaN: offset_axes 2 */
+    double direction_sigma_rad;   /* error of the corrected direction, rms over the sphere, that nine of ten calibrations stay
+                                     below; a rotation that was given up is in it; NaN: offset_axes 2 */
     uint64_t samples;             /* rows with a field */
     uint64_t used_samples;        /* of these, rows that saw a new attitude: a rest counts once */
     uint64_t force_samples;       /* of these, rows whose force was taken for gravity */
     int32_t fit;                  /* hnav_magnetometer_fit */
     int32_t offset_axes;          /* 3, or 2 when the samples lie in a plane: across it offset is zero */
+    double gap_direction[3];      /* of the corrected field: the middle of the largest part of the sphere without a sample */
+    double gap_rad;               /* how far from it the nearest sample is */
 } hnav_magnetometer_calibration;
 
 /* field: n x 3, in any unit; force_b_m_s2: n x 3 of the same instants, may be null. A row of three NaN is a missing
  * sample. options: null for the defaults. calibration: written on success only. message (may be null): why the call
- * failed; after a success "", or why the answer is hard iron only.
+ * failed; after a success what the answer leaves out and why, and what of the sphere the samples leave out.
  * Errors: NULL_ARGUMENT, OPTION, OPTIONS_STAMP, OUT_OF_MEMORY, NON_FINITE, OUT_OF_RANGE, and ILL_CONDITIONED when the
  * samples are too few, do not vary, lie in a plane, cover too little of the sphere or are no ellipsoid. */
 HNAV_API hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,

@@ -61,9 +61,8 @@ def command(
 
         save(draw_calibration(field, found, data.name), picture)
     show(calibration_table(found, data.name))
-    if found.note:
-        where = "" if found.offset_axes == 3 else ", in the plane of the field alone"
-        say(f"hard iron only{where}: {found.note}")
+    where = ", in the plane of the field alone" if found.offset_axes < 3 else ""
+    say(f"{found.fit}{where}: {found.note}" if found.fit == "hard iron only" else found.note)
     warn(doubts)
 
 
@@ -86,9 +85,10 @@ def calibration_table(found: MagnetometerCalibration, name: str) -> Table:
         ("dip", "-" if np.isnan(found.dip_rad) else f"{np.degrees(found.dip_rad):.2f} deg", "below the horizon"),
         ("residual", change(100 * found.residual_before, 100 * found.residual_after, "%"), "scatter of the length, outliers left out"),
         ("dip spread", change(np.degrees(found.dip_spread_before_rad), np.degrees(found.dip_spread_after_rad), "deg"), "robust standard deviation"),
-        ("uncertainty", "-" if np.isnan(found.direction_sigma_rad) else f"{np.degrees(found.direction_sigma_rad):.2f} deg", "of the corrected direction, over the whole sphere"),
+        ("uncertainty", "-" if np.isnan(found.direction_sigma_rad) else f"{np.degrees(found.direction_sigma_rad):.2f} deg", "error of the corrected direction over the whole sphere; nine of ten calibrations err less"),
         ("outliers", f"{100 * found.outlier_fraction:.1f} %", f"of {found.used_samples} attitudes in {found.samples} samples; {found.force_samples} with gravity"),
         ("coverage", f"{found.coverage:.2f}", "1: all directions alike, 0: in a plane"),
+        ("largest gap", f"{np.degrees(found.gap_rad):.0f} deg", f"around ({', '.join(f'{v:.2f}' for v in found.gap_direction)}): no sample of the corrected field points there"),
         ("condition", f"{found.condition:.0f}, ambiguity {found.ambiguity:.3f}", "full fit up to 1000 and 0.1"),
         ("axis ratio", f"{found.axis_ratio:.3f}" if found.fit != "hard iron only" else "-", "longest over shortest axis of the ellipsoid"),
     ]  # fmt: skip

@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import Field, asdict, dataclass, fields, replace
+from dataclasses import MISSING, Field, asdict, dataclass, fields, replace
+from dataclasses import field as dataclass_field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Protocol, TypeVar
 
@@ -97,7 +98,8 @@ class MagnetometerCalibration(Record):
     axis_ratio: float
     """Longest over shortest axis of the ellipsoid."""
     direction_sigma_rad: float
-    """Standard error of the corrected direction, root mean square over the whole sphere."""
+    """Error of the corrected direction, root mean square over the whole sphere, that nine of ten calibrations stay below. A
+    rotation that was given up is in it; without force none is known, and none is in it."""
     samples: int
     """Rows with a field."""
     used_samples: int
@@ -109,9 +111,13 @@ class MagnetometerCalibration(Record):
     offset_axes: int
     """3, or 2 when the samples lie in a plane."""
     note: str
-    """Why it is hard iron only; empty otherwise."""
+    """What the answer leaves out and why, and what of the sphere the samples leave out."""
     unit: str
     """Of offset and strength: one of hnav.units.TESLA_PER."""
+    gap_direction: Array = dataclass_field(default_factory=lambda: np.full(3, np.nan))
+    """3, of the corrected field: the middle of the largest part of the sphere without a sample; NaN in files before 0.2.0."""
+    gap_rad: float = math.nan
+    """How far from it the nearest sample is."""
 
     def apply(self, field: npt.ArrayLike) -> Array:
         """The corrected field: n x 3 (or 3), in the unit of the calibration. NaN stays NaN."""
@@ -157,7 +163,7 @@ def calibrate_magnetometer(
 
 KIND = "magnetometer calibration"
 WORDS = {"fit": FITS, "unit": tuple(TESLA_PER)}
-SHAPES = {"offset": (3,), "matrix": (3, 3)}
+SHAPES = {"offset": (3,), "matrix": (3, 3), "gap_direction": (3,)}
 
 
 def write_calibration(path: str | Path, calibration: MagnetometerCalibration) -> None:
@@ -177,6 +183,8 @@ def read_calibration(path: str | Path) -> MagnetometerCalibration:
     read = {}
     for field in fields(MagnetometerCalibration):
         if field.name not in values:
+            if field.default is not MISSING or field.default_factory is not MISSING:
+                continue  # files of older versions have none
             raise HnavValueError("file", f"{path}: {field.name} is missing")
         try:
             read[field.name] = _entry(field.name, values[field.name])

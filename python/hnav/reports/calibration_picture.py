@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hnav.filters.calibration import MagnetometerCalibration
-from hnav.reports.plots import BLUE, FAINT, INK, VERMILION, figure, legend_above, styled
+from hnav.reports.plots import BLUE, FAINT, INK, ORANGE, VERMILION, figure, legend_above, styled
 
 POINTS = 4000  # more would only hide each other
+WIDE_GAP_RAD = np.radians(30)  # as in the note of the calibration
 PLANES = (("x", "y"), ("x", "z"), ("y", "z"))
 
 
@@ -34,12 +35,28 @@ def draw_projection(
         axes.plot(*points[:, pair].T, ".", color=colour, ms=1.6, alpha=0.35, zorder=2)
         axes.plot(*silhouette(found.strength * shape[pair], centre[pair]), color=colour, ls=style, lw=1.2, zorder=3, label=name)
         axes.plot(*centre[pair], "+", color=colour, ms=9, mew=1.6, zorder=4)
+    draw_gap(axes, found, plane)
     axes.axhline(0, color=FAINT, lw=0.6, zorder=1)
     axes.axvline(0, color=FAINT, lw=0.6, zorder=1)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{plane[0]} / {found.unit}")
     axes.set_ylabel(f"{plane[1]} / {found.unit}")
     legend_above(axes)
+
+
+def draw_gap(axes: Axes, found: MagnetometerCalibration, plane: tuple[str, str]) -> None:
+    """The part of the corrected sphere without a sample, seen in the plane, where it is wide enough to do harm."""
+    if not found.gap_rad > WIDE_GAP_RAD:
+        return
+    pair = ["xyz".index(axis) for axis in plane]
+    middle = found.gap_direction
+    across = np.linalg.svd(middle[None])[2][1:]
+    turn = np.linspace(0, 2 * np.pi, 73)
+    # Rings of the cap from its middle to its rim: together they show it from every side.
+    for angle in np.linspace(0, found.gap_rad, 12)[1:]:
+        rim = np.cos(angle) * middle + np.sin(angle) * (np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1])
+        axes.plot(*(found.strength * rim[:, pair]).T, color=ORANGE, lw=0.9, alpha=0.6, zorder=1)
+    axes.plot([], [], color=ORANGE, label="no sample")
 
 
 def draw_length(axes: Axes, before: np.ndarray, after: np.ndarray, found: MagnetometerCalibration) -> None:

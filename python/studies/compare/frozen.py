@@ -1,6 +1,9 @@
 """The answers of the old library to the short cases of python_tests/frozen_cases.py, for the tests to keep.
 
-python -m studies.compare.frozen CHECKOUT
+python -m studies.compare.frozen CHECKOUT [CASE]...
+
+After a change of the mathematics its cases are answered anew by this checkout: CHECKOUT is `.`, and the cases are named;
+the others stay as they are.
 """
 
 from __future__ import annotations
@@ -70,8 +73,11 @@ def sensor(side: Side) -> NDArray[Any]:
         return np.array(rows[cases.STEPS])
 
 
-def main(checkout: str) -> None:
+def main(checkout: str, *only: str) -> None:
     found: dict[str, Any] = answers(Side(Path(checkout), Path()))
+    if only:
+        with np.load(FILE) as kept:
+            found = dict(kept) | {name: values for name, values in found.items() if name.partition("/")[0] in only}
     packed = io.BytesIO()
     np.savez_compressed(packed, **found)
     write_files({FILE: packed.getvalue()})

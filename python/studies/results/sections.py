@@ -114,10 +114,35 @@ SECTIONS = {
         "study ins_error_peer",
         True,
     ),
+    "calibration": Section(
+        "Calibration: stated and true error",
+        "Simulated recordings; covered: the share of those answered whose error over the whole sphere is at most the stated one. Nine of "
+        "ten are promised.",
+        "study calibration",
+        True,
+    ),
     "certificate": Section(
         "Certificate of the paper's experiment",
         "R = 1e-2, Q = 1e-6, the corrections after 15 s.",
         "hnav certify --experiment turntable --preset paper --set gamma_mode=off",
+        True,
+    ),
+    "certificate_field": Section(
+        "Certificate with a field of 10 Hz",
+        "Force at 100 Hz, every tenth sample of the field: windows of ten corrections have to contract. Four minutes of processor time.",
+        "hnav certify --experiment turntable --preset paper --set gamma_mode=off --field-every 10",
+        False,
+    ),
+    "certificate_lost": Section(
+        "Certificate with lost samples",
+        "1 % of the samples of force and of field are lost, each by itself.",
+        "hnav certify --experiment turntable --preset paper --set gamma_mode=off --lost 0.01",
+        False,
+    ),
+    "certificate_slow": Section(
+        "Certificate at 4 Hz",
+        "The filter itself gets force and field every 25 T; beside it the longest interval above, where gains are frozen, says little.",
+        "hnav certify --experiment turntable --preset paper --set gamma_mode=off --force-every 25 --field-every 25",
         True,
     ),
     "certificate_rho": Section(

@@ -31,9 +31,9 @@ typedef struct hnav_magnetometer_options {
     /* Attitudes needed, and attitudes with gravity for the rotation; at least 13, the number of unknowns.
      * [13, 2147483647], default 50. Four samples for each unknown. */
     int32_t min_samples;
-    /* Do without the rotation, then refuse, when direction_sigma_rad exceeds this.
-     * (0, inf] rad, default 0.5 deg. Indoors, where the field differs from place to place, the true error came out several
-     * times larger than stated, and a chip as it comes is good to a degree or two. */
+    /* Do without the rotation, then refuse, when nine of ten errors are not sure to be smaller than this.
+     * (0, inf] rad, default 1 deg. A chip as it comes is good to a degree or two. The error of a rotation that was given
+     * up is stated beside, and may be larger. */
     double max_direction_sigma_rad;
     /* 1: where the full fit is refused, answer with the offset alone.
      * [0, 1], default 0. An offset alone is another answer than was asked for. */

@@ -1,0 +1,132 @@
+"""Whether the error that a magnetometer calibration states covers the true one: coverage, noise and outliers crossed.
+
+    ./run study calibration [--recordings 24]
+
+A sensor with hard iron, soft iron and a rotation of a degree or so against the accelerometer is turned in a true field; the
+error is the angle between corrected and true field, root mean square over the whole sphere. Covered: recordings of those
+that were answered whose error is at most the stated one, of which nine of ten are promised. Noise of the field in field
+strengths; that of the force is .01 g; outliers are off by half a field strength on each axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+from scipy.spatial.transform import Rotation
+
+from hnav.cli.console import bar, say, show
+from hnav.errors import HnavError
+from hnav.filters.calibration import calibrate_magnetometer
+from studies.command import study
+
+COVERAGES = ("every attitude", "tilt 60 deg", "tilt 45 deg", "tilt 35 deg", "tilt 25 deg", "tilt 10 deg", "one pole", "yaw only")
+NOISES = (0.002, 0.005, 0.01, 0.02)
+OUTLIERS = (0.0, 0.05, 0.2)
+SAMPLES = 600
+DIP_RAD = np.radians(60)
+FORCE_NOISE, OUTLIER = 0.01, 0.5
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Of one recording: error and what was stated, deg; whether the rotation was given up; the note."""
+
+    error_deg: float
+    stated_deg: float
+    gave_up: bool
+    note: str
+
+
+def attitudes(coverage: str, rng: np.random.Generator) -> Rotation:
+    """Body to navigation axes, north-east-down."""
+    yaw = rng.uniform(-np.pi, np.pi, SAMPLES)
+    if coverage == "every attitude":
+        return Rotation.random(SAMPLES, rng)
+    if coverage == "yaw only":
+        return Rotation.from_euler("z", yaw[:, None])
+    if coverage == "one pole":
+        return Rotation.from_euler("z", yaw[:, None]) * Rotation.from_rotvec(np.radians(20) * rng.normal(size=(SAMPLES, 3)))
+    tilt = np.radians(float(coverage.split()[1]))
+    return Rotation.from_euler("ZYX", np.stack([yaw, *rng.uniform(-tilt, tilt, (2, SAMPLES))], axis=1))
+
+
+def answer(coverage: str, noise: float, outliers: float, seed: int) -> Answer | None:
+    """None where the calibration is refused."""
+    rng = np.random.default_rng(seed)
+    soft = 0.1 * rng.normal(size=(3, 3))
+    distortion = Rotation.from_rotvec(0.02 * rng.normal(size=3)).as_matrix() @ (np.eye(3) + 0.5 * (soft + soft.T))
+    offset = 0.3 * rng.normal(size=3)
+    attitude = attitudes(coverage, rng)
+    field_n = [np.cos(DIP_RAD), 0, np.sin(DIP_RAD)]
+    field = attitude.apply(field_n, inverse=True) @ distortion.T + offset + noise * rng.normal(size=(SAMPLES, 3))
+    field += np.where(rng.random(SAMPLES) < outliers, OUTLIER, 0)[:, None] * rng.normal(size=(SAMPLES, 3))
+    force = 9.81 * (attitude.apply([0, 0, -1], inverse=True) + FORCE_NOISE * rng.normal(size=(SAMPLES, 3)))
+    try:
+        found = calibrate_magnetometer(field, force)
+    except HnavError as error:
+        if error.status != "ill-conditioned":
+            raise
+        return None
+    k = np.arange(500)
+    z = 1 - (2 * k + 1) / len(k)
+    turn = k * np.pi * (3 - np.sqrt(5))
+    sphere = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    corrected = found.apply(sphere @ distortion.T + offset)
+    angles = np.arctan2(np.linalg.norm(np.cross(corrected, sphere), axis=1), np.sum(corrected * sphere, axis=1))
+    return Answer(
+        float(np.degrees(np.sqrt(np.mean(angles**2)))),
+        float(np.degrees(found.direction_sigma_rad)),
+        found.fit != "full",
+        found.note,
+    )
+
+
+def row(answers: Iterable[Answer | None]) -> tuple[str, ...]:
+    """answered, without rotation, error and stated error (rms), and covered."""
+    everything = list(answers)
+    given = [a for a in everything if a is not None]
+    if not given:
+        return f"0 of {len(everything)}", "", "", "", "", ""
+    error, stated = (np.array([getattr(a, name) for a in given]) for name in ("error_deg", "stated_deg"))
+    return (
+        f"{len(given)} of {len(everything)}",
+        str(sum(a.gave_up for a in given)),
+        f"{np.sqrt(np.mean(error**2)):.2f}",
+        f"{error.max():.2f}",
+        f"{np.sqrt(np.mean(stated**2)):.2f}",
+        f"{np.mean(error <= stated):.0%}",
+    )
+
+
+def command(
+    recordings: Annotated[int, typer.Option(min=1, help="of each coverage, noise and share of outliers")] = 24,
+    seed: Annotated[int, typer.Option(min=0, help="of the first recording")] = 1,
+) -> None:
+    """Calibrates simulated recordings and compares the error that is stated with the true one."""
+    columns = ("coverage", "noise", "outliers", "answered", "no rotation", "error deg", "largest", "stated deg", "covered")
+    table = Table(*columns, title=f"{recordings} recordings each, seeds from {seed}")
+    done: list[Answer | None] = []
+    with bar() as progress:
+        task = progress.add_task("recordings", total=len(COVERAGES) * len(NOISES) * len(OUTLIERS) * recordings)
+        for coverage, noise, outliers in product(COVERAGES, NOISES, OUTLIERS):
+            answers = [answer(coverage, noise, outliers, seed + k) for k in range(recordings)]
+            done += answers
+            if any(answers):
+                table.add_row(coverage, f"{noise:.1%}", f"{outliers:.0%}", *row(answers))
+            progress.advance(task, recordings)
+    table.add_section()
+    table.add_row("all", "", "", *row(done))
+    show(table, width=120)
+    say(f"not listed: all refused; answers with an empty note: {sum(a is not None and not a.note for a in done)}")
+
+
+main = study("calibration", command)
+
+if __name__ == "__main__":
+    main()
