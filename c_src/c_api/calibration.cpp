@@ -35,11 +35,25 @@ hnav_status check_rows(const hnav::CallersMessage& caller, const char* name, con
     return HNAV_OK;
 }
 
+// Refusals that need no numbers; null for the others.
+const char* sentence_of(Refusal refusal) {
+    switch (refusal) {
+    case Refusal::no_memory: return "no memory for the samples";
+    case Refusal::constant_field: return "the field never changes: turn the sensor about all axes while recording";
+    case Refusal::planar:
+        return "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes";
+    case Refusal::not_an_ellipsoid:
+        return "the field is no ellipsoid: record again far from iron that does not turn with the sensor";
+    case Refusal::worse:
+        return "the corrected field would be less constant than the measured one: record again far from iron that does not turn "
+               "with the sensor";
+    default: return nullptr;
+    }
+}
+
 void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
               size_t size) {
     switch (refusal) {
-    case Refusal::none: break;
-    case Refusal::no_memory: std::snprintf(text, size, "no memory for the samples"); break;
     case Refusal::too_few_samples:
         std::snprintf(text, size, "too few samples: %lld rows have a field, min_samples = %d", static_cast<long long>(c.samples),
                       o.min_samples);
@@ -50,21 +64,11 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
             "too little motion: only %lld of %lld rows saw a new attitude, min_samples = %d; turn the sensor about all axes",
             static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.min_samples);
         break;
-    case Refusal::constant_field:
-        std::snprintf(text, size, "the field never changes: turn the sensor about all axes while recording");
-        break;
-    case Refusal::planar:
-        std::snprintf(text, size,
-                      "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes");
-        break;
     case Refusal::ill_conditioned:
         std::snprintf(
             text, size,
             "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
             c.condition, o.max_condition, c.ambiguity, o.max_ambiguity);
-        break;
-    case Refusal::not_an_ellipsoid:
-        std::snprintf(text, size, "the field is no ellipsoid: record again far from iron that does not turn with the sensor");
         break;
     case Refusal::stretched:
         std::snprintf(
@@ -78,11 +82,6 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
             "the corrected direction would be uncertain by %.3g deg, max_direction_sigma_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
             c.direction_sigma_rad / deg, o.max_direction_sigma_rad / deg);
         break;
-    case Refusal::worse:
-        std::snprintf(
-            text, size,
-            "the corrected field would be less constant than the measured one: record again far from iron that does not turn with the sensor");
-        break;
     case Refusal::little_tilt:
         std::snprintf(text, size,
                       "gravity stayed within %.0f deg of one direction: turn the sensor about all axes, upside down too",
@@ -94,6 +93,7 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
             "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
             c.coverage, o.min_coverage);
         break;
+    default: std::snprintf(text, size, "%s", sentence_of(refusal));
     }
 }
 
