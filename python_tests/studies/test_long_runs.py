@@ -43,6 +43,9 @@ def test_flat_is_an_error_that_does_not_grow_and_memory_that_stays():
     assert is_flat([first, Day(0.11, 5, 101)])
     assert not is_flat([first, Day(0.13, 1, 100)])
     assert not is_flat([first, first, Day(0.1, 1, 105)])
+    swinging = [Day(0.1, 1, memory) for memory in (104, 110, 100, 109, 101, 111)]
+    assert is_flat(swinging)
+    assert not is_flat(swinging + [Day(0.1, 1, memory) for memory in (106, 112, 109)])
 
 
 def test_the_command_prints_its_days():
