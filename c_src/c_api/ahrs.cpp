@@ -17,6 +17,8 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.azimuth_density2 = square(o.mag_azimuth_noise_per_sqrt_hz);
     s.intensity_density2 = square(o.mag_intensity_noise_per_sqrt_hz);
     s.rest_field_factor = o.mag_rest_factor;
+    s.force_latency = o.start_accel_latency;
+    s.declination_s = o.local_declination_s;
     s.rest_bias_density2 = square(o.rest_bias_noise_rad_s_per_sqrt_hz);
     s.velocity_gate_nis = o.velocity_gate_nis;
     s.azimuth_gate = o.mag_azimuth_gate_sigmas;
@@ -51,8 +53,10 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.start = hnav::start_of(o, frames);
     s.start.field_wait_s = o.start_field_wait_s;
     s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
-    s.sigma = {o.start_sigma_tilt_rad,  o.start_sigma_heading_rad, o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
-               o.start_sigma_reference, o.start_sigma_latency_s,   o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad};
+    s.sigma = {
+        o.start_sigma_tilt_rad,        o.start_sigma_heading_rad,   o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
+        o.start_sigma_reference,       o.start_sigma_latency_s,     o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad,
+        o.start_sigma_accel_bias_m_s2, o.start_sigma_accel_latency, o.local_declination_rad};
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
     s.reference = {o.reference_strength_tesla, o.reference_dip_rad};
     s.heading_gate_nis = o.heading_gate_nis;

@@ -29,7 +29,9 @@ AhrsSettings<R> ahrs_settings() {
     s.start.mode = StartMode::triad;
     s.start.sigma_heading = R(0.28);
     s.start.field_wait_s = 1;
-    s.sigma = {R(0.08), R(0.28), R(0.008), R(0.08), R(0.11), R(0.016), R(1.6e-3), R(8e-4)};
+    s.sigma = {R(0.08), R(0.28), R(0.008), R(0.08), R(0.11), R(0.016), R(1.6e-3), R(8e-4), R(0.05), R(0.35), R(0.035)};
+    s.force_latency = R(0.25);
+    s.declination_s = 60;
     s.ready_tilt_rad = 2 * deg;
     s.ready_heading_rad = 5 * deg;
     s.ready_evidence_s = 3;

@@ -10,6 +10,7 @@ using hnav::test::angle_between, hnav::test::follow, hnav::test::state_at_start,
 using Event = AttitudeEvent;
 using Sample = AttitudeSample;
 using State = AhrsModel::State;
+using Vector2 = Eigen::Vector2d;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 namespace {
@@ -17,6 +18,38 @@ namespace {
 constexpr double deg = M_PI / 180;
 
 AhrsModel::Settings settings() { return test::ahrs_settings(); }
+
+// Samples as an integrating sensor gives them at a low rate, or force as a reading of its instant; the body swings about all
+// axes. By the closed form; what happens at each sample is the caller's.
+template <class At>
+void swing(const AhrsModel& model, State& s, double interval_s, double duration_s, bool mean_force, At&& at) {
+    const auto rate = [](double t) { return Vector3(2 * std::sin(3 * t), 2.5 * std::cos(2.3 * t), 1.5 * std::sin(4 * t + 1)); };
+    constexpr int substeps = 50;
+    const double h = interval_s / substeps;
+    Quaternion q(1, 0, 0, 0);
+    for (int k = 0; k * interval_s < duration_s; ++k) {
+        const Quaternion before = q;
+        Vector3 turn = Vector3::Zero(), force = Vector3::Zero();
+        for (int i = 0; k > 0 && i < substeps; ++i) {
+            const Vector3 u = rate((k - 1) * interval_s + (i + 0.5) * h);
+            const Quaternion middle = multiply(q, rotation_quaternion(0.5 * h * u));
+            force += rotation_matrix(middle).transpose() * Vector3(0, 0, -AhrsModel::gravity_m_s2) / substeps;
+            turn += u / substeps;
+            q = multiply(q, rotation_quaternion(h * u));
+        }
+        if (!mean_force || k == 0) force = rotation_matrix(q).transpose() * Vector3(0, 0, -AhrsModel::gravity_m_s2);
+        const Vector3 field = rotation_matrix(q).transpose() * Vector3(2.5e-5, 0, 4.33e-5);
+        Event e{};
+        e.t_s = k * interval_s;
+        e.add(Sample{e.t_s, gyro, {turn[0], turn[1], turn[2]}});
+        e.add(Sample{e.t_s, accel, {force[0], force[1], force[2]}});
+        e.add(Sample{e.t_s, mag, {field[0], field[1], field[2]}});
+        model.before_flow(s, e);
+        if (k > 0) model.flow_exactly(s, interval_s);
+        model.jump(s, e);
+        at(e.t_s, q);
+    }
+}
 
 } // namespace
 
@@ -114,6 +147,66 @@ TEST(AhrsFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
             EXPECT_LT((by_scale + G.col(i) * y[j]).cwiseAbs().maxCoeff(), 1e-6) << i << j; // L = int R (x) y
         }
     }
+}
+
+TEST(AhrsFlow, AMeanRateTurnsTheBodyAsFarAsTheTurnsThatItIsTheMeanOf) {
+    AhrsModel::Settings set = settings();
+    set.correction_interval_s = 1e3; // nothing is corrected
+    set.start.mode = StartMode::attitude;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    double error = 0;
+    swing(model, s, 0.035, 20, true, [&](double, const Quaternion& q) { error = angle_between(Quaternion(s.x), q); });
+    EXPECT_LT(error, 0.05 * deg); // 0.35 deg without coning
+}
+
+TEST(Ahrs, WhetherAForceIsAMeanOrAReadingShowsInTheMotion) {
+    for (const bool mean : {false, true}) {
+        const AhrsModel model(settings());
+        State s = state_at_start(model);
+        double worst = 0;
+        swing(model, s, 0.035, 60, mean, [&](double t_s, const Quaternion& q) {
+            if (t_s > 30) worst = std::fmax(worst, angle_between(Quaternion(s.x), q));
+        });
+        EXPECT_NEAR(s.force_latency, mean ? 0.5 : 0, 0.1);
+        EXPECT_LT(worst, 0.3 * deg) << mean;
+    }
+}
+
+// The rows of the transition that belong to the accelerometer.
+TEST(AhrsCovariance, VelocityIsWhatAnErrorOfTheAccelerometerBecomes) {
+    AhrsModel::Settings set = settings();
+    set.correction_interval_s = 1e3;
+    set.start.mode = StartMode::attitude;
+    const AhrsModel model(set);
+    const auto after = [&](const Vector3& bias, double latency) {
+        State s = state_at_start(model);
+        Eigen::Map<Vector3>(s.force_bias) = bias;
+        s.force_latency = 0.3 + latency;
+        swing(model, s, 0.01, 0.5, true, [](double, const Quaternion&) {});
+        return s;
+    };
+    const State still = after(Vector3::Zero(), 0);
+    const auto velocity = [&](const State& s) {
+        return Vector2(s.velocity[0] - still.velocity[0], s.velocity[1] - still.velocity[1]);
+    };
+    constexpr double small = 1e-6;
+    const Eigen::Map<const Matrix3> G(still.x + 4);
+    for (int j = 0; j < 3; ++j) {
+        const Vector2 by_bias = velocity(after(small * Vector3::Unit(j), 0)) / small;
+        EXPECT_LT((by_bias + G.block<2, 1>(0, j) * (still.force_s / still.x[13])).norm(), 0.02) << j;
+    }
+    const Vector2 by_latency = velocity(after(Vector3::Zero(), small)) / small;
+    EXPECT_LT((by_latency + Vector2(still.swept_velocity[0], still.swept_velocity[1])).norm(), 1e-4 * by_latency.norm());
+}
+
+TEST(Ahrs, TheFieldOfOnePlaceDoesNotTellTheHeadingBetterThanPlacesDiffer) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    follow(model, s, Turning{}, 30);
+    const double sigma = std::sqrt(model.rotation_covariance(s)(2, 2));
+    EXPECT_GT(sigma, 0.5 * settings().sigma.declination);
+    EXPECT_LT(sigma, 1.5 * settings().sigma.declination);
 }
 
 TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
@@ -385,7 +478,7 @@ TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
     model.jump(plain, e);
     e.present |= new_time_base;
     model.jump(jumped, e);
-    const Square<20> added = unpack<20>(jumped.P) - unpack<20>(plain.P);
+    const Square<AhrsErrors::errors> added = unpack<AhrsErrors::errors>(jumped.P) - unpack<AhrsErrors::errors>(plain.P);
     const Vector3 variances(0.1 * 0.1, 0.1 * 0.1, 0.2 * 0.2);
     for (int i = 0; i < 3; ++i) {
         const double share = added(AhrsErrors::rotation + i, AhrsErrors::rotation + i) / variances[i];

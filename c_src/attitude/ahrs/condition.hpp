@@ -7,7 +7,7 @@
 
 namespace hnav {
 
-extern template bool repair<20>(Square<20, Scalar>& P); // repair.cpp
+extern template bool repair<AhrsErrors::errors>(Square<AhrsErrors::errors, Scalar>& P); // repair.cpp
 
 // innovation' S^-1 innovation; 0 where S has no sign.
 template <int m, class R>
@@ -41,12 +41,16 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
 
 template <class R>
 void AhrsModelOf<R>::apply(State& s, const Vector& error) {
-    constexpr R max_latency_s = 1; // later fields are turned by more than two terms of a series tell
+    constexpr R max_latency_s = 1;     // later fields are turned by more than two terms of a series tell
+    constexpr R max_force_latency = 4; // intervals; the same of a force
     Eigen::Map<QuaternionR> q(s.x);
     q = multiply<R>(rotation_quaternion<R>(segment<3>(error, rotation)), QuaternionR(q)).normalized();
     Eigen::Map<Vector3R>(s.bias) += segment<3>(error, bias);
     Eigen::Map<Eigen::Matrix<R, 9, 1>>(s.calibration) += segment<9>(error, calibration);
     Eigen::Map<Vector2R>(s.velocity) += segment<2>(error, velocity);
+    Eigen::Map<Vector3R>(s.force_bias) += segment<3>(error, force_bias);
+    s.force_latency = std::clamp(s.force_latency + error[force_latency], -max_force_latency, max_force_latency);
+    s.declination = wrap_angle(s.declination + error[declination]);
     Eigen::Map<Vector2R>(s.reference) += segment<2>(error, reference);
     // By what north means; a correction near a magnetic pole may not see it.
     s.reference[0] = std::fmax(R(0), s.reference[0]);

@@ -10,7 +10,7 @@
 
 namespace hnav {
 
-// The three rows: residual = H error + noise, H error = theta x M - dM - (u x M) dl.
+// The three rows: residual = H error + noise, H error = theta x M - dM - (u x M) dl - (0, H, 0) dd.
 template <class R>
 struct AhrsModelOf<R>::FieldRows {
     R H, Z;         // horizontal and vertical intensity of the reference
@@ -21,7 +21,7 @@ struct AhrsModelOf<R>::FieldRows {
         const Vector3R M(H, 0, Z), u_n = Vector3R(s.turn_sum) / s.field_count;
         swept = u_n.cross(M);
         // Exact for any heading error.
-        residual = {H - mean.horizontal(), -H * mean.azimuth_rad(), Z - mean.n[2]};
+        residual = {H - mean.horizontal(), -H * wrap_angle(mean.azimuth_rad() - s.declination), Z - mean.n[2]};
     }
 
     R deviation() const { return length(residual[0], residual[2]); }
@@ -29,7 +29,7 @@ struct AhrsModelOf<R>::FieldRows {
     Eigen::Matrix<R, errors, 3> PHt(const Covariance& P) const {
         Eigen::Matrix<R, errors, 3> out;
         out.col(0) = Z * P.col(rotation + 1) - P.col(reference) - swept[0] * P.col(latency);
-        out.col(1) = H * P.col(rotation + 2) - Z * P.col(rotation) - swept[1] * P.col(latency);
+        out.col(1) = H * (P.col(rotation + 2) - P.col(declination)) - Z * P.col(rotation) - swept[1] * P.col(latency);
         out.col(2) = -H * P.col(rotation + 1) - P.col(reference + 1) - swept[2] * P.col(latency);
         return out;
     }
@@ -38,7 +38,7 @@ struct AhrsModelOf<R>::FieldRows {
     template <class Column>
     Vector3R of(const Column& c) const {
         return {Z * c[rotation + 1] - c[reference] - swept[0] * c[latency],
-                H * c[rotation + 2] - Z * c[rotation] - swept[1] * c[latency],
+                H * (c[rotation + 2] - c[declination]) - Z * c[rotation] - swept[1] * c[latency],
                 -H * c[rotation + 1] - c[reference + 1] - swept[2] * c[latency]};
     }
 

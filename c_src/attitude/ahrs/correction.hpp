@@ -14,6 +14,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     Correction c{unpack<errors>(s.P)};
     s.gap_rotation += gap_variance(s, event);
     propagate(c.P, s);
+    forget_declination(s, c.P);
     inflate_tilt(s, c.P);
 
     if (s.lost) find_attitude(s, c);

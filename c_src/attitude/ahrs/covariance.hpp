@@ -40,17 +40,27 @@ void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     const Eigen::Map<const Matrix39R> L(s.rate_moment);
     const Turned turned(P, s);
 
-    // v_N -= g T theta_E, v_E += g T theta_N, with the mean of theta before and after.
+    // v_N -= g T theta_E, v_E += g T theta_N, with the mean of theta before and after; and dv = -int R_bn df - swept dl.
     const R half = R(0.5 * gravity_m_s2) * s.force_s;
     Eigen::Matrix<R, errors, 2> v = columns<2>(P, velocity); // of the error before with v after
     v.col(0) -= half * (P.col(rotation + 1) + turned.columns.col(1));
     v.col(1) += half * (P.col(rotation) + turned.columns.col(0));
+    const R forced = s.x[13] > 0 ? s.force_s / s.x[13] : 0;
+    for (int i = 0; i < 2; ++i) {
+        Vector column = v.col(i) - s.swept_velocity[i] * P.col(force_latency);
+        for (int j = 0; j < 3; ++j) column -= forced * G(i, j) * P.col(force_bias + j);
+        v.col(i) = column;
+    }
     Eigen::Matrix<R, 3, 2> theta_v = rows<3>(v, rotation); // theta after, v after
     theta_v -= G.lazyProduct(rows<3>(v, bias));
     theta_v -= L.lazyProduct(rows<9>(v, calibration));
     Matrix2R v_v = rows<2>(v, velocity);
     v_v.row(0) -= half * (v.row(rotation + 1) + theta_v.row(1));
     v_v.row(1) += half * (v.row(rotation) + theta_v.row(0));
+    for (int i = 0; i < 2; ++i) {
+        v_v.row(i) -= s.swept_velocity[i] * v.row(force_latency);
+        for (int j = 0; j < 3; ++j) v_v.row(i) -= forced * G(i, j) * v.row(force_bias + j);
+    }
 
     columns<3>(P, rotation) = turned.columns;
     rows<3>(P, rotation) = turned.columns.transpose();
@@ -66,6 +76,17 @@ void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     diagonal<3>(P, rotation).array() += rotation_noise(s);
     diagonal<3>(P, bias).array() += settings_.bias_walk_psd * T;
     diagonal<2>(P, reference).array() += settings_.reference_psd * T;
+}
+
+// The azimuth of the field is that of the place, and a body that moves comes to other places.
+template <class R>
+void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
+    if (s.rest.at_rest(settings_.rest)) return;
+    const R kept = std::exp(-s.x[13] / settings_.declination_s), sigma = settings_.sigma.declination;
+    s.declination *= kept;
+    P.row(declination) *= kept;
+    P.col(declination) *= kept;
+    P(declination, declination) += (1 - kept * kept) * sigma * sigma;
 }
 
 } // namespace hnav

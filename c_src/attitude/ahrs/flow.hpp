@@ -43,11 +43,18 @@ void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
     s.x[13] += T;
 }
 
+// Coning: a rate that is the mean of an interval turns the body further where its axis turns, and the rate of the interval
+// before tells by how much (Miller 1983).
 template <class R>
-void AhrsModelOf<R>::hold(State& s, const Event& event) {
-    const Vector3R rate = vector_of<R>(event, gyro);
+void AhrsModelOf<R>::hold(State& s, const Event& event) const {
+    const Vector3R rate = vector_of<R>(event, gyro), before(s.rate);
     const R T = R(event.t_s - s.last_s[gyro]);
-    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) s.rate_change.note(rate - Vector3R(s.rate), T);
+    Eigen::Map<Vector3R> coning(s.coning);
+    coning.setZero();
+    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) {
+        s.rate_change.note(rate - before, T);
+        if (settings_.backward_hold) coning = T / 12 * before.cross(rate);
+    }
     Eigen::Map<Vector3R>(s.rate) = rate;
     s.has_rate = 1;
 }

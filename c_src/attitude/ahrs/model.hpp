@@ -1,7 +1,8 @@
 // The AHRS: an error-state filter for the gyroscopes, accelerometers and magnetometers that one can buy.
 //
-// Known of the body: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, the
-// reference field M = (H, 0, Z) in units of its strength, and the latency l of the magnetometer. Rate u = y - b - S y.
+// Known of the body: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, bias and
+// latency of the accelerometer, the reference field M = (H, 0, Z) in units of its strength, its declination d at the present
+// place, and the latency l of the magnetometer. Rate u = y - b - S y, and coning.
 // The error is held in navigation axes, q_true = exp(theta / 2) q, for there its transition needs no step:
 //     theta' = -R_bn (db + dS y) + noise     =>  theta(T) = theta - G db - L dS,  G = int R_bn, L = int R_bn (x) y'
 //     dv'    = g (-theta_E, theta_N)             (gravity, not the measured force: heading stays out of the horizon)
@@ -108,12 +109,14 @@ private:
     };
 
     // Before the first gyro sample the body is taken to be still.
-    static Vector3R turn_rate(const State& s) {
+    static Vector3R rate(const State& s) {
         if (!s.has_rate) return Vector3R::Zero();
         const Eigen::Map<const Eigen::Matrix<R, 3, 3, Eigen::RowMajor>> S(s.calibration);
         const Vector3R y(s.rate);
         return y - Vector3R(s.bias) - S * y;
     }
+    // The constant rate that turns the body as far.
+    static Vector3R turn_rate(const State& s) { return rate(s) + Vector3R(s.coning); }
 
     R interval(const State& s, int channel, double t_s) const {
         return R(interval_of_sample(t_s - s.last_s[channel], s.spacing_s[channel], settings_.max_interval_s));
@@ -132,7 +135,7 @@ private:
                angle_ready(s.P[packed(rotation + 2, rotation + 2)], s.information.heading, settings_.ready_heading_rad);
     }
 
-    static void hold(State& s, const Event& event); // flow.hpp
+    void hold(State& s, const Event& event) const; // flow.hpp
 
     // faults.hpp
     void examine(State& s, const Event& event) const;
@@ -160,6 +163,7 @@ private:
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
 
     // preintegration.hpp
+    struct TurnedOn;
     static void forget_window(State& s);
     static void take_turn(State& s);
     R gap_variance(const State& s, const Event& event) const;
@@ -171,6 +175,7 @@ private:
     struct Turned;
     R rotation_noise(const State& s) const;
     void propagate(Covariance& P, const State& s) const;
+    void forget_declination(State& s, Covariance& P) const;
 
     // correction.hpp
     void correct(State& s, const Event& event) const;

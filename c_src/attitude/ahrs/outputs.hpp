@@ -7,7 +7,7 @@ namespace hnav {
 
 template <class R>
 Estimate AhrsModelOf<R>::estimate(const State& s) const {
-    const Vector3R rate = turn_rate(s);
+    const Vector3R rate = this->rate(s);
     QuaternionR q = QuaternionR(s.x).normalized();
     // The attitude as it will be at the present rate.
     if (settings_.output_latency_s != 0) q = multiply<R>(q, rotation_quaternion<R>(rate * settings_.output_latency_s));

@@ -5,6 +5,19 @@
 
 namespace hnav {
 
+// A vector that keeps its direction in navigation axes, measured a share of a turn ago, in the body of now: to second order.
+template <class R>
+struct AhrsModelOf<R>::TurnedOn {
+    Vector3R now_b;
+    Vector3R swept_b; // what falls off it with the share
+
+    TurnedOn(const Vector3R& measured_b, const Vector3R& turn, R share) {
+        const Vector3R turning = turn.cross(measured_b), again = turn.cross(turning);
+        now_b = measured_b - share * turning + R(0.5) * share * share * again;
+        swept_b = turning - share * again;
+    }
+};
+
 template <class R>
 void AhrsModelOf<R>::forget_window(State& s) {
     for (int i = 4; i < nx; ++i) s.x[i] = 0;
@@ -12,14 +25,17 @@ void AhrsModelOf<R>::forget_window(State& s) {
     for (R& v : s.turned) v = 0;
     s.rate_power = s.turned_s = 0;
     for (int i = 0; i < 3; ++i) s.field_sum[i] = s.turn_sum[i] = 0;
-    s.velocity_down = 0;
+    s.velocity_down = s.swept_velocity[0] = s.swept_velocity[1] = 0;
     s.field_count = s.field_s = s.force_s = s.force_gap_s = s.gap_rotation = 0;
 }
 
 // L += dG (x) y for the turn since the last event, which went on under one rate.
 template <class R>
 void AhrsModelOf<R>::take_turn(State& s) {
-    s.rate_power += turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
+    const Vector3R u = turn_rate(s);
+    const R T = s.x[13] - s.turned_s;
+    s.rate_power += u.squaredNorm() * T;
+    Eigen::Map<Vector3R>(s.force_turn) += u * T;
     s.turned_s = s.x[13];
     const Eigen::Map<const Matrix3R> G(s.x + 4);
     Eigen::Map<Matrix3R> seen(s.turned);
@@ -48,26 +64,31 @@ void AhrsModelOf<R>::gather(State& s, const Event& event) const {
     else initialise_heading_by_field(s, vector_of<R>(event, mag));
 }
 
+// Whether a sample of force is the mean of its interval, and so half of it old, or a reading of its instant, the latency
+// tells; and what a wrong one does to the velocity of a body that turns tells the latency.
 template <class R>
 void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& R_bn) const {
-    const Vector3R force_b = vector_of<R>(event, accel);
+    const Vector3R measured_b = vector_of<R>(event, accel);
     const R since = R(event.t_s - s.last_s[accel]), T = interval(s, accel, event.t_s);
-    const Vector3R force_n = R_bn * force_b;
+    Eigen::Map<Vector3R> turned(s.force_turn);
+    const Vector3R turn = since > 0 ? Vector3R(turned * (T / since)) : Vector3R(Vector3R::Zero());
+    turned.setZero();
+    const TurnedOn force(measured_b - Vector3R(s.force_bias), turn, s.force_latency);
+    const Vector3R force_n = R_bn * force.now_b, swept_n = R_bn * force.swept_b;
+    s.swept_velocity[0] += swept_n[0] * T;
+    s.swept_velocity[1] += swept_n[1] * T;
     s.velocity[0] += force_n[0] * T;
     s.velocity[1] += force_n[1] * T;
     s.velocity_down += force_n[2] * T;
     s.force_s += T;
     if (since > T) s.force_gap_s += since - T;
-    s.rest.note_force(settings_.rest, force_b, T);
+    s.rest.note_force(settings_.rest, measured_b, T);
 }
 
-// The field of `latency` ago, turned on to now: to second order in the turn.
 template <class R>
 void AhrsModelOf<R>::gather_field(State& s, const Event& event, const Matrix3R& R_bn) const {
     const Vector3R u = turn_rate(s), field_b = vector_of<R>(event, mag) / s.strength;
-    const Vector3R turning = u.cross(field_b);
-    const Vector3R now_b = field_b - s.latency * turning + R(0.5) * s.latency * s.latency * u.cross(turning);
-    Eigen::Map<Vector3R>(s.field_sum) += R_bn * now_b;
+    Eigen::Map<Vector3R>(s.field_sum) += R_bn * TurnedOn(field_b, u, s.latency).now_b;
     Eigen::Map<Vector3R>(s.turn_sum) += R_bn * u;
     s.field_count += 1;
     s.field_s += interval(s, mag, event.t_s);

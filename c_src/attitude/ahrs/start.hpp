@@ -8,6 +8,7 @@ namespace hnav {
 template <class R>
 void AhrsModelOf<R>::begin(State& s) const {
     Eigen::Map<Vector3R>(s.bias) = settings_.start_bias;
+    s.force_latency = settings_.force_latency;
     s.gamma = std::numeric_limits<R>::infinity();
     s.gamma_margin = 1;
     for (InnovationOf<R>& i : s.innovation) i = {};
@@ -22,6 +23,7 @@ void AhrsModelOf<R>::realign(State& s) const {
     block<9, 9>(kept, calibration, calibration) = block<9, 9>(P, calibration, calibration);
     block<3, 3>(kept, bias, bias) = block<3, 3>(P, bias, bias);
     kept(latency, latency) = P(latency, latency);
+    block<4, 4>(kept, force_bias, force_bias) = block<4, 4>(P, force_bias, force_bias);
     pack<errors>(kept, s.P);
 }
 
@@ -31,9 +33,18 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     for (R& b : s.bias) b = -b;
     for (R& y : s.rate) y = -y;
     s.latency = -s.latency;
+    s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after
+    s.declination = 0;
+    for (R& c : s.coning) c = -c;
+    for (R& v : s.force_turn) v = 0;
     s.velocity[0] = s.velocity[1] = 0;
-    start_covariance(s, {R(0.02), R(0.05), R(1e-3), settings_.sigma.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4)});
-    s.field.rejected_s = s.field.inflating = s.field.candidate_age_s = s.field.candidate_evidence_s = 0;
+    const Sigmas& set = settings_.sigma;
+    start_covariance(s, {R(0.02), R(0.15), R(1e-3), set.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4), R(0.2) * set.force_bias,
+                         R(0.1), set.declination});
+    // Evidence is of one direction of time: what ends the recording may be as false as what begins it.
+    const MagneticReference<R> before = s.field;
+    s.field = {};
+    s.field.changes = before.changes;
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
     s.last_correction_s = t_s;
@@ -47,7 +58,8 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.started = s.lost = s.gap_too_long = 0;
     s.start.clear();
     s.field = {};
-    s.velocity[0] = s.velocity[1] = 0;
+    s.velocity[0] = s.velocity[1] = s.declination = 0;
+    for (R& v : s.force_turn) v = 0;
     for (double& t : s.last_s) t = nan;
     for (double& t : s.spacing_s) t = 0;
     s.last_correction_s = nan;
@@ -71,6 +83,9 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
     segment<3>(sigma, bias).setConstant(start.bias);
     segment<2>(sigma, reference).setConstant(start.reference);
     sigma[latency] = start.latency;
+    segment<3>(sigma, force_bias).setConstant(start.force_bias);
+    sigma[force_latency] = start.force_latency;
+    sigma[declination] = start.declination;
     pack<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
 }
 

@@ -13,10 +13,20 @@
 
 namespace hnav {
 
-// Rows of the error state. The first thirteen, up to the tilt, are those that a field does not correct.
+// Rows of the error state. Those up to the tilt are not corrected by a field.
 struct AhrsErrors {
-    enum Row : int { velocity = 0, calibration = 2, rotation = 11, bias = 14, reference = 17, latency = 19 };
-    static constexpr int errors = 20;
+    enum Row : int {
+        velocity = 0,
+        force_bias = 2,
+        force_latency = 5,
+        calibration = 6,
+        rotation = 15,
+        bias = 18,
+        reference = 21,
+        latency = 23,
+        declination = 24
+    };
+    static constexpr int errors = 25;
     static constexpr int considered = rotation + 2;
 
     // Place of the element i, j, i <= j, in the packed upper triangle.
@@ -28,7 +38,7 @@ constexpr int ahrs_nx = 14; // q 4, G 9, clock: seconds since the last correctio
 template <class R>
 struct AhrsSettings {
     struct Sigmas {
-        R tilt, heading, bias, velocity, reference, latency, scale, misalignment;
+        R tilt, heading, bias, velocity, reference, latency, scale, misalignment, force_bias, force_latency, declination;
     };
 
     R gyro_psd;          // n_g^2, (rad/s)^2/Hz
@@ -39,6 +49,8 @@ struct AhrsSettings {
     R azimuth_density2, intensity_density2; // of the field, 1/Hz
     R rest_field_factor; // of their variances at rest
     R rest_bias_density2; // (rad/s)^2/Hz
+    R force_latency;      // at the start, in intervals of the accelerometer
+    R declination_s;      // for which the field keeps its azimuth while the body moves about
     R velocity_gate_nis;  // 0: never
     R azimuth_gate;       // in sigmas, while the heading is known; 0: never
     SensorCheckSettings<R> check[heading];
@@ -66,12 +78,17 @@ struct AhrsState {
     R x[ahrs_nx];
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
     R bias[3], calibration[9], velocity[2], reference[2], latency;
-    R rate[3];           // held, as measured
+    R force_bias[3], force_latency; // of the accelerometer, m/s^2; its latency in its intervals
+    R declination;                  // of the field here against the reference's north, rad
+    R rate[3];                      // held, as measured
+    R coning[3];                    // what the turn of its axis adds to it
+    R force_turn[3];                // rotation vector since the last sample of force
     RateChange<R> rate_change;
     R strength;          // of the field, T
     // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
     R rate_moment[27], rate_power, turned[9], turned_s;
     R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
+    R swept_velocity[2]; // what an interval of latency does to the velocity
     RestDetector<R> rest;
     MagneticReference<R> field;
     StartSamples<R> start;

@@ -20,34 +20,40 @@ typedef struct hnav_ahrs_options {
      * What the sensors and the motion are taken to be. */
 
     /* Angle random walk: white noise of the gyroscope.
-     * [0, 1e3] rad/sqrt(s), default 1.2e-4. Of a usual chip, 7 mdeg/s/sqrt(Hz). */
+     * [0, 1e3] rad/sqrt(s), default 8.4e-5. Of a usual chip, 5 mdeg/s/sqrt(Hz). */
     double gyro_noise_rad_per_sqrt_s;
     /* Noise of the gyroscope that grows with the rate: density = this x |rate|.
-     * [0, 1e3] sqrt(s), default 2.4e-3. Scale factor and misalignment in a hand's turn are worth more than the white
+     * [0, 1e3] sqrt(s), default 1.7e-3. Scale factor and misalignment in a hand's turn are worth more than the white
      * noise; without it the error on BROAD is half as large again. */
     double gyro_rate_noise_sqrt_s;
     /* Random walk of the gyro bias.
-     * [0, 1e3] rad/s/sqrt(s), default 1.4e-4. Temperature moves the bias more than the walk on the datasheet, which is for
-     * a sensor of constant temperature only. */
+     * [0, 1e3] rad/s/sqrt(s), default 1e-4. Temperature moves the bias more than the walk on the datasheet, which is for a
+     * sensor of constant temperature only. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
     /* How far the velocity is held to be from zero: the bound by which the accelerometer tells the horizon.
-     * (0, 1e6] m/s/sqrt(Hz), default 0.52. A hand or a walking person; less steadies the horizon of a body that does not
+     * (0, 1e6] m/s/sqrt(Hz), default 0.36. A hand or a walking person; less steadies the horizon of a body that does not
      * accelerate, more frees it from long accelerations. */
     double velocity_noise_m_s_per_sqrt_hz;
     /* Noise density of the field across the reference, in units of its strength.
-     * (0, 1e6] 1/sqrt(Hz), default 0.026. Far above any datasheet: it stands for the iron of a room; more lets the heading
+     * (0, 1e6] 1/sqrt(Hz), default 0.018. Far above any datasheet: it stands for the iron of a room; more lets the heading
      * trust the gyroscope for longer. */
     double mag_azimuth_noise_per_sqrt_hz;
     /* Noise density of horizontal and vertical intensity, in units of the strength.
-     * (0, 1e6] 1/sqrt(Hz), default 0.018. A room changes the intensities a little less than the azimuth. */
+     * (0, 1e6] 1/sqrt(Hz), default 0.0125. A room changes the intensities a little less than the azimuth. */
     double mag_intensity_noise_per_sqrt_hz;
     /* Factor of the field's variances at rest, where distortions do not average out.
-     * (0, 1e6], default 1.5. At rest all samples share one distortion. */
+     * (0, 1e6], default 1.07. At rest all samples share one distortion. */
     double mag_rest_factor;
     /* Random walk of the reference field, in units of the strength.
-     * [0, 1e3] 1/sqrt(s), default 4.4e-3. The field differs from place to place in a room; a frozen reference is worse on
+     * [0, 1e3] 1/sqrt(s), default 3.1e-3. The field differs from place to place in a room; a frozen reference is worse on
      * BROAD. */
     double reference_walk_per_sqrt_s;
+    /* How far the azimuth of the field differs from place to place, one sigma.
+     * (0, 10] rad, default 0.025. A degree and a half, as in the rooms of BROAD; in the open it is less. */
+    double local_declination_rad;
+    /* Time for which a body that moves stays where the azimuth of the field is the same.
+     * (0, 1e9] s, default 60. Of a hand in a room. */
+    double local_declination_s;
 
     /* ------------------------ timing
      * What a sample stands for, gaps between samples, late samples. */
@@ -100,7 +106,7 @@ typedef struct hnav_ahrs_options {
      * (0, 1e6] s, default 0.5. It averages the noise of some dozen samples and follows the end of a movement. */
     double rest_filter_s;
     /* Noise density of the mean rate at rest as a measurement of the bias.
-     * (0, 1e3] rad/s/sqrt(Hz), default 4e-5. Below the gyroscope's white noise, which the running mean has averaged. */
+     * (0, 1e3] rad/s/sqrt(Hz), default 2.8e-5. Below the gyroscope's white noise, which the running mean has averaged. */
     double rest_bias_noise_rad_s_per_sqrt_hz;
 
     /* ------------------------ gate
@@ -215,25 +221,35 @@ typedef struct hnav_ahrs_options {
      * (0, 10] rad, default 0.08. The body may be accelerating by a tenth of gravity. */
     double start_sigma_tilt_rad;
     /* Standard deviation of the heading at the start.
-     * (0, 10] rad, default 0.28. The field of the first samples may be off by sixteen degrees, as indoors. */
+     * (0, 10] rad, default 0.2. The field of the first samples may be off by eleven degrees, as indoors. */
     double start_sigma_heading_rad;
     /* Standard deviation of the gyro bias at the start.
      * (0, 10] rad/s, default 0.008. A usual turn-on bias of half a degree per second. */
     double start_sigma_bias_rad_s;
     /* Standard deviation of the velocity at the start.
-     * (0, 1e3] m/s, default 0.08. A start in a hand. */
+     * (0, 1e3] m/s, default 0.056. A start in a hand. */
     double start_sigma_velocity_m_s;
     /* Standard deviation of the reference at the start and when the gate begins to inflate, in units of the strength.
-     * (0, 10], default 0.11. Three gates: the first field, or one that was rejected for long, may be that far off. */
+     * (0, 10], default 0.077. Two gates: the first field, or one that was rejected for long, may be that far off. */
     double start_sigma_reference;
     /* Standard deviation of the magnetometer's latency at the start.
-     * (0, 10] s, default 0.016. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states. */
+     * (0, 10] s, default 0.011. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states. */
     double start_sigma_latency_s;
+    /* Latency of the accelerometer that the filter begins with, in its sample intervals.
+     * [-4, 4], default 0.25. Between a reading of the instant, 0, and the mean of the interval before it, 0.5; which of
+     * both it is shows in the motion. */
+    double start_accel_latency;
+    /* Standard deviation of that latency.
+     * (0, 10], default 0.25. A reading of the instant and a mean are one sigma off, one that is filtered more. */
+    double start_sigma_accel_latency;
+    /* Standard deviation of each axis's bias of the accelerometer at the start.
+     * (0, 1e3] m/s2, default 0.035. 4 mg, of a calibrated chip; a wider one takes motion for a bias. */
+    double start_sigma_accel_bias_m_s2;
     /* Standard deviation of the gyro scale factors at the start.
-     * (0, 10], default 1.6e-3. Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01. */
+     * (0, 10], default 1.1e-3. Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01. */
     double start_sigma_gyro_scale;
     /* Standard deviation of the gyro misalignments at the start.
-     * (0, 10] rad, default 0.8e-3. Half the scale factor's, as in most calibrated sensors. */
+     * (0, 10] rad, default 0.56e-3. Half the scale factor's, as in most calibrated sensors. */
     double start_sigma_gyro_misalignment_rad;
 
     /* ------------------------ fault
