@@ -48,7 +48,7 @@ PLATFORMS = (
     # Debian's wine64 lies outside of PATH.
     Platform("x86_64-windows", "win64", "x86_64-windows", ".dll", "win_amd64", "libhnav.dll",
              ("wine64", "/usr/lib/wine/wine64", "wine"), (), "wine64"),
-    Platform("aarch64-linux", None, "aarch64-linux", ".so", "manylinux_2_17_aarch64", "libhnav.so",
+    Platform("aarch64-linux", "aarch64-linux", "aarch64-linux", ".so", "manylinux_2_17_aarch64", "libhnav.so",
              ("qemu-aarch64", "qemu-aarch64-static"),
              ("-L", "/usr/aarch64-linux-gnu"), "qemu-user libc6-arm64-cross"),
 )  # fmt: skip

@@ -58,10 +58,13 @@ void write_terminals(const Writer& w) {
 
 namespace {
 
+// As people read it; all digits stand in modelDescription.xml.
+void write_number(const Writer& w, double value) { std::fprintf(w.file, value == std::floor(value) ? "%.10g" : "%.6g", value); }
+
 void write_value(const Writer& w, const Variable& v, double value) {
     if (v.type == Type::enumeration) w.text(v.choices[static_cast<int>(value)].name);
     else if (v.type == Type::boolean) w.text(value != 0 ? "true" : "false");
-    else w.number(value);
+    else write_number(w, value);
 }
 
 // The unit, and what it is displayed in, with the factor between the two.
@@ -85,7 +88,7 @@ void write_units(const Writer& w, const Variable& v) {
 void write_bound(const Writer& w, const Variable& v, double bound) {
     const bool number = v.type == Type::real || v.type == Type::integer;
     w.text("</td><td>");
-    if (number && v.causality == Causality::parameter && std::fabs(bound) < 1e300) w.number(bound);
+    if (number && v.causality == Causality::parameter && std::fabs(bound) < 1e300) write_number(w, bound);
 }
 
 void write_row(const Writer& w, int row) {
@@ -111,16 +114,16 @@ void write_row(const Writer& w, int row) {
 
 // A table of the rows that are wanted, if there is one.
 template <class Wanted>
-void write_section(const Writer& w, const char* title, const char* about, Wanted wanted) {
+void write_section(const Writer& w, const char* id, const char* title, const char* about, Wanted wanted) {
     bool any = false;
     for (int i = 0; i < w.table.size(); ++i) {
         if (!wanted(w.table[i]) || w.rows(i) == 0) continue;
         if (!any)
             std::fprintf(
                 w.file,
-                "<h2>%s</h2>\n<p>%s</p>\n<div class=\"wide\"><table><tr><th>name</th><th>type</th><th>unit</th><th>start</th>"
+                "<h2 id=\"%s\">%s</h2>\n<p>%s</p>\n<div class=\"wide\"><table><tr><th>name</th><th>type</th><th>unit</th><th>start</th>"
                 "<th>min</th><th>max</th><th>meaning</th></tr>\n",
-                title, about);
+                id, title, about);
         any = true;
         write_row(w, i);
     }
@@ -129,14 +132,14 @@ void write_section(const Writer& w, const char* title, const char* about, Wanted
 
 void write_sections(const Writer& w) {
     const auto of = [](Causality causality) { return [causality](const Variable& v) { return v.causality == causality; }; };
-    write_section(w, "Parameters to look at first", "Marked [basic] in the descriptions that importers show.",
+    write_section(w, "basic", "Parameters to look at first", "Marked [basic] in the descriptions that importers show.",
                   [](const Variable& v) { return v.basic; });
-    write_section(w, "Inputs", "Held between communication points.", of(Causality::input));
-    write_section(w, "Outputs", "The part of the name before the dot is a terminal.", of(Causality::output));
-    write_section(w, "All other parameters", "Fixed: set them before initialisation ends.",
+    write_section(w, "inputs", "Inputs", "Held between communication points.", of(Causality::input));
+    write_section(w, "outputs", "Outputs", "The part of the name before the dot is a terminal.", of(Causality::output));
+    write_section(w, "parameters", "All other parameters", "Fixed: set them before initialisation ends.",
                   [](const Variable& v) { return v.causality == Causality::parameter && !v.basic; });
-    write_section(w, "Calculated parameters", "Known after initialisation.", of(Causality::calculated));
-    write_section(w, "Continuous states", "Of Model Exchange, and their derivatives.", of(Causality::local));
+    write_section(w, "calculated", "Calculated parameters", "Known after initialisation.", of(Causality::calculated));
+    write_section(w, "states", "Continuous states", "Of Model Exchange, and their derivatives.", of(Causality::local));
 }
 
 } // namespace
@@ -151,7 +154,7 @@ bool write_documentation(const Writer& w, const char* introduction) {
     w.text(
         "<style>body{font:16px/1.5 sans-serif;max-width:72em;margin:2em auto;padding:0 1em}p{max-width:44em}"
         ".wide{overflow-x:auto}table{border-collapse:collapse;font-size:90%}td,th{border:1px solid #ccc;padding:.2em .6em;"
-        "text-align:left;vertical-align:top}th{background:#f3f3f3}td:nth-child(n+2):nth-child(-n+6){white-space:nowrap}"
+        "text-align:left;vertical-align:top}th{background:#f3f3f3}td:last-child{min-width:20em}td:nth-child(n+2):nth-child(-n+6){white-space:nowrap}"
         "code{font-size:95%}small{color:#555}</style></head><body>\n");
     char line[1024];
     while (std::fgets(line, sizeof line, in)) w.text(line);

@@ -71,6 +71,9 @@ public:
         load(get_, "fmi3GetFloat64");
         load(step_, "fmi3DoStep");
         load(free_, "fmi3FreeInstance");
+        load(get_state_, "fmi3GetFMUState");
+        load(set_state_, "fmi3SetFMUState");
+        load(free_state_, "fmi3FreeFMUState");
         model_ = hnav::fmu::make_model();
         model_->describe(table_);
     }
@@ -111,11 +114,24 @@ public:
                 stop("a call failed");
         }
         const double us = (seconds() - begin) / steps * 1e6;
+        state_us = back_and_forth_us(instance);
         free_(instance);
         return us;
     }
 
+    double state_us = 0; // to take a state and go back to it
+
 private:
+    double back_and_forth_us(fmi3Instance instance) const {
+        fmi3FMUState state = nullptr;
+        const double begin = seconds();
+        for (int k = 0; k < steps; ++k)
+            if (get_state_(instance, &state) != fmi3OK || set_state_(instance, state) != fmi3OK) stop("a state was refused");
+        const double us = (seconds() - begin) / steps * 1e6;
+        free_state_(instance, &state);
+        return us;
+    }
+
     template <class F>
     void load(F*& function, const char* name) {
         function = reinterpret_cast<F*>(dlsym(library_, name));
@@ -140,6 +156,9 @@ private:
     fmi3GetFloat64TYPE* get_;
     fmi3DoStepTYPE* step_;
     fmi3FreeInstanceTYPE* free_;
+    fmi3GetFMUStateTYPE* get_state_;
+    fmi3SetFMUStateTYPE* set_state_;
+    fmi3FreeFMUStateTYPE* free_state_;
 };
 
 double median(std::vector<double> v) {
@@ -152,15 +171,17 @@ double median(std::vector<double> v) {
 int main(int argc, char** argv) {
     if (argc < 2) stop("usage: fmi_bench FMU_BINARY [CSV]");
     Fmu fmu(argv[1]);
-    std::vector<double> c, fmi, difference;
+    std::vector<double> c, fmi, difference, state;
     for (int r = 0; r < rounds; ++r) {
         c.push_back(c_api_us());
         fmi.push_back(fmu.us());
         difference.push_back(fmi.back() - c.back());
+        state.push_back(fmu.state_us);
     }
     std::printf("samples in, 10 ms step, attitude out; median of %d rounds of %d steps\n", rounds, steps);
     std::printf("C API %.3f us, FMI 3 Co-Simulation in a C loop %.3f us, FMI above C %.3f us\n", median(c), median(fmi),
                 median(difference));
+    std::printf("a state taken and given back %.3f us\n", median(state));
     if (argc > 2) {
         FILE* csv = std::fopen(argv[2], "w");
         if (!csv) stop("cannot write the CSV");

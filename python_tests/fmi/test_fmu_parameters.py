@@ -151,7 +151,7 @@ def test_every_connectable_variable_is_in_one_terminal(name, version):
 def test_the_page_shows_ranges_and_display_units_and_begins_with_what_matters(name):
     with zipfile.ZipFile(fmu_path(name, 3)) as archive:
         page = archive.read("documentation/index.html").decode()
-    heads = re.findall("<h2>(.*?)</h2>", page)
+    heads = re.findall("<h2[^>]*>(.*?)</h2>", page)
     assert heads.index("Parameters to look at first") < heads.index("Inputs") < heads.index("All other parameters")
     assert "<th>min</th><th>max</th>" in page and "shown in deg/s" in page
     row = next(line for line in page.splitlines() if "<code>timing.queue_capacity</code>" in line)

@@ -76,7 +76,7 @@ def test_the_page_says_what_was_run_and_what_went_wrong(run, tmp_path):
         "sensor failed the step from 8 s: stuck",
         "hekf lost 7 samples",
         "parameters set",
-        "hekf.gamma_mode",
+        "hekf.robust.gamma_mode",
     ):
         assert said in text
 
