@@ -99,7 +99,7 @@ def ins_signals() -> tuple[np.ndarray, np.ndarray]:
 INS_ERROR = {
     **{form: {"form": form, "noise_scaling": "none"} for form in ("mdkf", "amdkf", "differenced", "augmented", "plain")},
     **{scaling: {"noise_scaling": scaling} for scaling in ("paper_match", "gated_match", "hmm")},
-    "lag": {"lag": 1},
+    "lag": {"lag": 1, "noise_scaling": "hmm"},
     "standard form": {"form": "differenced", "joseph": 0, "noise_scaling": "hmm"},
 }
 INS_OUTPUTS = ("x", "sigma", "innovation", "nis", "noise_scale", "fault_probability", "compensated")

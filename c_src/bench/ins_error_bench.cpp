@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
                                                     {"gated_match", HNAV_NOISE_SCALING_GATED_MATCH},
                                                     {"hmm", HNAV_NOISE_SCALING_HMM}})
             cases.push_back({form_name, form, scaling_name, scaling, {}, 0});
+    cases.push_back({"augmented", HNAV_INS_ERROR_AUGMENTED, "joint", HNAV_NOISE_SCALING_JOINT, {}, 0});
     cases.push_back({"mdkf", HNAV_INS_ERROR_MDKF, "", HNAV_NOISE_SCALING_NONE, {}, 0});
     cases.push_back({"amdkf", HNAV_INS_ERROR_AMDKF, "", HNAV_NOISE_SCALING_NONE, {}, 0});
     for (int r = 0; r < rounds; ++r)

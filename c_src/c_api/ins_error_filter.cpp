@@ -23,7 +23,7 @@ namespace {
 
 // The enumerations are the API's, one to one.
 static_assert(int(hnav::Form::mdkf) == HNAV_INS_ERROR_MDKF && int(hnav::Form::plain) == HNAV_INS_ERROR_PLAIN);
-static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::hmm) == HNAV_NOISE_SCALING_HMM);
+static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::joint) == HNAV_NOISE_SCALING_JOINT);
 
 hnav::ModelData data_of(const hnav_ins_error_model& m) {
     return {m.nx, m.nu, m.nz, m.nw, m.nl, m.interval_s, m.A, m.B, m.G, m.H, m.An, m.Bn, m.Qw, m.Qv, m.QU, m.Lambda0, m.x0, m.P0};
@@ -40,6 +40,16 @@ hnav::InsErrorSettings settings_of(const hnav_ins_error_options& o) {
     s.noise.fault_probability = o.hmm_fault_probability;
     s.noise.recovery_probability = o.hmm_recovery_probability;
     s.noise.drift_probability = o.hmm_drift_probability;
+    s.joint.levels = o.hmm_levels;
+    s.joint.level_ratio = o.hmm_level_ratio;
+    s.joint.fault_probability = o.joint_fault_probability;
+    s.joint.recovery_probability = o.joint_recovery_probability;
+    s.joint.outlier_probability = o.joint_outlier_probability;
+    s.joint.bias_probability = o.joint_bias_probability;
+    s.joint.bias_sigma = o.joint_bias_sigma;
+    s.joint.process_probability = o.joint_process_probability;
+    s.joint.process_recovery = o.joint_process_recovery_probability;
+    s.joint.common_probability = o.joint_common_probability;
     s.lag = o.lag != 0;
     s.joseph = o.joseph != 0;
     return s;
@@ -99,6 +109,8 @@ void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, st
     if (out.nis) out.nis[i] = *f.result().nis;
     copy(f.noise_scale(), nz, row(out.noise_scale, i, nz));
     copy(f.fault_probability(), nz, row(out.fault_probability, i, nz));
+    copy(f.bias_probability(), nz, row(out.bias_fault_probability, i, nz));
+    if (out.process_fault_probability) out.process_fault_probability[i] = f.process_probability();
 }
 
 } // namespace
@@ -219,6 +231,14 @@ hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, dou
     if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
     copy(filter->filter->noise_scale(), filter->filter->model.nz, scale);
     copy(filter->filter->fault_probability(), filter->filter->model.nz, fault_probability);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_error_filter_faults(const hnav_ins_error_filter* filter, double* noise, double* bias, double* process) {
+    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
+    copy(filter->filter->fault_probability(), filter->filter->model.nz, noise);
+    copy(filter->filter->bias_probability(), filter->filter->model.nz, bias);
+    if (process) *process = filter->filter->process_probability();
     return HNAV_OK;
 }
 

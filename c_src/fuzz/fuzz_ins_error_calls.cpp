@@ -9,7 +9,7 @@ hnav_ins_error_options options_from(Input& in, int head) {
     hnav_ins_error_options options = hnav_ins_error_defaults();
     options.form = in.choice(5);
     if (options.form == HNAV_INS_ERROR_MDKF || options.form == HNAV_INS_ERROR_AMDKF) options.joseph = 0;
-    options.noise_scaling = head & 1 ? in.choice(4) : HNAV_NOISE_SCALING_NONE;
+    options.noise_scaling = head & 1 ? in.choice(5) : HNAV_NOISE_SCALING_NONE;
     options.window = 1 + in.choice(8);
     if (!(head & 2)) return options;
     int rows = 0;

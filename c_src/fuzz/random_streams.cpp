@@ -225,7 +225,7 @@ void live_with_ins_errors(std::uint64_t seed, Total* total) {
     options.form = random.choice(5);
     const bool printed = options.form == HNAV_INS_ERROR_MDKF || options.form == HNAV_INS_ERROR_AMDKF;
     if (printed) options.joseph = 0;
-    else options.noise_scaling = random.choice(4);
+    else options.noise_scaling = random.choice(5);
     options.window = 1 + random.choice(20);
     hnav_ins_error_filter* filter = nullptr;
     char message[256] = "";

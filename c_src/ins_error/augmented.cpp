@@ -18,6 +18,8 @@ Augmented::Augmented(MatrixArena& state, MatrixArena& work, const LinearModel& m
       F_(work, n_, n_),
       H_(work, model.nz, n_),
       Q_(work.matrix(n_, n_)),
+      Q_now_(work.matrix(n_, n_)),
+      HQH_(work.matrix(model.nz, model.nz)),
       HF_(work.matrix(model.nz, n_)),
       FP_(work.matrix(n_, n_)),
       PF_(work.matrix(n_, n_)),
@@ -49,6 +51,9 @@ void Augmented::prepare() {
     Q_.setZero();
     Q_.topLeftCorner(nx, nx) = model_.Q;
     if (nl_) Q_.bottomRightCorner(nl_, nl_) = model_.Ql;
+    Q_now_ = Q_;
+    V_.topRows(nx).noalias() = model_.Q * model_.H.transpose();
+    HQH_.noalias() = model_.H * V_.topRows(nx);
     // One channel after the other needs noise that the channels do not share.
     sequential_ = model_.Qv_is_diagonal && (nl_ || LinearModel::is_diagonal(model_.Lambda0));
     for (int i = 0; i < model_.nz; ++i) {
@@ -88,21 +93,43 @@ void Augmented::predict(const double* u) {
     mirror_upper(P_);
 }
 
-bool Augmented::correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, StepResult& out) {
-    const int nz = model_.nz;
+void Augmented::expect() {
     H_.times(P_, HP_);
-    for (int i = 0; i < nz; ++i)
-        for (int j = 0; j < nz; ++j) base_(i, j) = H_.dot(j, HP_.data() + i * n_);
+    for (int i = 0; i < model_.nz; ++i)
+        for (int j = 0; j < model_.nz; ++j) base_(i, j) = H_.dot(j, HP_.data() + i * n_);
     if (!nl_) base_ += model_.Lambda0;
+}
+
+void Augmented::enlarge(const JointHypotheses& joint) {
+    const int nx = model_.nx;
+    Q_now_.topLeftCorner(nx, nx) = joint.motion_factor() * model_.Q;
+    Q_now_.bottomRightCorner(nl_, nl_) = joint.colour_factor() * model_.Ql;
+    for (int i = 0; i < nl_; ++i) Q_now_(nx + i, nx + i) += joint.opened()[i];
+    P_ += Q_now_ - Q_;
+    base_ += (joint.motion_factor() - 1) * HQH_ + (joint.colour_factor() - 1) * model_.Ql;
+    for (int i = 0; i < nl_; ++i) base_(i, i) += joint.opened()[i];
+}
+
+bool Augmented::correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, JointHypotheses* joint,
+                        StepResult& out) {
+    const int nz = model_.nz;
+    expect();
     out.innovation.setConstant(std::numeric_limits<double>::quiet_NaN());
     for (int a = 0; a < count; ++a) out.innovation[present[a]] = z[present[a]] - H_.dot(present[a], X_.data());
-    if (!noise.update({out.innovation.data(), base_, fresh_, zero_, zero_, present, count})) return false;
+    const Innovations seen{out.innovation.data(), base_, fresh_, zero_, zero_, present, count};
+    if (joint) {
+        if (!joint->update(seen, {HQH_, model_.Ql, predicted})) return false;
+        enlarge(*joint);
+    } else if (!noise.update(seen)) {
+        return false;
+    }
+    const double* scale = joint ? joint->scale() : noise.scale();
     out.S = base_;
-    for (int i = 0; i < nz; ++i) out.S(i, i) += noise.scale()[i] * model_.Qv(i, i);
-    if (!model_.Qv_is_diagonal) add_shared_noise(noise, out.S);
+    for (int i = 0; i < nz; ++i) out.S(i, i) += scale[i] * model_.Qv(i, i);
+    if (!model_.Qv_is_diagonal) add_shared_noise(scale, out.S);
     if (!nl_) base_ -= model_.Lambda0; // from here on H P H' alone
     if (lag_ && predicted && !look_back(present, count, out)) return false;
-    const bool good = sequential_ ? correct_by_channel(z, present, count, noise, out) : correct_at_once(present, count, out);
+    const bool good = sequential_ ? correct_by_channel(z, present, count, scale, out) : correct_at_once(present, count, out);
     if (lag_ && !predicted) { // the first sample: nothing to look back on
         X_before_ = X_;
         P_before_ = P_;
@@ -110,11 +137,11 @@ bool Augmented::correct(const double* z, const int* present, int count, bool pre
     return good;
 }
 
-bool Augmented::correct_by_channel(const double* z, const int* present, int count, const NoiseScale& noise, StepResult& out) {
+bool Augmented::correct_by_channel(const double* z, const int* present, int count, const double* scale, StepResult& out) {
     *out.nis = 0;
     for (int a = 0; a < count; ++a) {
         const int i = present[a];
-        const double r = noise.scale()[i] * model_.Qv(i, i) + (nl_ ? 0 : model_.Lambda0(i, i));
+        const double r = scale[i] * model_.Qv(i, i) + (nl_ ? 0 : model_.Lambda0(i, i));
         H_.row_times(i, P_, g_); // h P
         const double s = H_.dot(i, g_) + r;
         if (!(s > 0)) return false;
@@ -134,10 +161,10 @@ bool Augmented::correct_by_channel(const double* z, const int* present, int coun
     return true;
 }
 
-void Augmented::add_shared_noise(const NoiseScale& noise, Matrix& S) const {
+void Augmented::add_shared_noise(const double* scale, Matrix& S) const {
     for (int i = 0; i < model_.nz; ++i)
         for (int j = 0; j < model_.nz; ++j)
-            if (i != j) S(i, j) += std::sqrt(noise.scale()[i] * noise.scale()[j]) * model_.Qv(i, j);
+            if (i != j) S(i, j) += std::sqrt(scale[i] * scale[j]) * model_.Qv(i, j);
 }
 
 bool Augmented::gather(const int* present, int count, const StepResult& out) {
@@ -188,7 +215,7 @@ bool Augmented::look_back(const int* present, int count, const StepResult& out) 
     E_.setIdentity();
     for (int a = 0; a < count; ++a) {
         E_.noalias() -= D_.col(a) * HF_.row(present[a]);
-        H_.row_times(present[a], Q_, g_);
+        H_.row_times(present[a], Q_now_, g_);
         for (int b = 0; b < count; ++b) Rm_(a, b) += H_.dot(present[b], g_);
     }
     T_.noalias() = E_ * P_before_;

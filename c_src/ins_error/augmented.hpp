@@ -12,8 +12,8 @@
 // Lambda0: R = Qv + Lambda0.
 #pragma once
 
+#include "ins_error/joint_hypotheses.hpp"
 #include "ins_error/linear_model.hpp"
-#include "ins_error/noise_scale.hpp"
 #include "maths/sparse_rows.hpp"
 
 namespace hnav {
@@ -38,8 +38,9 @@ public:
     void predict(const double* u);
 
     // present: the channels of z that count; predicted: predict went before, so there is a step to look back over.
-    // False: S is not positive definite.
-    bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, StepResult& out);
+    // joint: null unless it is what judges the noise. False: S is not positive definite.
+    bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, JointHypotheses* joint,
+                 StepResult& out);
 
     // The estimate that outputs show: at this step, or one before.
     const Vector& shown_X() const { return lag_ ? X_before_ : X_; }
@@ -47,10 +48,16 @@ public:
 
 private:
     // Scalar corrections one after the other equal the joint one when R is diagonal, and need no factorisation.
-    bool correct_by_channel(const double* z, const int* present, int count, const NoiseScale& noise, StepResult& out);
+    bool correct_by_channel(const double* z, const int* present, int count, const double* scale, StepResult& out);
+
+    // H P H' and, in the plain form, Lambda0.
+    void expect();
+
+    // P with the process as lively, and the errors as far away, as the hypotheses have found them.
+    void enlarge(const JointHypotheses& joint);
 
     // The rest of a full Qv, scaled as standard deviations are, so that it stays a covariance.
-    void add_shared_noise(const NoiseScale& noise, Matrix& S) const;
+    void add_shared_noise(const double* scale, Matrix& S) const;
 
     // row -= factor * other
     void subtract(double factor, const double* __restrict other, double* __restrict row) const {
@@ -78,7 +85,7 @@ private:
     Vector X_before_;
     Matrix P_before_;
     SparseRows F_, H_;
-    Matrix Q_, HF_, FP_, PF_, HP_, base_;
+    Matrix Q_, Q_now_, HQH_, HF_, FP_, PF_, HP_, base_;
     Vector R_;
     double *zero_, *fresh_, *g_, *K_, *m_;
     Matrix S_, Rm_, V_, D_, E_, T_;

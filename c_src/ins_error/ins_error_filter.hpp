@@ -14,6 +14,7 @@ enum class Form { mdkf, amdkf, differenced, augmented, plain };
 struct InsErrorSettings {
     Form form = Form::augmented;
     NoiseScaleSettings noise;
+    JointSettings joint;
     bool lag = false;
     bool joseph = true;
 };
@@ -33,9 +34,16 @@ public:
           z_(state.vector(data.nz)),
           z_before_(state.vector(data.nz)),
           result_(state, data.nz),
-          present_(work.integers(data.nz)) {
+          present_(work.integers(data.nz)),
+          no_bias_(work.doubles(data.nz)) {
         NoiseScaleSettings scaling = s.noise;
         if (is_printed()) scaling.mode = Scaling::none; // MDKF has none, AMDKF its own
+        if (scaling.mode == Scaling::joint) {
+            // Only where lambda is a state can it jump; elsewhere channels are judged by their noise alone.
+            const bool has_lambda = s.form == Form::augmented && data.An;
+            scaling.mode = has_lambda ? Scaling::none : Scaling::hmm;
+            if (has_lambda) joint_.emplace(state, work, data.nz, s.joint);
+        }
         noise_.emplace(state, work, data.nz, scaling);
         if (is_printed()) printed_.emplace(state, work, model, s.form == Form::amdkf ? s.noise.window : 0);
         else if (s.form == Form::differenced) differenced_.emplace(state, work, model, s.joseph, s.lag);
@@ -60,7 +68,9 @@ public:
 
     // Once, when the model is assigned.
     void create() {
+        std::fill(no_bias_, no_bias_ + model.nz, 0.0);
         noise_->create();
+        if (joint_) joint_->create();
         prepare();
         reset();
     }
@@ -79,6 +89,7 @@ public:
         result_.S.setConstant(nan);
         *result_.nis = nan;
         noise_->reset();
+        if (joint_) joint_->reset();
         if (printed_) printed_->start();
         if (differenced_) differenced_->start();
         if (kalman_) kalman_->start();
@@ -99,7 +110,7 @@ public:
         bool good = true;
         if (kalman_) {
             if (!first) kalman_->predict(u);
-            good = kalman_->correct(z, present_, count, !first, *noise_, result_);
+            good = kalman_->correct(z, present_, count, !first, *noise_, joint_ ? &*joint_ : nullptr, result_);
         } else if (differenced_) {
             good = first ? differenced_->correct_first(z, present_, count, *noise_, result_)
                          : differenced_->step(u, z, z_before_.data(), present_, *noise_, result_);
@@ -172,8 +183,11 @@ public:
 
     const InsErrorSettings& settings() const { return settings_; }
     const StepResult& result() const { return result_; }
-    const double* noise_scale() const { return printed_ ? printed_->scale() : noise_->scale(); }
-    const double* fault_probability() const { return noise_->fault_probability(); }
+    const double* noise_scale() const { return printed_ ? printed_->scale() : joint_ ? joint_->scale() : noise_->scale(); }
+    const double* fault_probability() const { return joint_ ? joint_->noise_probability() : noise_->fault_probability(); }
+    // By channel; zero where nothing judges it.
+    const double* bias_probability() const { return joint_ ? joint_->bias_probability() : no_bias_; }
+    double process_probability() const { return joint_ ? joint_->process_probability() : 0; }
 
     int state_count() const { return state_count_; }
     double* state() { return state_; }
@@ -188,6 +202,7 @@ private:
     bool has_answer() const {
         for (int i = 0; i < model.nz; ++i)
             if (!(noise_scale()[i] > 0 && std::isfinite(noise_scale()[i]) && std::isfinite(fault_probability()[i]))) return false;
+        if (!std::isfinite(process_probability())) return false;
         const auto variances = P().diagonal().array();
         if (!X().allFinite() || !(X().cwiseAbs().maxCoeff() < beyond) || !variances.isFinite().all()) return false;
         return is_printed() || (variances.minCoeff() >= -1e-9 * variances.maxCoeff() && !(*result_.nis < 0));
@@ -204,7 +219,9 @@ private:
     Vector z_, z_before_;
     StepResult result_;
     int* present_;
+    double* no_bias_;
     std::optional<NoiseScale> noise_;
+    std::optional<JointHypotheses> joint_;
     std::optional<Augmented> kalman_;
     std::optional<Printed> printed_;
     std::optional<Differenced> differenced_;

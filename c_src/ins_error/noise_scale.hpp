@@ -20,7 +20,7 @@
 
 namespace hnav {
 
-enum class Scaling { none, paper_match, gated_match, hmm };
+enum class Scaling { none, paper_match, gated_match, hmm, joint };
 
 struct NoiseScaleSettings {
     Scaling mode = Scaling::hmm;

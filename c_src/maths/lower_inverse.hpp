@@ -60,6 +60,13 @@ public:
         return sum;
     }
 
+    // Of A.
+    double log_determinant() const {
+        double sum = 0;
+        for (int j = 0; j < n_; ++j) sum -= 2 * std::log(W(j, j));
+        return sum;
+    }
+
     // (A^-1)_ij
     double inverse(int i, int j) const {
         double sum = 0;

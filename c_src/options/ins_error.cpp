@@ -18,19 +18,20 @@ const char* const form_meanings[] = {
     "lambda as states: optimal",
     "Kalman filter that takes lambda for white noise of covariance Lambda0",
 };
-const char* const noise_scaling_names[] = {"none", "paper_match", "gated_match", "hmm"};
+const char* const noise_scaling_names[] = {"none", "paper_match", "gated_match", "hmm", "joint"};
 const char* const noise_scaling_meanings[] = {
     "Qv as given",
     "innovation covariance matching over a window, never below 1",
     "the same behind a chi-square test of conditional innovations",
     "a hidden Markov chain over noise levels",
+    "hypotheses of noise, jumps of the coloured error and a livelier process, judged by the whole innovation",
 };
 
 constexpr double defaults[] = {
     3, // form
     0, // lag
     1, // joseph
-    3, // noise_scaling
+    4, // noise_scaling
     20, // window
     0.001, // gate_alpha
     5, // hmm_levels
@@ -38,6 +39,14 @@ constexpr double defaults[] = {
     0.001, // hmm_fault_probability
     0.002, // hmm_recovery_probability
     0.01, // hmm_drift_probability
+    0.0001, // joint_fault_probability
+    0.0005, // joint_recovery_probability
+    0.03, // joint_outlier_probability
+    0.00015, // joint_bias_probability
+    10, // joint_bias_sigma
+    0.002, // joint_process_probability
+    0.004, // joint_process_recovery_probability
+    0.001, // joint_common_probability
 };
 
 const hnav_option_info rows[] = {
@@ -57,10 +66,10 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 2, offsetof(hnav_ins_error_options, joseph),
      0, 1, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"noise_scaling", "scaling", "",
-     "Adaptation of the noise of each channel (differenced, augmented, plain)",
-     "It needs no window, hardly disturbs healthy channels, and says which channel is faulty.",
+     "Adaptation of the noise of each channel (differenced, augmented, plain); joint needs augmented, the others take it for hmm",
+     "It tells a faulty channel from a process livelier than told, which hmm blames on the channels.",
      noise_scaling_names, noise_scaling_meanings, defaults + 3, offsetof(hnav_ins_error_options, noise_scaling),
-     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+     0, 4, 1, 5, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"window", "scaling", "",
      "Steps of the window of amdkf, paper_match and gated_match",
      "A variance known to a third, and a fault that shows within two seconds at 10 Hz.",
@@ -72,12 +81,12 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 5, offsetof(hnav_ins_error_options, gate_alpha),
      0, 0.5, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"hmm_levels", "scaling", "",
-     "hmm: noise levels, the first of them healthy",
+     "hmm, joint: noise levels, the first of them healthy",
      "Variances of 1, 4, 16, 64, 256: noise of up to sixteen times the healthy sigma.",
      nullptr, nullptr, defaults + 6, offsetof(hnav_ins_error_options, hmm_levels),
      2, 16, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"hmm_level_ratio", "scaling", "",
-     "hmm: ratio of the variances of neighbouring levels",
+     "hmm, joint: ratio of the variances of neighbouring levels",
      "Steps of two in sigma: nearer levels cannot be told apart by a few samples.",
      nullptr, nullptr, defaults + 7, offsetof(hnav_ins_error_options, hmm_level_ratio),
      1.1, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
@@ -96,6 +105,46 @@ const hnav_option_info rows[] = {
      "A fault grows or fades within a hundred steps.",
      nullptr, nullptr, defaults + 10, offsetof(hnav_ins_error_options, hmm_drift_probability),
      0, 0.5, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"joint_fault_probability", "scaling", "",
+     "joint: probability per step that the noise of a healthy channel grows and stays",
+     "Below that of the process: channels suspect together then mean the process.",
+     nullptr, nullptr, defaults + 11, offsetof(hnav_ins_error_options, joint_fault_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"joint_recovery_probability", "scaling", "",
+     "joint: probability per step that a faulty channel recovers",
+     "Faults last: some hundred steps.",
+     nullptr, nullptr, defaults + 12, offsetof(hnav_ins_error_options, joint_recovery_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"joint_outlier_probability", "scaling", "",
+     "joint: probability that one sample of a healthy channel is an outlier",
+     "A sample far off is no fault that lasts: a channel with 5 % outliers stays healthy.",
+     nullptr, nullptr, defaults + 13, offsetof(hnav_ins_error_options, joint_outlier_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"joint_bias_probability", "scaling", "",
+     "joint: probability per step that the coloured error of a channel jumps",
+     "A jump that stays is beyond doubt after some five samples.",
+     nullptr, nullptr, defaults + 14, offsetof(hnav_ins_error_options, joint_bias_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"joint_bias_sigma", "scaling", "",
+     "joint: standard deviation of such a jump, in sigma of the white noise of the channel",
+     "Smaller jumps are taken for a livelier coloured error; larger ones are learned as well.",
+     nullptr, nullptr, defaults + 15, offsetof(hnav_ins_error_options, joint_bias_sigma),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"joint_process_probability", "scaling", "",
+     "joint: probability per step that state or coloured errors become livelier than Qw and QU",
+     "Above that of a fault: a model that is wrong is more common than channels that fail together.",
+     nullptr, nullptr, defaults + 16, offsetof(hnav_ins_error_options, joint_process_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"joint_process_recovery_probability", "scaling", "",
+     "joint: probability per step that they become as told again",
+     "A model that was wrong for a while stays so.",
+     nullptr, nullptr, defaults + 17, offsetof(hnav_ins_error_options, joint_process_recovery_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"joint_common_probability", "scaling", "",
+     "joint: probability per step that noise begins in many channels at once",
+     "Power supply and vibration reach all channels.",
+     nullptr, nullptr, defaults + 18, offsetof(hnav_ins_error_options, joint_common_probability),
+     0, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
 };
 
 constexpr Preset presets[] = {
@@ -105,6 +154,6 @@ constexpr Preset presets[] = {
 } // namespace
 
 const OptionList ins_error_options = {
-    "hnav_ins_error_defaults", 3, sizeof(hnav_ins_error_options), rows, 11, presets, 1};
+    "hnav_ins_error_defaults", 3, sizeof(hnav_ins_error_options), rows, 19, presets, 1};
 
 } // namespace hnav

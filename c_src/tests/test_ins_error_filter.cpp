@@ -93,6 +93,12 @@ hnav_ins_error_options options_of(hnav_ins_error_form form, hnav_noise_scaling s
     return o;
 }
 
+// Probabilities.
+struct Faults {
+    Eigen::Vector3d noise, bias;
+    double process = 0;
+};
+
 // Owns a filter; what a test does not expect to fail, must not.
 class Handle {
 public:
@@ -127,6 +133,12 @@ public:
     Eigen::Vector3d fault_probability() const {
         Eigen::Vector3d p;
         EXPECT_EQ(hnav_ins_error_filter_noise(filter_, nullptr, p.data()), HNAV_OK);
+        return p;
+    }
+
+    Faults faults() const {
+        Faults p;
+        EXPECT_EQ(hnav_ins_error_filter_faults(filter_, p.noise.data(), p.bias.data(), &p.process), HNAV_OK);
         return p;
     }
 
@@ -220,7 +232,7 @@ TEST(InsErrorFilter, TheCovarianceStaysOneOver20000Steps) {
     const Data d = samples(m, 20000, 4, 30, 5000, 6000);
     for (const hnav_ins_error_form form : {HNAV_INS_ERROR_AUGMENTED, HNAV_INS_ERROR_DIFFERENCED, HNAV_INS_ERROR_PLAIN})
         for (const int lag : {0, 1}) {
-            hnav_ins_error_options o = options_of(form, HNAV_NOISE_SCALING_HMM);
+            hnav_ins_error_options o = options_of(form, HNAV_NOISE_SCALING_JOINT);
             o.lag = lag;
             Handle f(m, o);
             double least = infinity;
@@ -268,16 +280,105 @@ TEST(InsErrorFilter, StatementOneOfThePaperHoldsWithoutWhiteNoiseOnly) {
 TEST(InsErrorFilter, AFaultyChannelIsFoundAndForgiven) {
     const Model m;
     const Data d = samples(m, 400, 6, 8, 150, 250);
-    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM));
-    for (int k = 0; k < 400; ++k) {
-        f.step(d, k);
-        const Eigen::Vector3d p = f.fault_probability();
-        EXPECT_LT(std::fmax(p[0], p[2]), 0.5) << "step " << k;
-        if (k < 150 || k >= 350) {
-            EXPECT_LT(p[1], 0.5) << "step " << k;
+    for (const hnav_noise_scaling scaling : {HNAV_NOISE_SCALING_HMM, HNAV_NOISE_SCALING_JOINT}) {
+        Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, scaling));
+        for (int k = 0; k < 400; ++k) {
+            f.step(d, k);
+            const Eigen::Vector3d p = f.fault_probability();
+            EXPECT_LT(std::fmax(p[0], p[2]), 0.5) << "step " << k;
+            if (k < 150 || k >= 350) {
+                EXPECT_LT(p[1], 0.5) << "step " << k;
+            }
+            if (k >= 160 && k < 250) {
+                EXPECT_GT(p[1], 0.5) << "step " << k;
+            }
         }
-        if (k >= 160 && k < 250) {
-            EXPECT_GT(p[1], 0.5) << "step " << k;
+    }
+}
+
+TEST(InsErrorFilter, AnErrorThatJumpsIsABiasFaultAndIsLearned) {
+    const Model m;
+    Data d = samples(m, 300, 21);
+    const double jump = 10 * std::sqrt(m.Qv(1, 1));
+    for (int k = 150; k < 300; ++k) d.z[3 * k + 1] += jump;
+    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_JOINT));
+    double found = 0, before = 0;
+    for (int k = 0; k < 300; ++k) {
+        f.step(d, k);
+        const Faults p = f.faults();
+        EXPECT_LT(std::fmax(p.bias[0], p.bias[2]), 0.5) << "step " << k;
+        if (k < 150) {
+            EXPECT_LT(p.bias[1], 0.5) << "step " << k;
+        } else if (k < 165) {
+            found = std::fmax(found, p.bias[1]);
+        } else {
+            EXPECT_LT(p.noise.maxCoeff(), 0.5) << "step " << k;
+        }
+        double lambda[3];
+        ASSERT_EQ(hnav_ins_error_filter_coloured_error(f, lambda, nullptr, nullptr), HNAV_OK);
+        if (k == 149) before = lambda[1];
+        if (k == 170) {
+            EXPECT_NEAR(lambda[1] - before, jump, 0.4 * jump);
+        }
+    }
+    EXPECT_GT(found, 0.9);
+    EXPECT_LT(f.faults().bias[1], 0.05); // the jump is learned, and forgotten
+}
+
+TEST(InsErrorFilter, ALivelierProcessIsNoFaultOfChannels) {
+    Model truth;
+    truth.Qw *= 9;
+    const int steps = 2000;
+    const Data d = samples(truth, steps, 22);
+    double flagged[2] = {}, lively = 0;
+    for (const hnav_noise_scaling scaling : {HNAV_NOISE_SCALING_HMM, HNAV_NOISE_SCALING_JOINT}) {
+        Handle f(Model(), options_of(HNAV_INS_ERROR_AUGMENTED, scaling));
+        for (int k = 0; k < steps; ++k) {
+            f.step(d, k);
+            const Faults p = f.faults();
+            const bool joint = scaling == HNAV_NOISE_SCALING_JOINT;
+            flagged[joint] += (p.noise.array() > 0.5).count() / (3.0 * steps);
+            lively += joint && p.process > 0.5;
+        }
+    }
+    EXPECT_GT(flagged[0], 0.05);
+    EXPECT_LT(flagged[1], 0.01);
+    EXPECT_GT(lively, 0.9 * steps);
+}
+
+TEST(InsErrorFilter, JointHypothesesThatAreAllButImpossibleChangeNothing) {
+    const Model m;
+    const Data d = samples(m, 200, 23);
+    for (const int lag : {0, 1}) {
+        hnav_ins_error_options o = options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_JOINT);
+        o.joint_fault_probability = 1e-15;
+        o.joint_outlier_probability = o.joint_bias_probability = 0;
+        o.joint_process_probability = o.joint_common_probability = 0;
+        o.lag = lag;
+        Handle joint(m, o);
+        o.noise_scaling = HNAV_NOISE_SCALING_NONE;
+        Handle none(m, o);
+        for (int k = 0; k < 200; ++k) {
+            joint.step(d, k);
+            none.step(d, k);
+            ASSERT_LT((joint.x() - none.x()).norm(), 1e-9) << "step " << k << ", lag " << lag;
+            ASSERT_LT((joint.P() - none.P()).norm(), 1e-9) << "step " << k << ", lag " << lag;
+        }
+    }
+}
+
+TEST(InsErrorFilter, WithoutLambdaJointIsTheHiddenMarkovChain) {
+    const Model m;
+    const Data d = samples(m, 200, 24, 8, 80, 150);
+    for (const hnav_ins_error_form form : {HNAV_INS_ERROR_DIFFERENCED, HNAV_INS_ERROR_PLAIN}) {
+        Handle joint(m, options_of(form, HNAV_NOISE_SCALING_JOINT)), hmm(m, options_of(form, HNAV_NOISE_SCALING_HMM));
+        for (int k = 0; k < 200; ++k) {
+            joint.step(d, k);
+            hmm.step(d, k);
+            ASSERT_EQ(joint.x(), hmm.x()) << "step " << k << ", form " << form;
+            ASSERT_EQ(joint.faults().noise, hmm.fault_probability());
+            ASSERT_EQ(joint.faults().bias, Eigen::Vector3d(0, 0, 0));
+            ASSERT_EQ(joint.faults().process, 0);
         }
     }
 }
@@ -353,7 +454,7 @@ TEST(InsErrorFilter, SaveWreckLoadGoesOnBitForBit) {
     const Model m;
     const Data d = samples(m, 120, 9, 8, 50, 90), other = samples(m, 120, 10);
     for (int form = HNAV_INS_ERROR_MDKF; form <= HNAV_INS_ERROR_PLAIN; ++form)
-        for (int scaling = HNAV_NOISE_SCALING_NONE; scaling <= HNAV_NOISE_SCALING_HMM; ++scaling) {
+        for (int scaling = HNAV_NOISE_SCALING_NONE; scaling <= HNAV_NOISE_SCALING_JOINT; ++scaling) {
             hnav_ins_error_options o = options_of(hnav_ins_error_form(form), hnav_noise_scaling(scaling));
             o.lag = scaling % 2;
             Handle f(m, o);
@@ -509,8 +610,8 @@ TEST(InsErrorFilter, EveryImpossibleOptionIsRefusedByName) {
 TEST(InsErrorFilter, AFailedStepLeavesTheEstimateAsItWas) {
     const Model m;
     const Data d = samples(m, 30, 14);
-    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM)),
-        untouched(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_HMM));
+    Handle f(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_JOINT)),
+        untouched(m, options_of(HNAV_INS_ERROR_AUGMENTED, HNAV_NOISE_SCALING_JOINT));
     double nis;
     EXPECT_EQ(hnav_ins_error_filter_innovation(f, nullptr, nullptr, &nis), HNAV_ERROR_NO_DATA);
     const double bad[3] = {0, infinity, 0}, huge[3] = {1e200, 0, 0}, bad_u = not_a_number;
@@ -558,6 +659,7 @@ TEST(InsErrorFilter, NullIsAnswered) {
                                      hnav_ins_error_filter_estimate(nullptr, number, number),
                                      hnav_ins_error_filter_covariance(nullptr, number),
                                      hnav_ins_error_filter_covariance(f, nullptr),
+                                     hnav_ins_error_filter_faults(nullptr, number, number, number),
                                      hnav_ins_error_filter_coloured_error(nullptr, number, number, number),
                                      hnav_ins_error_filter_innovation(nullptr, number, number, number),
                                      hnav_ins_error_filter_noise(nullptr, number, number),
@@ -651,7 +753,7 @@ long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scalin
 TEST(InsErrorFilterHeap, NothingIsAllocatedAfterCreate) {
     for (const int n : {2, 8, 32})
         for (int form = HNAV_INS_ERROR_MDKF; form <= HNAV_INS_ERROR_PLAIN; ++form)
-            for (int scaling = HNAV_NOISE_SCALING_NONE; scaling <= HNAV_NOISE_SCALING_HMM; ++scaling)
+            for (int scaling = HNAV_NOISE_SCALING_NONE; scaling <= HNAV_NOISE_SCALING_JOINT; ++scaling)
                 for (const int lag : {0, 1})
                     EXPECT_EQ(allocations_after_create(n, hnav_ins_error_form(form), hnav_noise_scaling(scaling), lag,
                                                        scaling == HNAV_NOISE_SCALING_NONE),

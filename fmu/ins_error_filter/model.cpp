@@ -90,8 +90,10 @@ public:
         });
         at_.lambda.refresh(groups, values, [this](ColouredError* e) { read_coloured_error(e); });
         at_.innovation.refresh(groups, values, [this](Innovation* i) { read_innovation(i); });
-        at_.noise.refresh(groups, values,
-                          [this](Noise* n) { hnav_ins_error_filter_noise(object_, n->scale, n->fault_probability); });
+        at_.noise.refresh(groups, values, [this](Noise* n) {
+            hnav_ins_error_filter_noise(object_, n->scale, nullptr);
+            hnav_ins_error_filter_faults(object_, n->fault_probability, n->bias_fault_probability, &n->process_fault_probability);
+        });
         at_.counts.refresh(groups, values, [this](Counts* c) {
             *c = {0, memory_.samples, memory_.missed, memory_.non_finite, memory_.failed};
             hnav_ins_error_filter_separability(object_, &c->separability);

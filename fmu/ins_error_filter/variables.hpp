@@ -25,7 +25,7 @@ struct Innovation {
     double value[nx], nis;
 };
 struct Noise {
-    double scale[nx], fault_probability[nx];
+    double scale[nx], fault_probability[nx], bias_fault_probability[nx], process_fault_probability;
 };
 struct Counts {
     double separability;
@@ -100,14 +100,19 @@ private:
         const int scale = noise.bind<&Noise::scale>(
             table,
             add_each(table, "noise_scale", states, output("", "", "", "Factor on the variance of the channel's white noise")));
-        const int probability = noise.bind<&Noise::fault_probability>(
+        noise.bind<&Noise::fault_probability>(
             table, add_each(table, "fault_probability", states,
                             output("", "", "", "Probability that the channel's noise is above its healthy level")));
-        for (int i = 0; i < nx; ++i) {
-            table.row(scale + i).unit = table.row(scale + i).display_unit = "";
-            table.row(probability + i).unit = table.row(probability + i).display_unit = "";
-            table.row(scale + i).start = 1;
-        }
+        const int bias = noise.bind<&Noise::bias_fault_probability>(
+            table,
+            add_each(table, "bias_fault_probability", states,
+                     output("", "", "", "Probability that the channel's coloured error has jumped; fades once it is learned")));
+        noise.add<&Noise::process_fault_probability>(
+            table, output("process_fault_probability", "", "",
+                          "Probability that state or coloured errors are driven by more than was told"));
+        // Three vectors, one behind the other, whose rows took the units of the states.
+        for (int row = scale; row < bias + nx; ++row) table.row(row).unit = table.row(row).display_unit = "";
+        for (int i = 0; i < nx; ++i) table.row(scale + i).start = 1;
     }
 
     void describe_counts(Table& table) {

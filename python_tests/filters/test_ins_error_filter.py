@@ -163,3 +163,50 @@ def test_the_noise_scale_of_the_paper_is_above_one_in_healthy_channels():
         f.reset()
         scales.append(f.run(flight.u, z).noise_scale[30:])
     assert np.mean(scales) == pytest.approx(1 + 1 / np.sqrt(np.pi * 20), abs=0.06)
+
+
+def jumping_flight() -> tuple[LinearModel, np.ndarray, np.ndarray]:
+    """A flight of the F-4C whose error of roll jumps and whose sideslip is noisy for a while, with samples missing."""
+    model, u, z = flight_of("f4c_lateral", 200)
+    z = z.copy()
+    z[60:, 3] += 10 * np.sqrt(model.Qv[3, 3])
+    z[100:140, 0] += 6 * np.sqrt(model.Qv[0, 0]) * np.random.default_rng(2).normal(size=40)
+    z[::17, 1] = np.nan
+    return model, u, z
+
+
+FAULTS = ("fault_probability", "bias_fault_probability", "process_fault_probability")
+
+
+def test_faults_are_told_apart():
+    model, u, z = jumping_flight()
+    f = InsErrorFilter(model)
+    run = f.run(u, z)
+    assert run.bias_fault_probability[60:75, 3].max() > 0.9 and run.bias_fault_probability[:, :3].max() < 0.5
+    assert np.median(run.fault_probability[110:140, 0]) > 0.9 and run.fault_probability[:100, 0].max() < 0.5
+    assert run.fault_probability[80:, 3].max() < 0.5 and np.median(run.process_fault_probability) < 0.1
+    for told, last in zip(f.faults(), (run.fault_probability, run.bias_fault_probability, run.process_fault_probability)):
+        np.testing.assert_array_equal(told, last[-1])
+
+
+def test_faults_do_not_hang_on_units_or_on_the_order_of_channels():
+    model, u, z = jumping_flight()
+    straight = InsErrorFilter(model).run(u, z)
+    unit, order = np.array([1e-3, 7.0, 1e4, 0.2]), np.array([2, 0, 3, 1])
+    T = np.diag(unit)[order]  # of the measurements
+    Ti = np.linalg.inv(T)
+    covariances = {name: T @ getattr(model, name) @ T.T for name in ("Qv", "QU", "Lambda0")}
+    other = replace(model, H=T @ model.H, An=T @ model.matrix("An") @ Ti, Bn=np.eye(4), **covariances)
+    turned = InsErrorFilter(other).run(u, (z * unit)[:, order])
+    size = np.abs(straight.x).max(axis=0)
+    np.testing.assert_allclose(turned.x / size, straight.x / size, rtol=0, atol=1e-7)
+    for name in FAULTS:
+        before = getattr(straight, name)
+        np.testing.assert_allclose(getattr(turned, name), before[:, order] if before.ndim > 1 else before, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("scaling", ["none", "gated_match", "hmm"])
+def test_what_no_hypothesis_judges_has_no_fault(scaling):
+    model, u, z = jumping_flight()
+    run = InsErrorFilter(model, noise_scaling=scaling).run(u, z)
+    assert not run.bias_fault_probability.any() and not run.process_fault_probability.any()

@@ -28,9 +28,12 @@ flavours = pytest.mark.parametrize(
     ids=lambda v: {2: "fmi2", 3: "fmi3", False: "cs", True: "me"}[v],
 )
 SETTINGS = (
-    [dict(form=form) for form in FORMS] + [dict(noise_scaling=s) for s in ("none", "paper_match", "gated_match")] + [dict(lag=1)]
+    [dict(form=form) for form in FORMS]
+    + [dict(noise_scaling=s) for s in ("none", "paper_match", "gated_match", "hmm")]
+    + [dict(lag=1)]
 )
-PER_CHANNEL = ("estimate", "sigma", "lambda", "lambda_sigma", "compensated", "innov", "noise_scale", "fault_probability")
+FAULTS = ("noise_scale", "fault_probability", "bias_fault_probability")
+PER_CHANNEL = ("estimate", "sigma", "lambda", "lambda_sigma", "compensated", "innov", *FAULTS)
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Axis:
 
     @property
     def outputs(self) -> list[str]:
-        return [f"{name}.{s}" for name in PER_CHANNEL for s in self.states] + ["nis", "post.t"]
+        return [f"{name}.{s}" for name in PER_CHANNEL for s in self.states] + ["nis", "process_fault_probability", "post.t"]
 
 
 @pytest.fixture(params=("Longitudinal", "Lateral"))
@@ -109,8 +112,8 @@ def expected_rows(axis: Axis, flight, setting: dict) -> np.ndarray:
     late = setting.get("form") in ("mdkf", "amdkf") or setting.get("lag") == 1
     k = np.arange(len(flight.z))
     t_s = axis.aircraft.interval_s * np.maximum(k - late, 0)
-    names = ("x", "sigma", "lam", "lam_sigma", "compensated", "innovation", "noise_scale", "fault_probability")
-    return np.nan_to_num(np.column_stack([*(getattr(run, n) for n in names), run.nis, t_s]))
+    names = ("x", "sigma", "lam", "lam_sigma", "compensated", "innovation", *FAULTS, "nis", "process_fault_probability")
+    return np.nan_to_num(np.column_stack([*(getattr(run, n) for n in names), t_s]))
 
 
 # --------------------------------------------------------------------------------------------- description

@@ -26,7 +26,7 @@ extern "C" {
 
 typedef struct hnav_ins_error_filter hnav_ins_error_filter;
 
-/* AUGMENTED, HMM, no lag, Joseph. */
+/* AUGMENTED, JOINT, no lag, Joseph. */
 HNAV_API hnav_ins_error_options hnav_ins_error_defaults(void);
 
 /* Rows 0, 1, ...; null beyond the last. */
@@ -91,9 +91,15 @@ HNAV_API hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_f
  * and NIS can be negative: so are their equations. */
 HNAV_API hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filter* filter, double* innovation, double* S,
                                                       double* nis);
-/* By channel (nz): factor on Qv (on R in AMDKF), and the probability that it is above 1 (HMM; 0 or 1 by the gate of
- * GATED_MATCH; 0 otherwise). */
+/* By channel (nz): factor on Qv (on R in AMDKF), and the probability that its noise has a fault (JOINT, HMM; 0 or 1 by the
+ * gate of GATED_MATCH; 0 otherwise). */
 HNAV_API hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, double* scale, double* fault_probability);
+
+/* What is at fault, as probabilities. noise, bias: by channel (nz), white noise above Qv, as above, and a coloured error that
+ * has jumped; the latter fades, by 7 % a step, once the filter has learned the jump. process: that state or coloured
+ * errors are driven by more than Qw or QU. bias and process are 0 unless the scaling is JOINT and the form AUGMENTED. */
+HNAV_API hnav_status hnav_ins_error_filter_faults(const hnav_ins_error_filter* filter, double* noise, double* bias,
+                                                  double* process);
 
 typedef struct hnav_ins_error_info {
     size_t size;              /* of this struct; set by the caller */
@@ -119,6 +125,8 @@ typedef struct hnav_ins_error_run_output { /* null: not written; row k is what t
     double *lambda, *lambda_sigma, *compensated, *innovation; /* n x nz */
     double* nis;                                              /* n */
     double *noise_scale, *fault_probability;                  /* n x nz */
+    double* bias_fault_probability;                           /* n x nz */
+    double* process_fault_probability;                        /* n */
 } hnav_ins_error_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */

@@ -81,6 +81,10 @@ class InsErrorRun:
     """n x nz: factor on Qv (on R in amdkf)."""
     fault_probability: Array
     """n x nz: that the noise of the channel is above Qv."""
+    bias_fault_probability: Array
+    """n x nz: that its coloured error has jumped; fades once the jump is learned. 0 unless noise_scaling is joint."""
+    process_fault_probability: Array
+    """n: that state or coloured errors are driven by more than Qw or QU. 0 unless noise_scaling is joint."""
 
 
 OUTPUTS = tuple(f.name for f in fields(InsErrorRun))
@@ -149,7 +153,9 @@ class InsErrorFilter(StatefulObject):
         nx, nu, nz, n = self.model.nx, self.model.nu, self.model.nz, len(np.asarray(z))
         held = doubles(np.zeros((n, 0)) if u is None else u, (n, nu), "u")
         seen, mask = doubles(z, (n, nz), "z"), _mask(present, (n, nz))
-        widths: dict[str, tuple[int, ...]] = dict(x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=())
+        widths: dict[str, tuple[int, ...]] = dict(
+            x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=(), process_fault_probability=()
+        )  # fmt: skip
         run = InsErrorRun(**{name: np.empty((n, *widths.get(name, (nz,)))) for name in OUTPUTS})
         given = new("hnav_ins_error_run_input", u=address(held), z=address(seen), present=address(mask))
         wanted = new("hnav_ins_error_run_output", **{_IN_C.get(name, name): address(getattr(run, name)) for name in OUTPUTS})
@@ -187,6 +193,11 @@ class InsErrorFilter(StatefulObject):
         """By channel (nz each): factor on the noise, and the probability that it is above 1."""
         scale, fault_probability = self._arrays("noise", self.model.nz, self.model.nz)
         return scale, fault_probability
+
+    def faults(self) -> tuple[Array, Array, float]:
+        """Probabilities of a fault: of the noise of each channel (nz), of a jump of its coloured error (nz), of the process."""
+        noise, bias, process = self._arrays("faults", self.model.nz, self.model.nz, 1)
+        return noise, bias, float(process[0])
 
     @property
     def warning(self) -> str:

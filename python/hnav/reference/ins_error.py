@@ -16,6 +16,7 @@ from scipy.stats import chi2
 from hnav.filters.ins_error import InsErrorOptions, InsErrorRun
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array
+from hnav.reference.joint_hypotheses import JointHypotheses
 
 PRINTED = ("mdkf", "amdkf")
 
@@ -29,7 +30,7 @@ class NoiseScale:
 
     def __init__(self, options: InsErrorOptions, nz: int):
         self.o = options
-        self.mode = "none" if options.form in PRINTED else options.noise_scaling
+        self.mode = "none" if options.form in PRINTED else options.noise_scaling.replace("joint", "hmm")
         self.scale, self.fault = np.ones(nz), np.zeros(nz)
         self.windows: list[deque[tuple[float, float, float]]] = [deque(maxlen=options.window) for _ in range(nz)]
         n = options.hmm_levels
@@ -107,7 +108,6 @@ class ReferenceInsError:
         self.C: Array = self.Q @ m.H.T
         self.driven: Array = m.H @ self.Q @ m.H.T + self.Ql
         self.R: Array = self.driven + m.Qv + self.An @ m.Qv @ self.An.T
-        self.noise = NoiseScale(options, nz)
         self.F: Array
         self.Qa: Array
         self.Ba: Array
@@ -115,6 +115,8 @@ class ReferenceInsError:
         self.x: Array
         self.P: Array
         self.augmented = options.form == "augmented" and self.coloured
+        self.joint = JointHypotheses(options, nz) if self.augmented and options.noise_scaling == "joint" else None
+        self.noise = NoiseScale(options, nz)
         if self.augmented:
             self.F, self.Qa = block_diag(m.A, self.An), block_diag(self.Q, self.Ql)
             self.Ba, self.Ha = np.vstack([self.B, np.zeros((nz, m.nu))]), np.hstack([m.H, np.eye(nz)])
@@ -180,8 +182,15 @@ class ReferenceInsError:
         self.innovation = z - H @ self.x
         base = H @ self.P @ H.T + self.extra
         zero = np.zeros(self.m.nz)
-        self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
-        root = np.sqrt(self.noise.scale)
+        Q = self.Qa
+        if self.joint:
+            self.joint.update(self.innovation, base, np.diag(Qv), self.m.H @ self.Q @ self.m.H.T, self.Ql, self.steps > 0)
+            opened = np.r_[np.zeros(self.m.nx), self.joint.opened]
+            Q = block_diag(self.joint.motion * self.Q, self.joint.colour * self.Ql) + np.diag(opened)
+            self.P = self.P + Q - self.Qa
+        else:
+            self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
+        root = np.sqrt((self.joint or self.noise).scale)
         R = root[:, None] * Qv * root + self.extra
         S = H @ self.P @ H.T + R
         nu = self._conclude(S)
@@ -285,8 +294,10 @@ class ReferenceInsError:
         return InsErrorRun(
             x=x[:nx], sigma=np.sqrt(np.maximum(0, np.diag(P)[:nx])), covariance=P[:nx, :nx], lam=lam,
             lam_sigma=np.sqrt(np.maximum(0, variance)), compensated=self.z_shown - lam, innovation=self.innovation,
-            nis=np.array(self.nis), noise_scale=self.s if self.o.form in PRINTED else self.noise.scale,
-            fault_probability=self.noise.fault,
+            nis=np.array(self.nis), noise_scale=self.s if self.o.form in PRINTED else (self.joint or self.noise).scale,
+            fault_probability=self.joint.noise if self.joint else self.noise.fault,
+            bias_fault_probability=self.joint.bias if self.joint else np.zeros(self.m.nz),
+            process_fault_probability=np.array(self.joint.process if self.joint else 0.0),
         )  # fmt: skip
 
 

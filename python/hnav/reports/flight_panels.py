@@ -61,8 +61,9 @@ def innovations_panel(run: Run) -> go.Figure:
     return _rows(flight, [track.filter for track in flight[0].tracks], draw_row)
 
 
-@panel("flight-faults", "Noise scale and fault probability", "What each filter takes for the factor on the variance of the white noise, and how sure it is "
-       "that there is a fault. Shaded: the truth.", is_flight)  # fmt: skip
+@panel("flight-faults", "Noise scale and fault probabilities", "What each filter takes for the factor on the variance of the white noise, and how sure it is "
+       "that the noise has a fault, that the coloured error has jumped, and, dashed and equal for all states, that the process is "
+       "livelier than told. Shaded: the truth.", is_flight)  # fmt: skip
 def faults_panel(run: Run) -> go.Figure:
     def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         for track in channel.tracks:
@@ -70,10 +71,15 @@ def faults_panel(run: Run) -> go.Figure:
             scale, probability = np.maximum(track.noise_scale, 1e-3), track.fault_probability
             figure.add_trace(line(track.t_s, scale, shade, name, row == 1, shape="hv"), row, 1)
             figure.add_trace(line(track.t_s, probability, shade, name, False, shape="hv"), row, 2)
+            figure.add_trace(line(track.t_s, track.bias_fault_probability, shade, name, False, shape="hv"), row, 3)
+            figure.add_trace(
+                line(track.t_s, track.process_fault_probability, shade, name, False, shape="hv", dash="dash"), row, 3
+            )
         figure.update_yaxes(title_text=channel.title, type="log", row=row, col=1)
-        figure.update_yaxes(range=[-0.04, 1.06], row=row, col=2)
+        for column in (2, 3):
+            figure.update_yaxes(range=[-0.04, 1.06], row=row, col=column)
 
-    return _rows(channels(run), ["noise scale (variance)", "fault probability"], draw_row)
+    return _rows(channels(run), ["noise scale (variance)", "noise fault", "error jumped, process livelier"], draw_row)
 
 
 @panel("flight-table", "Root mean square errors", "Of this one flight, where the channel has no more noise than usual and where it has. One flight says "

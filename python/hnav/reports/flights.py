@@ -42,6 +42,8 @@ class Track:
     innovation: np.ndarray
     noise_scale: np.ndarray
     fault_probability: np.ndarray
+    bias_fault_probability: np.ndarray  # zeros in runs that do not tell, as of older FMUs
+    process_fault_probability: np.ndarray  # likewise
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,9 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
     def column(quantity: str, factor: float = 1.0) -> np.ndarray:
         return factor * run[f"{component}.{quantity}.{name}"][rows]
 
+    def told(quantity: str) -> np.ndarray:
+        return run[f"{component}.{quantity}"][rows] if run.has(component, quantity) else np.zeros(len(rows))
+
     estimate = column("estimate", factor)
     # aircraft_longitudinal and amdkf_longitudinal: the part in common says nothing.
     suffix = aircraft[aircraft.rfind("_") :] if "_" in aircraft else ""
@@ -125,6 +130,8 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
         column("innov", factor),
         column("noise_scale"),
         column("fault_probability"),
+        told(f"bias_fault_probability.{name}"),
+        told("process_fault_probability"),
     )
 
 

@@ -316,7 +316,7 @@ def _aircraft(version: int, axis: str) -> Iterator[Named]:
     yield f"fmi{version}/me/{plant}", given(exchange_alone, plant, version, seed=4)
     measured = _measurements(channels, controls)
     for form in ("mdkf", "amdkf", "differenced", "augmented", "plain"):
-        parameters = {"form": form} | ({"noise_scaling": "none"} if form in ("mdkf", "amdkf") else {})
+        parameters = {"form": form} | {"noise_scaling": "none" if form in ("mdkf", "amdkf") else "hmm"}
         yield f"fmi{version}/cs/{filter}/{form}", given(alone, filter, version, 60, 0.1, measured, **parameters)
     yield f"fmi{version}/me/{filter}", given(exchange_alone, filter, version)
 

@@ -1,7 +1,7 @@
 """Flights by every filter: errors, consistency, alarms.
 
 Every filter sees the same flights of the F-4C (models/aircraft). MDKF and AMDKF estimate step k with z(k + 1), and so does
-"HMM, lag 1". Equal data at equal times: AMDKF against lag 1, and AMDKF predicted to now against the others.
+"lag 1". Equal data at equal times: AMDKF against lag 1, and AMDKF predicted to now against the others.
 """
 
 from __future__ import annotations
@@ -25,15 +25,17 @@ FILTERS: dict[str, dict[str, Any]] = {
     "AMDKF, predicted to now": dict(form="amdkf", window=20, to_now=True),
     "plain": dict(form="plain", noise_scaling="none"),
     "differenced": dict(form="differenced", noise_scaling="none"),
-    "differenced, HMM": dict(form="differenced"),
+    "differenced, HMM": dict(form="differenced", noise_scaling="hmm"),
     "augmented": dict(noise_scaling="none"),
     "augmented, paper match": dict(noise_scaling="paper_match"),
     "augmented, gated match": dict(noise_scaling="gated_match"),
-    "augmented, HMM": dict(),
-    "augmented, HMM, lag 1": dict(lag=1),
+    "augmented, HMM": dict(noise_scaling="hmm"),
+    "augmented, HMM, lag 1": dict(noise_scaling="hmm", lag=1),
+    "augmented, joint": dict(),
+    "augmented, joint, lag 1": dict(lag=1),
 }
 PAPER_NOW = "AMDKF, predicted to now"
-PAPER, OURS, OURS_LATE, ORACLE = "AMDKF, M = 20", "augmented, HMM", "augmented, HMM, lag 1", "oracle"
+PAPER, OURS, OURS_LATE, ORACLE = "AMDKF, M = 20", "augmented, joint", "augmented, joint, lag 1", "oracle"
 # Equal data twice, then one sample less for ours.
 PAIRS = ((OURS, PAPER_NOW), (OURS_LATE, PAPER), (OURS, PAPER))
 
@@ -44,6 +46,8 @@ class Result:
     nees: np.ndarray  # runs x (steps + 1)
     fault_probability: np.ndarray  # runs x (steps + 1) x n
     noise_scale: np.ndarray
+    bias_fault_probability: np.ndarray | float = 0.0  # as fault_probability; 0 of a filter that does not judge it
+    process_fault_probability: np.ndarray | float = 0.0  # runs x (steps + 1)
 
     def rmse(self, window: slice) -> np.ndarray:
         """runs x n"""
@@ -63,7 +67,8 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
     late = setting.get("form") in ("mdkf", "amdkf") or setting.get("lag", 0) == 1
     error = np.full(flight.x.shape, np.nan)
     nees = np.full(flight.x.shape[:2], np.nan)
-    fault, scale = np.empty(flight.x.shape), np.empty(flight.x.shape)
+    fault, scale, bias = (np.empty(flight.x.shape) for _ in range(3))
+    process = np.empty(flight.x.shape[:2])
     for i, z in enumerate(flight.z):
         f.reset()
         run = f.run(flight.u, z)
@@ -75,7 +80,8 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
         error[i, steps] = x - flight.x[i, steps]
         nees[i, steps] = nees_of(error[i, steps], P)
         fault[i], scale[i] = run.fault_probability, run.noise_scale
-    return Result(error, nees, fault, scale)
+        bias[i], process[i] = run.bias_fault_probability, run.process_fault_probability
+    return Result(error, nees, fault, scale, bias, process)
 
 
 def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:

@@ -1,0 +1,328 @@
+#include "ins_error/joint_hypotheses.hpp"
+
+namespace hnav {
+
+constexpr double JointHypotheses::motion_factors[], JointHypotheses::colour_factors[];
+
+JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s)
+    : settings_(s),
+      nz_(nz),
+      scale_(state.doubles(nz)),
+      noise_(state.doubles(nz)),
+      bias_(state.doubles(nz)),
+      process_(state.doubles(1)),
+      belief_(state.doubles(nz * modes())),
+      process_belief_(state.doubles(processes)),
+      tracked_(state.doubles(nz)),
+      tracked_variance_(state.doubles(nz)),
+      level_(work.doubles(s.levels)),
+      precision_(work.doubles(modes())),
+      was_healthy_(work.doubles(nz)),
+      lasting_(work.doubles(nz * modes())),
+      prior_(work.doubles(nz * modes())),
+      outlier_(work.doubles(nz)),
+      likelihood_(work.doubles(nz * modes())),
+      posterior_(work.doubles(hypotheses * nz * modes())),
+      innovation_(work.doubles(processes * nz)),
+      variance_(work.doubles(processes * nz)),
+      weight_(work.doubles(modes())),
+      R_(work.doubles(nz)),
+      nu_(work.doubles(nz)),
+      solved_(work.doubles(nz)),
+      opened_(work.doubles(nz)),
+      order_(work.integers(nz)),
+      S_(work.matrix(nz, nz)),
+      inverse_S_(work.matrix(nz, nz)),
+      inverse_(work, nz) {}
+
+void JointHypotheses::create() {
+    for (int g = 0; g < settings_.levels; ++g) {
+        level_[g] = std::pow(settings_.level_ratio, g);
+        precision_[g] = 1 / level_[g];
+    }
+    precision_[bias_mode()] = 0; // a measurement with an unknown bias says nothing
+    least_precision_ = std::fmin(1e-4, precision_[settings_.levels - 1]);
+    reset();
+}
+
+void JointHypotheses::reset() {
+    std::fill(scale_, scale_ + nz_, 1.0);
+    for (double* each : {noise_, bias_, tracked_, tracked_variance_, opened_}) std::fill(each, each + nz_, 0.0);
+    *process_ = 0;
+    std::fill(belief_, belief_ + nz_ * modes(), 0.0);
+    for (int i = 0; i < nz_; ++i) belief(i)[0] = 1;
+    std::fill(process_belief_, process_belief_ + processes, 0.0);
+    process_belief_[0] = 1;
+    motion_ = colour_ = 1;
+}
+
+bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
+    swept_ = lively.driven ? processes : 1;
+    if (lively.driven) predict_process();
+    for (int i = 0; i < nz_; ++i) {
+        opened_[i] = 0;
+        if (!(in.fresh[i] > 0)) continue; // no noise to judge by
+        predict_channel(i);
+        predict_bias(i, in.fresh[i], lively);
+    }
+    order(in);
+    for (int p = 0; p < swept_; ++p) {
+        if (!begin(in, lively, p)) return false;
+        sweep(in, p);
+        if (p == 0) weigh_common(in);
+    }
+    merge(in.count > 0);
+    conclude(in);
+    return true;
+}
+
+// ------------------------------------------------------------------------------------------------ before the sample
+
+void JointHypotheses::predict_process() {
+    const double told = process_belief_[0], lively = 1 - told;
+    const double begins = settings_.process_probability / (processes - 1);
+    const double changes = settings_.process_drift / (processes - 1);
+    for (int p = 1; p < processes; ++p) {
+        const double was = process_belief_[p];
+        const double leaves = settings_.process_recovery + changes * (processes - 2);
+        process_belief_[p] = was * (1 - leaves) + changes * (lively - was) + told * begins;
+    }
+    process_belief_[0] = told * (1 - settings_.process_probability) + lively * settings_.process_recovery;
+}
+
+void JointHypotheses::predict_channel(int i) {
+    const int n = settings_.levels;
+    const double* was = belief(i);
+    double* lasting = lasting_ + i * modes();
+    const double drift = settings_.drift_probability;
+    // Of a faulty level to each of its neighbours, which are faulty too.
+    const auto leaves = [&](int g) { return drift / std::max(1, (g > 1) + (g + 1 < n)); };
+    double recovers = was[bias_mode()] * settings_.bias_fading;
+    for (int g = 1; g < n; ++g) {
+        double now = was[g] * (1 - settings_.recovery_probability) + was[0] * settings_.fault_probability / (n - 1);
+        if (g > 1) now += was[g - 1] * leaves(g - 1) - was[g] * leaves(g);
+        if (g + 1 < n) now += was[g + 1] * leaves(g + 1) - was[g] * leaves(g);
+        lasting[g] = now;
+        recovers += was[g] * settings_.recovery_probability;
+    }
+    const double fails = settings_.fault_probability + settings_.outlier_probability + settings_.bias_probability;
+    lasting[0] = was[0] * (1 - fails) + recovers;
+    lasting[bias_mode()] = was[bias_mode()] * (1 - settings_.bias_fading) + was[0] * settings_.bias_probability;
+    outlier_[i] = was[0] * settings_.outlier_probability / (n - first_outlier());
+    was_healthy_[i] = was[0];
+
+    double precision = 0, *prior = prior_of(i);
+    for (int m = 0; m < modes(); ++m) {
+        prior[m] = lasting[m] + passing(i, m);
+        precision += prior[m] * precision_[m];
+    }
+    scale_[i] = 1 / std::fmax(precision, least_precision_);
+}
+
+// The tracked constant is that of before, which wanders as the prediction does that the channel is judged by, or begins.
+void JointHypotheses::predict_bias(int i, double fresh, const Liveliness& lively) {
+    const double now = lasting_[i * modes() + bias_mode()];
+    const double share = now > 0 ? belief(i)[bias_mode()] * (1 - settings_.bias_fading) / now : 0;
+    const double jump = settings_.bias_sigma * settings_.bias_sigma * fresh;
+    const double wanders = lively.driven ? lively.motion(i, i) + lively.colour(i, i) : 0;
+    const double mean = share * tracked_[i], away = tracked_[i] - mean;
+    tracked_variance_[i] = share * (tracked_variance_[i] + wanders + away * away) + (1 - share) * (jump + mean * mean);
+    tracked_[i] = mean;
+}
+
+// ------------------------------------------------------------------------------------------------ one process hypothesis
+
+// The channel that its own variance explains least comes first, so that the others are judged with its noise as found.
+void JointHypotheses::order(const Innovations& in) {
+    for (int a = 0; a < in.count; ++a) {
+        const int i = in.present[a];
+        nu_[i] = in.nu[i] * in.nu[i] / (in.base(i, i) + in.fresh[i] * scale_[i]);
+        int place = a;
+        for (; place > 0 && nu_[order_[place - 1]] < nu_[i]; --place) order_[place] = order_[place - 1];
+        order_[place] = i;
+    }
+}
+
+bool JointHypotheses::begin(const Innovations& in, const Liveliness& lively, int p) {
+    const double motion = lively.driven ? motion_factors[p] - 1 : 0, colour = lively.driven ? colour_factors[p] - 1 : 0;
+    for (int a = 0; a < in.count; ++a) {
+        const int i = order_[a];
+        nu_[a] = in.nu[i];
+        R_[a] = in.fresh[i] * scale_[i];
+        for (int b = 0; b <= a; ++b) {
+            const int j = order_[b];
+            S_(a, b) = in.base(i, j) + motion * lively.motion(i, j) + colour * lively.colour(i, j);
+        }
+        S_(a, a) += R_[a];
+    }
+    if (!inverse_.factor(S_, in.count)) return false;
+    inverse_.solve(nu_, solved_);
+    double square = 0;
+    for (int a = 0; a < in.count; ++a) {
+        square += nu_[a] * solved_[a];
+        for (int b = 0; b <= a; ++b) inverse_S_(a, b) = inverse_S_(b, a) = inverse_.inverse(a, b);
+    }
+    evidence_[p] = -0.5 * (square + inverse_.log_determinant());
+    return true;
+}
+
+void JointHypotheses::sweep(const Innovations& in, int p) {
+    for (int a = 0; a < in.count; ++a) {
+        const int i = order_[a];
+        const double fresh = in.fresh[i];
+        if (!(fresh > 0)) continue;
+        const double spread = 1 / inverse_S_(a, a), r = solved_[a] * spread;
+        const double others = std::fmax(0, spread - R_[a]);
+        const double exponent = weigh(i, r, others, fresh);
+        const double total = weigh_modes(i, p, prior_of(i));
+        double precision = 0;
+        for (int m = 0; m < modes(); ++m) precision += posterior(p, i)[m] * precision_[m];
+        evidence_[p] += exponent + std::log(total * std::sqrt(spread)) + 0.5 * r * r / spread;
+        innovation_[p * nz_ + i] = r;
+        variance_[p * nz_ + i] = others + fresh;
+        const double found = fresh / std::fmax(precision, least_precision_);
+        change_noise(a, in.count, found - R_[a]);
+        R_[a] = found;
+    }
+}
+
+double JointHypotheses::weigh(int i, double r, double others, double fresh) {
+    double* likelihood = likelihood_ + i * modes();
+    const double half = 0.5 * r * r, away = r - tracked_[i];
+    for (int g = 0; g < settings_.levels; ++g) {
+        weight_[g] = 1 / (others + level_[g] * fresh);
+        likelihood[g] = -half * weight_[g];
+    }
+    const int bias = bias_mode();
+    weight_[bias] = 1 / (others + fresh + tracked_variance_[i]);
+    likelihood[bias] = -0.5 * away * away * weight_[bias];
+    // The widest level explains an innovation at least as well as the narrower ones.
+    const double largest = std::fmax(likelihood[bias - 1], likelihood[bias]);
+    for (int m = 0; m < modes(); ++m) likelihood[m] = std::exp(likelihood[m] - largest) * std::sqrt(weight_[m]);
+    return largest;
+}
+
+double JointHypotheses::weigh_modes(int i, int p, const double* prior) {
+    const double* likelihood = likelihood_ + i * modes();
+    double *answer = posterior(p, i), total = 0;
+    for (int m = 0; m < modes(); ++m) {
+        answer[m] = prior[m] * likelihood[m];
+        total += answer[m];
+    }
+    const double inverse_total = 1 / total;
+    for (int m = 0; m < modes(); ++m) answer[m] *= inverse_total;
+    return total;
+}
+
+// Another noise of one channel changes the inverse of S by a product of its column with itself. What belongs to the channels
+// before it is not needed any more.
+void JointHypotheses::change_noise(int a, int count, double change) {
+    const double factor = change / (1 + change * inverse_S_(a, a)), there = factor * solved_[a];
+    const double* __restrict column = inverse_S_.data() + a * nz_; // its row, by symmetry
+    for (int b = a + 1; b < count; ++b) {
+        double* __restrict row = inverse_S_.data() + b * nz_;
+        const double by = factor * column[b];
+        for (int c = a + 1; c < count; ++c) row[c] -= by * column[c];
+        solved_[b] -= there * column[b];
+    }
+}
+
+void JointHypotheses::weigh_common(const Innovations& in) {
+    evidence_[common] = evidence_[0];
+    for (int a = 0; a < in.count; ++a) {
+        const int i = in.present[a];
+        if (!(in.fresh[i] > 0)) continue;
+        double told = 0;
+        for (int m = 0; m < modes(); ++m) {
+            told += prior_of(i)[m] * likelihood_[i * modes() + m];
+            weight_[m] = prior_of(i)[m] + begins(i, m);
+        }
+        evidence_[common] += std::log(weigh_modes(i, common, weight_) / told);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ all together
+
+void JointHypotheses::merge(bool seen) {
+    double largest = evidence_[common];
+    for (int p = 0; p < swept_; ++p) largest = std::fmax(largest, evidence_[p]);
+    double sum = 0;
+    for (int p = 0; p < hypotheses; ++p) {
+        const bool is_weighed = seen && (p < swept_ || p == common);
+        double prior = p == common ? process_belief_[0] * settings_.common_probability : process_belief_[p];
+        if (p == 0) prior *= 1 - settings_.common_probability;
+        hypothesis_[p] = is_weighed ? prior * std::exp(evidence_[p] - largest) : prior;
+        sum += hypothesis_[p];
+    }
+    motion_ = colour_ = 0;
+    for (int p = 0; p < hypotheses; ++p) {
+        hypothesis_[p] /= sum;
+        motion_ += hypothesis_[p] * motion_factors[p];
+        colour_ += hypothesis_[p] * colour_factors[p];
+    }
+    std::copy(hypothesis_, hypothesis_ + processes, process_belief_);
+    process_belief_[0] += hypothesis_[common]; // it begins, and is then a matter of the channels
+    *process_ = 0;
+    for (int p = 1; p < processes; ++p) *process_ += process_belief_[p];
+}
+
+void JointHypotheses::conclude(const Innovations& in) {
+    for (int i = 0; i < nz_; ++i) {
+        bias_[i] *= 1 - settings_.bias_fading;
+        if (!(in.fresh[i] > 0)) continue;
+        // Of a channel without a measurement; an outlier is over with its sample.
+        std::copy(lasting_ + i * modes(), lasting_ + (i + 1) * modes(), belief(i));
+        belief(i)[0] += was_healthy_[i] * settings_.outlier_probability;
+        noise_[i] = fault_of(i);
+    }
+    for (int a = 0; a < in.count; ++a) {
+        const int i = in.present[a];
+        if (!(in.fresh[i] > 0)) continue;
+        merge_channel(i);
+        bias_[i] = std::fmin(1, std::fmax(bias_[i], belief(i)[bias_mode()]));
+        if (belief(i)[bias_mode()] > settings_.bias_certain) open(i, in.fresh[i]);
+        noise_[i] = fault_of(i);
+    }
+}
+
+void JointHypotheses::merge_channel(int i) {
+    double* now = belief(i);
+    std::fill(now, now + modes(), 0.0);
+    double precision = 0, r = hypothesis_[common] * innovation_[i], variance = hypothesis_[common] * variance_[i];
+    for (int p = 0; p < swept_; ++p) {
+        r += hypothesis_[p] * innovation_[p * nz_ + i];
+        variance += hypothesis_[p] * variance_[p * nz_ + i];
+        for (int m = 0; m < modes(); ++m) now[m] += hypothesis_[p] * posterior(p, i)[m];
+    }
+    for (int m = 0; m < modes(); ++m) {
+        const double together = hypothesis_[common] * posterior(common, i)[m];
+        precision += (now[m] + together) * precision_[m];
+        // What is an outlier, by its share of the prior, is over with its sample.
+        double over = 0;
+        if (passing(i, m) > 0) {
+            over = passing(i, m) * (now[m] / prior_of(i)[m] + together / (prior_of(i)[m] + begins(i, m)));
+            now[0] += over;
+        }
+        now[m] += together - over;
+    }
+    scale_[i] = 1 / std::fmax(precision, least_precision_);
+    const double gain = tracked_variance_[i] / (tracked_variance_[i] + variance);
+    tracked_[i] += gain * (r - tracked_[i]);
+    tracked_variance_[i] *= 1 - gain;
+}
+
+void JointHypotheses::open(int i, double fresh) {
+    opened_[i] = settings_.bias_sigma * settings_.bias_sigma * fresh;
+    std::fill(belief(i), belief(i) + modes(), 0.0);
+    belief(i)[0] = 1;
+    scale_[i] = 1;
+    bias_[i] = 1;
+}
+
+double JointHypotheses::fault_of(int i) const {
+    double sum = 0;
+    for (int g = 1; g < settings_.levels; ++g) sum += belief(i)[g];
+    return std::fmin(1, sum); // a sum, with its rounding
+}
+
+} // namespace hnav

@@ -1,0 +1,142 @@
+// What is wrong, judged by the whole innovation: the white noise of a channel, its coloured error, which has jumped, or what
+// drives the system, more than was told.
+//
+//   channel   a Markov chain over noise levels s = 1, 4, 16, ... that last, as in noise_scale.hpp, and beside them
+//             an outlier, noise of s >= 16 in one sample alone, and
+//             a bias: the innovation is a constant b that is tracked, b ~ N(0, bias_sigma^2 r) when it begins
+//   process   a Markov chain over factors on the covariance of what drives the state (Q) and the coloured errors (Ql)
+//   common    noise that begins in many channels at once, which chains of single channels take for all but impossible
+//
+// Each process hypothesis p has its own S_p = base + (x_p - 1) H Q H' + (c_p - 1) Ql + R. Under it one sweep over the channels
+// (expectation propagation; T. Minka, 2001) weighs the modes of each by its innovation given all others, with the noise of the
+// channels before it as just found, and multiplies up the evidence of the whole innovation:
+//
+//   log Z_p = log N(nu; 0, S_p) + sum_i log [ sum_m pi_i(m) N(r_i; b_m, var_m) / N(r_i; 0, var_i) ]
+//
+// so that several channels that err together speak for the process when its S_p explains them at the price of one change.
+// The hypotheses are merged after each sample (GPB1): one filter with R_i = r_i / E[1/s], Q and Ql times their expected
+// factors. A bias that is beyond doubt opens the variance of that channel's lambda, which learns the jump in a few samples.
+#pragma once
+
+#include "ins_error/noise_scale.hpp"
+
+namespace hnav {
+
+struct JointSettings {
+    int levels = 5;
+    double level_ratio = 4;
+    double fault_probability = 1e-4;    // per step, that a healthy channel becomes noisy, at any of its levels
+    double recovery_probability = 5e-4; // that it becomes healthy again
+    double outlier_probability = 0.03;  // of one sample
+    double bias_probability = 1.5e-4;   // per step, that the error of a channel jumps
+    double bias_sigma = 10;             // of such a jump, in sigma of the white noise
+    double process_probability = 2e-3;  // per step, that the process becomes livelier than told
+    double process_recovery = 4e-3;
+    double common_probability = 1e-3; // per step, that noise begins in many channels
+    // What is not worth an option, for the results hardly depend on it.
+    double drift_probability = 0.01; // per step, from a noise level to its neighbours
+    double bias_certain = 0.9;        // belief that opens lambda
+    double bias_fading = 0.07;        // per step: how a jump is forgotten
+    double process_drift = 5e-4;      // per step, from one livelier process to another
+    double common_share = 0.8;        // of the channels that common noise reaches
+};
+
+// What one sample says beside its innovations (noise_scale.hpp): how much of their variance the process adds in one step.
+struct Liveliness {
+    const Matrix& motion; // H Q H'
+    const Matrix& colour; // Ql
+    bool driven;          // false in the first sample: nothing has moved yet
+};
+
+class JointHypotheses {
+public:
+    // state: what a saved filter must hold; work: what a step forgets.
+    JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s);
+
+    void create();
+    void reset();
+
+    // False: the variances are no covariance.
+    bool update(const Innovations& in, const Liveliness& lively);
+
+    const double* scale() const { return scale_; }                         // by channel: factor on Qv
+    const double* noise_probability() const { return noise_; }             // by channel: noise above its healthy level
+    const double* bias_probability() const { return bias_; }               // by channel: its coloured error has jumped
+    double process_probability() const { return *process_; }
+    double motion_factor() const { return motion_; }                       // on Q of this step
+    double colour_factor() const { return colour_; }                       // on Ql
+    const double* opened() const { return opened_; }                       // by channel: variance to add to lambda
+
+private:
+    // Factors on Q and Ql; first the process as told. Behind them stands common noise, whose process is as told.
+    static constexpr int processes = 3, common = processes, hypotheses = processes + 1;
+    static constexpr double motion_factors[hypotheses] = {1, 10, 1, 1}, colour_factors[hypotheses] = {1, 2, 20, 1};
+
+    // What is believed before the sample.
+    void predict_process();
+    void predict_channel(int i);
+    void predict_bias(int i, double fresh, const Liveliness& lively);
+
+    void order(const Innovations& in);
+    // S of one hypothesis about the process, its inverse and log N(nu; 0, S).
+    bool begin(const Innovations& in, const Liveliness& lively, int p);
+    void sweep(const Innovations& in, int p);
+    // Likelihoods of the modes of a channel by its innovation r, whose variance is `others` and noise; all without the factor
+    // exp(answer).
+    double weigh(int i, double r, double others, double fresh);
+    // Posterior of the modes by the likelihoods that were weighed last, and the sum that it was normalised by.
+    double weigh_modes(int i, int p, const double* prior);
+    void change_noise(int a, int count, double change);
+    // By what the sweep under the process as told has found.
+    void weigh_common(const Innovations& in);
+
+    void merge(bool seen);
+    void conclude(const Innovations& in);
+    void merge_channel(int i);
+    // The channel starts anew: its lambda may be anywhere, its noise is healthy.
+    void open(int i, double fresh);
+    double fault_of(int i) const;
+
+    // Modes of a channel: the noise levels, then bias.
+    int modes() const { return settings_.levels + 1; }
+    int bias_mode() const { return settings_.levels; }
+    // The smallest level of an outlier: four sigma.
+    int first_outlier() const { return std::min(2, settings_.levels - 1); }
+    double* belief(int i) const { return belief_ + i * modes(); }
+    double* posterior(int p, int i) const { return posterior_ + (p * nz_ + i) * modes(); }
+    double* prior_of(int i) const { return prior_ + i * modes(); }
+    // What common noise adds to the prior of a mode.
+    double begins(int i, int m) const {
+        if (m == bias_mode()) return 0;
+        const double more = (settings_.common_share - settings_.fault_probability) * was_healthy_[i];
+        return m == 0 ? -more : more / (settings_.levels - 1);
+    }
+    // Prior of an outlier with the noise of a mode.
+    double passing(int i, int m) const { return m >= first_outlier() && m < settings_.levels ? outlier_[i] : 0; }
+
+    JointSettings settings_;
+    int nz_;
+    double *scale_, *noise_, *bias_, *process_;
+    double* belief_; // by channel and mode
+    double* process_belief_;
+    double *tracked_, *tracked_variance_; // the bias of each channel, if it has one
+    double *level_, *precision_; // by level; by mode, in units of the healthy one
+    double least_precision_ = 0; // beyond it a channel is as good as missing
+    double* was_healthy_; // by channel: belief before this step
+    double *lasting_, *prior_; // by channel and mode: without outliers, and with them
+    double* outlier_; // by channel: for each level of an outlier
+    double* likelihood_; // by channel and mode
+    double* posterior_; // by hypothesis, channel and mode
+    double *innovation_, *variance_; // by process and channel: given the others, healthy
+    double* weight_; // by mode
+    double *R_, *nu_, *solved_; // by present channel
+    double* opened_;
+    int* order_; // of the present channels
+    Matrix S_, inverse_S_;
+    LowerInverse inverse_;
+    double evidence_[hypotheses], hypothesis_[hypotheses]; // log Z, then the belief
+    double motion_ = 1, colour_ = 1;
+    int swept_ = processes; // of them; in the first sample, which no process has driven, 1
+};
+
+} // namespace hnav
