@@ -102,6 +102,13 @@ SECTIONS = {
         "study ins_error_table --runs 1000",
         False,
     ),
+    "coloured_faults": Section(
+        "Coloured INS errors: every kind of fault",
+        "300 flights of the F-4C in each case, nine filters on one model; the oracle is told the noise of each channel and nothing else. "
+        "`python -m pydoc studies.ins_error_faults` says more.",
+        "study ins_error_faults --runs 300 --seed 20260101",
+        False,
+    ),
     "coloured_settings": Section(
         "Coloured INS errors, random settings",
         "100 random settings of noise, interval and time constant, 60 flights each.",

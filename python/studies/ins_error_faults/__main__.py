@@ -1,0 +1,120 @@
+"""See the package's docstring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import show
+from hnav.cli.words import UsageError
+from hnav.simulation.aircraft import Aircraft
+from hnav.systems.aircraft_file import models_folder, read_aircraft
+from studies.command import study
+from studies.ins_error_faults.cases import Case, cases_of, fly_case
+from studies.ins_error_faults.peers import PEERS, run_peer
+from studies.ins_error_table.comparison import FAULT, Result, run_filter, run_oracle
+
+OURS = "joint"
+FILTERS: dict[str, dict[str, Any]] = {
+    OURS: dict(noise_scaling="joint"),
+    "HMM": dict(noise_scaling="hmm"),
+    "gated": dict(noise_scaling="gated_match"),
+    "none": dict(noise_scaling="none"),
+    "AMDKF": dict(form="amdkf", window=20),
+}
+ORDER = (OURS, "HMM", "gated", *PEERS, "none", "AMDKF")
+RECOVERS = 30  # samples after a fault that do not count as healthy: no filter can be sure at once
+WIDTH = 150
+
+
+@dataclass(frozen=True)
+class Score:
+    """One filter in one case."""
+
+    ratio: float  # RMS error over that of the oracle, from 8 to 15 s, mean over the channels
+    nees: float  # NEES/n from 8 to 15 s
+    noise_alarms: float  # share of samples of healthy channels whose noise is called faulty
+    bias_alarms: float  # share of samples of channels without a jump whose error is said to have jumped
+    process_alarms: float  # share of samples whose process is called livelier than told
+
+
+def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Score:
+    ratio = result.rmse(FAULT).mean(axis=0) / oracle.rmse(FAULT).mean(axis=0)
+    counted = healthy.copy()
+    if case.faults:
+        counted[:, FAULT.stop : FAULT.stop + RECOVERS] = False
+    steady = np.ones(healthy.shape, bool)
+    if case.jump is not None:
+        steady[:, FAULT.start :, case.jump] = False
+    return Score(
+        ratio=float(ratio.mean()),
+        nees=float(np.nanmean(result.nees[:, FAULT]) / healthy.shape[2]),
+        noise_alarms=float((result.fault_probability > 0.5)[counted].mean()),
+        bias_alarms=float(np.mean(np.broadcast_to(result.bias_fault_probability, steady.shape)[steady] > 0.5)),
+        process_alarms=float(np.mean(np.asarray(result.process_fault_probability) > 0.5)),
+    )
+
+
+def scores_of(plane: Aircraft, case: Case, runs: int, seed: int) -> dict[str, Score]:
+    """By filter, in the order of the tables."""
+    flight, healthy = fly_case(plane, case, runs, seed)
+    results = {name: run_filter(plane, flight, setting) for name, setting in FILTERS.items()}
+    results |= {name: run_peer(kind, plane, flight) for name, kind in PEERS.items()}
+    oracle = run_oracle(plane, flight)
+    return {name: judge(case, results[name], oracle, healthy) for name in ORDER}
+
+
+def command(
+    runs: Annotated[int, typer.Option(min=2, help="flights in each case")] = 120,
+    seed: Annotated[int, typer.Option()] = 1,
+    only: Annotated[str, typer.Option(help="only the case of this name")] = "",
+) -> None:
+    """Filters against every kind of fault: errors over those of an oracle, NEES, false alarms."""
+    plane = read_aircraft(models_folder() / "f4c_longitudinal.json")
+    cases = cases_of(plane)
+    if only and only not in cases:
+        raise UsageError(f"no case {only!r}; there are: {', '.join(cases)}")
+    chosen = {only: cases[only]} if only else cases
+    scores = {name: scores_of(plane, case, runs, seed) for name, case in chosen.items()}
+    show(errors_table(scores, runs), WIDTH)
+    show(consistency_table(scores), WIDTH)
+    show(alarms_table(scores), WIDTH)
+
+
+def errors_table(scores: dict[str, dict[str, Score]], runs: int) -> Table:
+    table = Table(title=f"RMS error over the oracle's, 8 to 15 s, mean of four channels, {runs} flights a case")
+    for column in ("case", *ORDER, "joint over best other"):
+        table.add_column(column, justify="left" if column == "case" else "right")
+    for name, row in scores.items():
+        best = min(score.ratio for other, score in row.items() if other != OURS)
+        table.add_row(name, *(f"{row[f].ratio:.3f}" for f in ORDER), f"{row[OURS].ratio / best:.3f}")
+    return table
+
+
+def consistency_table(scores: dict[str, dict[str, Score]]) -> Table:
+    table = Table(title="NEES/n, 8 to 15 s (1 is consistent)")
+    for column in ("case", *ORDER):
+        table.add_column(column, justify="left" if column == "case" else "right")
+    for name, row in scores.items():
+        table.add_row(name, *(f"{row[f].nees:.2f}" for f in ORDER))
+    return table
+
+
+def alarms_table(scores: dict[str, dict[str, Score]]) -> Table:
+    table = Table(title="Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process")
+    for column in ("case", *ORDER[:-2], "joint: bias", "joint: process"):
+        table.add_column(column, justify="left" if column == "case" else "right")
+    for name, row in scores.items():
+        rest = (row[OURS].bias_alarms, row[OURS].process_alarms)
+        table.add_row(name, *(f"{100 * share:.1f}" for share in (*(row[f].noise_alarms for f in ORDER[:-2]), *rest)))
+    return table
+
+
+main = study("ins_error_faults", command)
+
+if __name__ == "__main__":
+    main()
