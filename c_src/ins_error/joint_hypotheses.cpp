@@ -2,8 +2,6 @@
 
 namespace hnav {
 
-constexpr double JointHypotheses::motion_factors[], JointHypotheses::colour_factors[];
-
 JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s)
     : settings_(s),
       nz_(nz),

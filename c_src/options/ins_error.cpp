@@ -24,7 +24,7 @@ const char* const noise_scaling_meanings[] = {
     "innovation covariance matching over a window, never below 1",
     "the same behind a chi-square test of conditional innovations",
     "a hidden Markov chain over noise levels",
-    "hypotheses of noise, jumps of the coloured error and a livelier process, judged by the whole innovation",
+    "joint hypotheses: noise, jumps of the error, a livelier process",
 };
 
 constexpr double defaults[] = {

@@ -2,7 +2,7 @@
 
     ./run study ins_error_peer
 
-filterpy is told the stacked matrices and adapts nothing; hnav runs once likewise and once with the HMM. Rounds interleave.
+filterpy is told the stacked matrices and adapts nothing; hnav runs likewise, with the HMM and with joint hypotheses. Rounds interleave.
 """
 
 from __future__ import annotations
@@ -45,8 +45,9 @@ def command() -> None:
         raise UsageError("filterpy is not installed: there is nothing to compare with") from None
     m = model().discrete()
     z = np.random.default_rng(1).normal(size=(STEPS, N))
-    times: dict[str, list[float]] = {"filterpy, no adaptation": [], "hnav, no adaptation": [], "hnav, HMM": []}
-    ours = {name: InsErrorFilter(m, InsErrorOptions(noise_scaling=s)) for name, s in zip(list(times)[1:], ("none", "hmm"))}
+    times: dict[str, list[float]] = {"filterpy, no adaptation": [], "hnav, no adaptation": [], "hnav, HMM": [], "hnav, joint": []}
+    scalings = ("none", "hmm", "joint")
+    ours = {name: InsErrorFilter(m, InsErrorOptions(noise_scaling=s)) for name, s in zip(list(times)[1:], scalings)}
     last = {}
     for _ in range(ROUNDS):
         peer = peer_of(m, KalmanFilter)

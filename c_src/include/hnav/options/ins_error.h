@@ -20,7 +20,7 @@ typedef enum hnav_noise_scaling {
     HNAV_NOISE_SCALING_PAPER_MATCH = 1, /* innovation covariance matching over a window, never below 1 */
     HNAV_NOISE_SCALING_GATED_MATCH = 2, /* the same behind a chi-square test of conditional innovations */
     HNAV_NOISE_SCALING_HMM = 3,         /* a hidden Markov chain over noise levels */
-    HNAV_NOISE_SCALING_JOINT = 4        /* hypotheses of noise, jumps of the coloured error and a livelier process, judged by the whole innovation */
+    HNAV_NOISE_SCALING_JOINT = 4        /* joint hypotheses: noise, jumps of the error, a livelier process */
 } hnav_noise_scaling;
 
 /* Options of the filter for time-correlated measurement errors. The defaults are the form that is optimal and the noise
