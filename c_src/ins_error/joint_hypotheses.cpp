@@ -255,9 +255,12 @@ void JointHypotheses::merge(bool seen) {
     motion_ = colour_ = 0;
     for (int p = 0; p < hypotheses; ++p) {
         hypothesis_[p] /= sum;
-        motion_ += hypothesis_[p] * motion_factors[p];
-        colour_ += hypothesis_[p] * colour_factors[p];
+        motion_ += hypothesis_[p] * std::sqrt(motion_factors[p]);
+        colour_ += hypothesis_[p] * std::sqrt(colour_factors[p]);
     }
+    // Of standard deviations: what is hardly believed changes little.
+    motion_ *= motion_;
+    colour_ *= colour_;
     std::copy(hypothesis_, hypothesis_ + processes, process_belief_);
     process_belief_[0] += hypothesis_[common]; // it begins, and is then a matter of the channels
     *process_ = 0;

@@ -14,8 +14,9 @@
 //   log Z_p = log N(nu; 0, S_p) + sum_i log [ sum_m pi_i(m) N(r_i; b_m, var_m) / N(r_i; 0, var_i) ]
 //
 // so that several channels that err together speak for the process when its S_p explains them at the price of one change.
-// The hypotheses are merged after each sample (GPB1): one filter with R_i = r_i / E[1/s], Q and Ql times their expected
-// factors. A bias that is beyond doubt opens the variance of that channel's lambda, which learns the jump in a few samples.
+// The hypotheses are merged after each sample (GPB1): one filter with R_i = r_i / E[1/s], and with Q and Ql whose standard
+// deviations have their expected factors. A bias that is beyond doubt opens the variance of that channel's lambda, which
+// learns the jump in a few samples.
 #pragma once
 
 #include "ins_error/noise_scale.hpp"
@@ -25,27 +26,27 @@ namespace hnav {
 struct JointSettings {
     int levels = 5;
     double level_ratio = 4;
-    double fault_probability = 1e-4;    // per step, that a healthy channel becomes noisy, at any of its levels
+    double fault_probability = 1e-4; // per step, that a healthy channel becomes noisy, at any of its levels
     double recovery_probability = 5e-4; // that it becomes healthy again
-    double outlier_probability = 0.03;  // of one sample
-    double bias_probability = 1.5e-4;   // per step, that the error of a channel jumps
-    double bias_sigma = 10;             // of such a jump, in sigma of the white noise
-    double process_probability = 2e-3;  // per step, that the process becomes livelier than told
+    double outlier_probability = 0.03; // of one sample
+    double bias_probability = 1.5e-4; // per step, that the error of a channel jumps
+    double bias_sigma = 10; // of such a jump, in sigma of the white noise
+    double process_probability = 3e-3; // per step, that the process becomes livelier than told
     double process_recovery = 4e-3;
     double common_probability = 1e-3; // per step, that noise begins in many channels
     // What is not worth an option, for the results hardly depend on it.
     double drift_probability = 0.01; // per step, from a noise level to its neighbours
-    double bias_certain = 0.9;        // belief that opens lambda
-    double bias_fading = 0.07;        // per step: how a jump is forgotten
-    double process_drift = 5e-4;      // per step, from one livelier process to another
-    double common_share = 0.8;        // of the channels that common noise reaches
+    double bias_certain = 0.9; // belief that opens lambda
+    double bias_fading = 0.07; // per step: how a jump is forgotten
+    double process_drift = 5e-4; // per step, from one livelier process to another
+    double common_share = 0.8; // of the channels that common noise reaches
 };
 
 // What one sample says beside its innovations (noise_scale.hpp): how much of their variance the process adds in one step.
 struct Liveliness {
     const Matrix& motion; // H Q H'
     const Matrix& colour; // Ql
-    bool driven;          // false in the first sample: nothing has moved yet
+    bool driven; // false in the first sample: nothing has moved yet
 };
 
 class JointHypotheses {
@@ -59,13 +60,13 @@ public:
     // False: the variances are no covariance.
     bool update(const Innovations& in, const Liveliness& lively);
 
-    const double* scale() const { return scale_; }                         // by channel: factor on Qv
-    const double* noise_probability() const { return noise_; }             // by channel: noise above its healthy level
-    const double* bias_probability() const { return bias_; }               // by channel: its coloured error has jumped
+    const double* scale() const { return scale_; } // by channel: factor on Qv
+    const double* noise_probability() const { return noise_; } // by channel: noise above its healthy level
+    const double* bias_probability() const { return bias_; } // by channel: its coloured error has jumped
     double process_probability() const { return *process_; }
-    double motion_factor() const { return motion_; }                       // on Q of this step
-    double colour_factor() const { return colour_; }                       // on Ql
-    const double* opened() const { return opened_; }                       // by channel: variance to add to lambda
+    double motion_factor() const { return motion_; } // on Q of this step
+    double colour_factor() const { return colour_; } // on Ql
+    const double* opened() const { return opened_; } // by channel: variance to add to lambda
 
 private:
     // Factors on Q and Ql; first the process as told. Behind them stands common noise, whose process is as told.

@@ -44,7 +44,7 @@ constexpr double defaults[] = {
     0.03, // joint_outlier_probability
     0.00015, // joint_bias_probability
     10, // joint_bias_sigma
-    0.002, // joint_process_probability
+    0.003, // joint_process_probability
     0.004, // joint_process_recovery_probability
     0.001, // joint_common_probability
 };

@@ -137,8 +137,8 @@ class JointHypotheses:
         prior[0] *= 1 - self.o.joint_common_probability
         weight: Array = prior * np.exp(evidence - evidence.max())
         weight /= weight.sum() + self.process_belief[count:].sum()
-        self.motion = float(weight[:-1] @ MOTION[:count] + weight[-1])
-        self.colour = float(weight[:-1] @ COLOUR[:count] + weight[-1])
+        self.motion = float(weight[:-1] @ np.sqrt(MOTION[:count]) + weight[-1]) ** 2
+        self.colour = float(weight[:-1] @ np.sqrt(COLOUR[:count]) + weight[-1]) ** 2
         self.process_belief[:count] = weight[:-1]
         self.process_belief[0] += weight[-1]
         self.process = float(self.process_belief[1:].sum())

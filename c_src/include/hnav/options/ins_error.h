@@ -89,7 +89,7 @@ typedef struct hnav_ins_error_options {
      * (0, 1000], default 10. Smaller jumps are taken for a livelier coloured error; larger ones are learned as well. */
     double joint_bias_sigma;
     /* joint: probability per step that state or coloured errors become livelier than Qw and QU.
-     * [0, 0.1], default 2e-3. Above that of a fault: a model that is wrong is more common than channels that fail
+     * [0, 0.1], default 3e-3. Above that of a fault: a model that is wrong is more common than channels that fail
      * together. */
     double joint_process_probability;
     /* joint: probability per step that they become as told again.
