@@ -69,7 +69,7 @@ function(hnav_fmu_binary binary version name model)
 endfunction()
 
 # The archive of one version: what `describe` writes, the binary, icons and licences, each where the standard wants it.
-function(hnav_fmu_archive target version name folder binary describe)
+function(hnav_fmu_archive target version name folder binary describe filter)
   if(version EQUAL 2)
     set(platform linux64)
     set(icons ${folder}/icon.png)
@@ -86,18 +86,27 @@ function(hnav_fmu_archive target version name folder binary describe)
   if(HNAV_EIGEN_LICENSE)
     set(eigen_licence COMMAND ${CMAKE_COMMAND} -E copy ${HNAV_EIGEN_LICENSE} ${licences}/Eigen.txt)
   endif()
+  set(sources "")
+  set(source_folder "")
+  if(filter)
+    set(source_folder ${stage}/sources)
+    get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+    get_filename_component(fmu_folder ${folder} NAME)
+    set(sources COMMAND ${CMAKE_COMMAND} -DTOP=${PROJECT_SOURCE_DIR} -DEIGEN=${eigen} -DSTAGE=${stage} -DVERSION=${version}
+        -DNAME=${name} -DFOLDER=${fmu_folder} -DFILTER=${filter} -P ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake)
+  endif()
   add_custom_command(OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${licences}
-            ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
+            ${source_folder} ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
     COMMAND $<TARGET_FILE:${describe}> ${stage} ${version} ${folder}/doc.html ${PROJECT_VERSION}
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:${binary}> ${stage}/binaries/${platform}/${name}.so
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/LICENSE ${licences}/license.txt
     COMMAND ${CMAKE_COMMAND} -E copy ${HNAV_SUNDIALS_LICENSE} ${licences}/SUNDIALS.txt
-    ${eigen_licence}
+    ${eigen_licence} ${sources}
     COMMAND ${CMAKE_COMMAND} -E copy ${icons} ${stage}/${icons_to}
     COMMAND ${CMAKE_COMMAND} -E chdir ${stage} ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
-    DEPENDS ${folder}/icon.png ${folder}/icon.svg ${folder}/doc.html ${binary} ${describe} ${PROJECT_SOURCE_DIR}/LICENSE
+    DEPENDS ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake ${folder}/icon.png ${folder}/icon.svg ${folder}/doc.html ${binary} ${describe} ${PROJECT_SOURCE_DIR}/LICENSE
     COMMENT "FMI ${version}: ${name}.fmu" VERBATIM)
   add_custom_target(${target} DEPENDS ${fmu})
   add_dependencies(fmus ${target})
@@ -107,9 +116,10 @@ endfunction()
 # build/fmus/fmi3/NAME.fmu from FOLDER/model.cpp (the table and the model), EXAMPLE (writes the example input),
 # FOLDER/doc.html, FOLDER/icon.svg and icon.png. AIRCRAFT f4c_lateral: the model is compiled for
 # models/aircraft/f4c_lateral.json, which it includes as aircraft/data.hpp. The targets are fmu2_name and fmu3_name, in
-# lower case. ARRAYS: vectors are one variable each, which FMI 2 does not know.
+# lower case. ARRAYS: vectors are one variable each, which FMI 2
+# does not know. SOURCES ahrs: the archive holds what it is compiled from, with the filter in c_src/attitude/ahrs.
 function(hnav_add_fmu)
-  cmake_parse_arguments(FMU "ARRAYS" "NAME;FOLDER;EXAMPLE;AIRCRAFT" "" ${ARGN})
+  cmake_parse_arguments(FMU "ARRAYS" "NAME;FOLDER;EXAMPLE;AIRCRAFT;SOURCES" "" ${ARGN})
   string(TOLOWER ${FMU_NAME} id)
   set(folder ${hnav_fmu_folder}/${FMU_FOLDER})
   hnav_fmu_objects(fmu_model_${id} ${folder}/model.cpp)
@@ -133,7 +143,7 @@ function(hnav_add_fmu)
   foreach(version ${versions})
     hnav_fmu_binary(fmi${version}_${id} ${version} ${FMU_NAME} fmu_model_${id})
     if(hnav_runs_here)
-      hnav_fmu_archive(fmu${version}_${id} ${version} ${FMU_NAME} ${folder} fmi${version}_${id} describe_${id})
+      hnav_fmu_archive(fmu${version}_${id} ${version} ${FMU_NAME} ${folder} fmi${version}_${id} describe_${id} "${FMU_SOURCES}")
     endif()
   endforeach()
 endfunction()

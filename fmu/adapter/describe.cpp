@@ -77,12 +77,14 @@ int main(int argc, char** argv) {
 
     const auto written = [&](const char* name, auto&& body) { return write(&w, folder, name, [&] { return body(), true; }); };
     bool documented = true;
-    const bool ok = written("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
-                    written("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
-                    (!has_inputs(table) || model_info.arrays ||
-                     written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
-                    written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }) &&
-                    (model_info.arrays || write_references(&w, folder));
+    const bool ok =
+        written("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
+        written("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
+        (!has_inputs(table) || model_info.arrays ||
+         written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
+        written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }) &&
+        (!w.fmi3 || !model_info.sources || written("sources/buildDescription.xml", [&] { write_build_description(w); })) &&
+        (model_info.arrays || write_references(&w, folder));
     if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
     delete model;
     return ok && documented ? 0 : 1;

@@ -36,8 +36,20 @@ struct ModelInfo {
     Experiment experiment;
     States states = {0, 0};
     bool model_exchange = true; // offered at all
+    bool sources = false;       // its archive holds them, see cmake/fmu_sources.cmake
     bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
 };
+
+// What an FMU is compiled from where its archive holds sources; ends with null.
+constexpr const char* source_files[] = {"fmu.cpp",
+                                        "options/ahrs.cpp",
+                                        "options/aircraft.cpp",
+                                        "options/hrekf.cpp",
+                                        "options/imu_mag_sensor.cpp",
+                                        "options/ins_error.cpp",
+                                        "options/magnetometer.cpp",
+                                        "options/turntable.cpp",
+                                        nullptr};
 
 // Group of the rows that are continuous states or their derivatives: the adapter fills them itself.
 constexpr unsigned state_group = 1u << 31;

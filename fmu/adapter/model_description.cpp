@@ -37,6 +37,21 @@ bool is_calculated(const Variable& v) {
 
 // ------------------------------------------------------------------------------------------------ head
 
+// FMI 3 has a file of its own for them.
+void write_source_files(const Writer& w) {
+    if (w.fmi3 || !model_info.sources) {
+        w.text("/>\n");
+        return;
+    }
+    w.text("><SourceFiles>");
+    for (const char* const* file = source_files; *file; ++file) {
+        w.text("<File");
+        w.attribute("name", *file);
+        w.text("/>");
+    }
+    w.text("</SourceFiles>");
+}
+
 void write_interfaces(const Writer& w) {
     if (model_info.model_exchange) {
         w.text("  <ModelExchange");
@@ -47,7 +62,8 @@ void write_interfaces(const Writer& w) {
         if (w.fmi3) w.attribute("providesAdjointDerivatives", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
         if (!w.fmi3) w.attribute("canNotUseMemoryManagementFunctions", yes);
-        w.text("/>\n");
+        write_source_files(w);
+        if (!w.fmi3 && model_info.sources) w.text("</ModelExchange>\n");
     }
     w.text("  <CoSimulation");
     w.attribute("modelIdentifier", model_info.name);
@@ -58,7 +74,8 @@ void write_interfaces(const Writer& w) {
         w.attribute("hasEventMode", yes);
         w.attribute("providesIntermediateUpdate", yes);
     } else w.attribute("canNotUseMemoryManagementFunctions", yes);
-    w.text("/>\n");
+    write_source_files(w);
+    if (!w.fmi3 && model_info.sources) w.text("</CoSimulation>\n");
 }
 
 void write_units(const Writer& w) {
@@ -256,6 +273,19 @@ void write_date(const Writer& w) {
 }
 
 } // namespace
+
+void write_build_description(const Writer& w) {
+    w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n  <BuildConfiguration");
+    w.attribute("modelIdentifier", model_info.name);
+    w.attribute("description", "C++17; Eigen is inside, SUNDIALS is not: closed forms take the place of its integrators");
+    w.text(">\n    <SourceFileSet language=\"C++17\">\n");
+    for (const char* const* file = source_files; *file; ++file) {
+        w.text("      <SourceFile");
+        w.attribute("name", *file);
+        w.text("/>\n");
+    }
+    w.text("      <IncludeDirectory name=\".\"/>\n    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n");
+}
 
 void write_model_description(const Writer& w, const char* version) {
     char token[64];

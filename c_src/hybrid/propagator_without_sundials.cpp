@@ -1,0 +1,26 @@
+// In the place of propagator.cpp where there is no SUNDIALS: FMUs compiled from the sources inside them. Euler is Euler; what
+// the other integrators would cross is left to the models' closed forms.
+#include "hybrid/propagator.hpp"
+
+#include <cstdlib>
+
+namespace hnav {
+
+struct Propagator::Solver {};
+
+Propagator::~Propagator() { std::free(slope_); }
+
+bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*, const double*) {
+    nx_ = nx;
+    flow_ = flow;
+    euler_step_s_ = settings.euler_step_s;
+    max_steps_ = settings.integrator == Integrator::euler ? settings.max_steps : 0;
+    slope_ = static_cast<double*>(std::calloc(2 * nx, sizeof(double)));
+    return slope_ != nullptr;
+}
+
+bool Propagator::integrate(const void* context, double interval_s, double* x) {
+    return max_steps_ > 0 && integrate_euler(context, interval_s, x);
+}
+
+} // namespace hnav
