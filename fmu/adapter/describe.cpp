@@ -57,6 +57,23 @@ bool write_references(Writer* w, const char* folder) {
     return ok;
 }
 
+bool write_all(Writer* w, const char* folder, const char* doc_html, const char* version) {
+    const auto written = [&](const char* name, auto&& body) { return write(w, folder, name, [&] { return body(), true; }); };
+    const bool examples = !model_info.arrays; // which are tables of scalars
+    if (!write(w, folder, "documentation/index.html", [&] { return write_documentation(*w, doc_html); })) {
+        std::fprintf(stderr, "describe: cannot read %s\n", doc_html);
+        return false;
+    }
+    if (!written("modelDescription.xml", [&] { write_model_description(*w, version); }) ||
+        !written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(*w); }))
+        return false;
+    if (w->fmi3 && model_info.sources && !written("sources/buildDescription.xml", [&] { write_build_description(*w); }))
+        return false;
+    if (examples && has_inputs(w->table) && !written("resources/example_input.csv", [&] { write_example_input(w->file); }))
+        return false;
+    return !examples || write_references(w, folder);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -75,17 +92,7 @@ int main(int argc, char** argv) {
     }
     Writer w{nullptr, argv[2][0] == '3', table};
 
-    const auto written = [&](const char* name, auto&& body) { return write(&w, folder, name, [&] { return body(), true; }); };
-    bool documented = true;
-    const bool ok =
-        written("modelDescription.xml", [&] { write_model_description(w, argv[4]); }) &&
-        written("documentation/index.html", [&] { documented = write_documentation(w, argv[3]); }) &&
-        (!has_inputs(table) || model_info.arrays ||
-         written("resources/example_input.csv", [&] { write_example_input(w.file); })) &&
-        written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(w); }) &&
-        (!w.fmi3 || !model_info.sources || written("sources/buildDescription.xml", [&] { write_build_description(w); })) &&
-        (model_info.arrays || write_references(&w, folder));
-    if (!documented) std::fprintf(stderr, "describe: cannot read %s\n", argv[3]);
+    const bool ok = write_all(&w, folder, argv[3], argv[4]);
     delete model;
-    return ok && documented ? 0 : 1;
+    return ok ? 0 : 1;
 }

@@ -43,8 +43,7 @@ Instance* Instance::create(const char* name, const char* token, const Options& o
     return nullptr;
 }
 
-Status Instance::set_up_check(const char* name, const char* token) {
-    std::snprintf(name_, sizeof name_, "%s", name ? name : "");
+Status Instance::make_table() {
     model_ = make_model();
     if (!model_) return fail("no memory for the model");
     model_->describe(table_);
@@ -55,7 +54,17 @@ Status Instance::set_up_check(const char* name, const char* token) {
     if (model_info.arrays) spans_ = static_cast<int*>(std::calloc(table_.size() + 1, sizeof(int)));
     if (!table_.complete() || !values_ || !states_ || !scratch_ || (model_info.arrays && !spans_))
         return fail("no memory for the variables");
-    for (int i = 0; spans_ && i < table_.size(); ++i) spans_[i] = rows_of_variable(table_, i);
+    for (int i = table_.size() - 1; i >= 0; --i) {
+        if (spans_) spans_[i] = rows_of_variable(table_, i);
+        if (table_[i].is_state) first_state_ = i;
+        if (table_[i].derivative_of >= 0) first_derivative_ = i;
+    }
+    return Status::ok;
+}
+
+Status Instance::set_up_check(const char* name, const char* token) {
+    std::snprintf(name_, sizeof name_, "%s", name ? name : "");
+    if (make_table() != Status::ok) return Status::error;
     if (!name || !*name) return fail("the instance name is missing");
     token_ = table_.token(model_info.arrays);
     char expected[64];
@@ -63,10 +72,6 @@ Status Instance::set_up_check(const char* name, const char* token) {
     if (!token || std::strcmp(token, expected) != 0)
         return fail("the token %s is not %s: model description and binary do not belong together", token ? token : "(null)",
                     expected);
-    for (int i = table_.size() - 1; i >= 0; --i) {
-        if (table_[i].is_state) first_state_ = i;
-        if (table_[i].derivative_of >= 0) first_derivative_ = i;
-    }
     restart();
     return Status::ok;
 }
@@ -381,20 +386,24 @@ template Status Instance::set(Type, const unsigned*, std::size_t, const bool*);
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
 
-Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply) {
-    *reply = {};
-    reply->last_successful_s = time_s_;
-    if (!allowed(Call::do_step)) return Status::error;
+Status Instance::check_step(double t_s, double step_s) const {
     if (check_time("currentCommunicationPoint", t_s) != Status::ok) return Status::error;
     if (!std::isfinite(step_s) || !(step_s > 0)) return fail("communicationStepSize = %g must be finite and above 0", step_s);
     if (std::fabs(t_s - time_s_) > time_tolerance(time_s_, step_s))
         return fail("currentCommunicationPoint = %.17g, but the last step ended at %.17g", t_s, time_s_);
-    double end_s = t_s + step_s;
+    const double end_s = t_s + step_s;
     if (check_time("the end of the step", end_s) != Status::ok) return Status::error;
     if (!(end_s > t_s)) return fail("communicationStepSize = %g is lost in rounding at t = %.17g", step_s, t_s);
     if (end_s > stop_s_ + time_tolerance(stop_s_, step_s))
         return fail("the step to %.17g passes stopTime = %.17g", end_s, stop_s_);
+    return Status::ok;
+}
 
+Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply) {
+    *reply = {};
+    reply->last_successful_s = time_s_;
+    if (!allowed(Call::do_step) || check_step(t_s, step_s) != Status::ok) return Status::error;
+    double end_s = t_s + step_s;
     take_samples(t_s);
     // A sample that falls inside the step is worth an early return to an importer that handles events.
     const double due_s = model_->next_sample_s(values_);

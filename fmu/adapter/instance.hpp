@@ -124,7 +124,9 @@ private:
     void set_logging(bool on);
     bool take_samples(double t_s);
     bool sample_inside(double end_s, Message* why);
+    Status make_table();
     Status set_up_check(const char* name, const char* token);
+    Status check_step(double t_s, double step_s) const;
     // The row that an importer names; null when there is none, or none of this type, which is said.
     const Variable* row_of(unsigned reference) const;
     const Variable* row_of(unsigned reference, Type type) const;

@@ -37,8 +37,8 @@ bool is_calculated(const Variable& v) {
 
 // ------------------------------------------------------------------------------------------------ head
 
-// FMI 3 has a file of its own for them.
-void write_source_files(const Writer& w) {
+// Ends the element of an interface, with the list of sources inside; FMI 3 has a file of its own for them.
+void end_interface(const Writer& w, const char* element) {
     if (w.fmi3 || !model_info.sources) {
         w.text("/>\n");
         return;
@@ -49,33 +49,32 @@ void write_source_files(const Writer& w) {
         w.attribute("name", *file);
         w.text("/>");
     }
-    w.text("</SourceFiles>");
+    std::fprintf(w.file, "</SourceFiles></%s>\n", element);
+}
+
+void begin_interface(const Writer& w, const char* element) {
+    std::fprintf(w.file, "  <%s", element);
+    w.attribute("modelIdentifier", model_info.name);
+    w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
+    w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
+    if (!w.fmi3) w.attribute("canNotUseMemoryManagementFunctions", yes);
 }
 
 void write_interfaces(const Writer& w) {
     if (model_info.model_exchange) {
-        w.text("  <ModelExchange");
-        w.attribute("modelIdentifier", model_info.name);
-        w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
-        w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
+        begin_interface(w, "ModelExchange");
         w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
         if (w.fmi3) w.attribute("providesAdjointDerivatives", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
-        if (!w.fmi3) w.attribute("canNotUseMemoryManagementFunctions", yes);
-        write_source_files(w);
-        if (!w.fmi3 && model_info.sources) w.text("</ModelExchange>\n");
+        end_interface(w, "ModelExchange");
     }
-    w.text("  <CoSimulation");
-    w.attribute("modelIdentifier", model_info.name);
+    begin_interface(w, "CoSimulation");
     w.attribute("canHandleVariableCommunicationStepSize", yes);
-    w.attribute(w.fmi3 ? "canGetAndSetFMUState" : "canGetAndSetFMUstate", yes);
-    w.attribute(w.fmi3 ? "canSerializeFMUState" : "canSerializeFMUstate", yes);
     if (w.fmi3) {
         w.attribute("hasEventMode", yes);
         w.attribute("providesIntermediateUpdate", yes);
-    } else w.attribute("canNotUseMemoryManagementFunctions", yes);
-    write_source_files(w);
-    if (!w.fmi3 && model_info.sources) w.text("</CoSimulation>\n");
+    }
+    end_interface(w, "CoSimulation");
 }
 
 void write_units(const Writer& w) {

@@ -72,7 +72,8 @@ private:
     void describe_sampling(Table& table) {
         sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
         for (int s = 0; s < sensors; ++s) {
-            Variable v = rows::parameter(periods[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic or held); 0: never");
+            Variable v =
+                rows::parameter(periods[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic or held); 0: never");
             v.display_unit = "ms";
             v.basic = true;
             sensor[s].period = table.add(v);
