@@ -200,15 +200,20 @@ def has_arrays(fmu: Path) -> bool:
     return any(v.dimensions for v in fmpy.read_model_description(str(fmu), validate=False).modelVariables)
 
 
+def comparable(dist: Path) -> list[tuple[int, Path]]:
+    """The FMUs of all versions but those with arrays: the tests compare these with their scalar twins, the program knows scalars.
+    Exits when there are none."""
+    fmus = [(version, fmu) for version in (2, 3) for fmu in sorted((dist / f"fmi{version}").glob("*.fmu"))]
+    if not fmus:
+        sys.exit(f"trajectories: no FMU in {dist}")
+    return [(version, fmu) for version, fmu in fmus if not has_arrays(fmu)]
+
+
 def main(dist: Path, programs: dict[str, Path]) -> None:
     platforms = [p for p in PLATFORMS if p.name in programs]
     runnable = {p: programs[p.name] for p in platforms if p.runner() is not None}
     largest = {p.name: 0.0 for p in runnable}
-    fmus = [(version, fmu) for version in (2, 3) for fmu in sorted((dist / f"fmi{version}").glob("*.fmu"))]
-    if not fmus:
-        sys.exit(f"trajectories: no FMU in {dist}")
-    # Those with arrays are compared with their scalar twins by the tests; the program knows scalars.
-    fmus = [(version, fmu) for version, fmu in fmus if not has_arrays(fmu)]
+    fmus = comparable(dist)
     for version, fmu in fmus:
         for name, worst in compare(fmu, version, runnable).items():
             largest[name] = max(largest[name], worst)

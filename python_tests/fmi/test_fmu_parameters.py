@@ -125,7 +125,7 @@ def test_the_date_is_that_of_the_sources(version, tmp_path):
     describe = TOP / "build" / "fmu" / "describe_ahrs"
     if not describe.is_file():
         pytest.skip("the build of this checkout is not there")
-    for folder in ("documentation", "resources", "terminalsAndIcons", "extra/org.fmi-standard.fmi-ls-ref"):
+    for folder in ("documentation", "resources", "sources", "terminalsAndIcons", "extra/org.fmi-standard.fmi-ls-ref"):
         (tmp_path / folder).mkdir(parents=True)
     for epoch, expected in (("1000000000", "2001-09-09T01:46:40Z"), ("", None)):
         command = [describe, tmp_path, str(version), TOP / "fmu" / "ahrs" / "doc.html", "1.0"]
