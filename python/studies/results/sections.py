@@ -106,7 +106,7 @@ SECTIONS = {
         "Coloured INS errors: every kind of fault",
         "300 flights of the F-4C in each case, nine filters on one model; the oracle is told the noise of each channel and nothing else. "
         "`python -m pydoc studies.ins_error_faults` says more.",
-        "study ins_error_faults --runs 300 --seed 20260101",
+        "study ins_error_faults --runs 300 --seed 20260202",
         False,
     ),
     "coloured_settings": Section(
