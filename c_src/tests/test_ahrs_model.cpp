@@ -204,9 +204,79 @@ TEST(Ahrs, TheFieldOfOnePlaceDoesNotTellTheHeadingBetterThanPlacesDiffer) {
     const AhrsModel model(settings());
     State s = state_at_start(model);
     follow(model, s, Turning{}, 30);
-    const double sigma = std::sqrt(model.rotation_covariance(s)(2, 2));
-    EXPECT_GT(sigma, 0.5 * settings().sigma.declination);
-    EXPECT_LT(sigma, 1.5 * settings().sigma.declination);
+    const double sigma = std::sqrt(model.rotation_covariance(s)(2, 2)),
+                 place = std::sqrt(s.field_noise.scale2) * settings().sigma.declination;
+    EXPECT_GT(sigma, 0.5 * place);
+}
+
+TEST(Ahrs, ABodyOnABenchKnowsItsTiltBetterThanOneInAHandAndAMotionCountsAtOnce) {
+    const auto horizon_sigma = [](double shake_m_s2, double still_after_s) {
+        const AhrsModel model(settings());
+        State s = state_at_start(model);
+        const Turning motion;
+        for (int k = 0; k <= 12000; ++k) {
+            Event e = motion.event(0.005 * k);
+            const double a = e.t_s < still_after_s ? shake_m_s2 * std::cos(4 * e.t_s) : 0;
+            const Vector3 push = rotation_matrix(motion.q(e.t_s)).transpose() * Vector3(a, 0, 0);
+            for (int i = 0; i < 3; ++i) e.value[accel][i] += push[i];
+            model.before_flow(s, e);
+            if (k > 0) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        return std::sqrt(model.rotation_covariance(s)(0, 0));
+    };
+    const double bench = horizon_sigma(0, 0), hand = horizon_sigma(2, 60), hand_laid_down = horizon_sigma(2, 20);
+    EXPECT_LT(bench, 0.65 * hand);
+    EXPECT_LT(hand_laid_down, 0.8 * hand);
+
+    MotionNoise<double> noise;
+    noise.begin(0.25);
+    EXPECT_NEAR(noise.density2(0.25), 0.25, 1e-12); // nothing is known yet
+    for (int k = 0; k < 20000; ++k) noise.note({0.3, -0.2, -9.8}, 0.01); // a tilted horizon is no motion
+    EXPECT_NEAR(std::sqrt(noise.density2(0.25)), MotionNoise<double>::min_density, 1e-3);
+    for (int k = 0; k < 30; ++k) noise.note({2.3, -0.2, -9.8}, 0.01);
+    EXPECT_GT(std::sqrt(noise.density2(0.25)), 0.3);
+}
+
+TEST(Ahrs, AFieldThatIsTheSameEverywhereTellsTheHeadingBetterThanOneOfARoom) {
+    const auto heading_sigma = [](double iron) {
+        const AhrsModel model(settings());
+        State s = state_at_start(model);
+        const Turning motion;
+        for (int k = 0; k <= 12000; ++k) {
+            Event e = motion.event(0.005 * k, false);
+            const double t = e.t_s;
+            const Vector3 place = iron * 5e-5 * Vector3(std::sin(0.8 * t), std::cos(0.5 * t), std::sin(0.6 * t));
+            const Vector3 field = rotation_matrix(motion.q(t)).transpose() * (Vector3(2.5e-5, 0, 4.33e-5) + place);
+            e.add(Sample{t, mag, {field[0], field[1], field[2]}});
+            model.before_flow(s, e);
+            if (k > 0) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        EXPECT_EQ(s.repaired, 0u);
+        return std::sqrt(model.rotation_covariance(s)(2, 2));
+    };
+    EXPECT_LT(heading_sigma(0), 0.5 * heading_sigma(0.02));
+}
+
+TEST(Ahrs, AFieldThatContradictsAFreshReferenceMakesTheHeadingDoubtful) {
+    const AhrsModel model(settings());
+    const auto variance_after = [&](double clean_s) {
+        State s = state_at_start(model);
+        const Turning motion;
+        follow(model, s, motion, clean_s);
+        const double before = model.rotation_covariance(s)(2, 2);
+        for (int k = 1; k <= 100; ++k) {
+            Event e = motion.event(clean_s + 0.005 * k);
+            for (int i = 0; i < 3; ++i) e.value[mag][i] *= 1.3;
+            model.before_flow(s, e);
+            model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        return model.rotation_covariance(s)(2, 2) - before;
+    };
+    EXPECT_GT(variance_after(1), 0.02);
+    EXPECT_LT(variance_after(20), 0.002);
 }
 
 TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {

@@ -174,7 +174,8 @@ def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
     forward, smoothed = f.run(*arrays), f.smooth(*arrays)
     inclination = [score(r.q_nb, t.reference_q_nb, t.movement).inclination for r in (forward, smoothed)]
     assert inclination[1] < 0.95 * inclination[0]
-    assert np.isfinite(smoothed.q_nb).all() and (smoothed.sigma_rad[1:] <= forward.sigma_rad[1:]).mean() > 0.9
+    assert np.isfinite(smoothed.q_nb).all()
+    assert np.median(smoothed.sigma_rad[:, :2]) < np.median(forward.sigma_rad[:, :2])
     assert f.diagnostics().corrections == 0  # the filter is reset
 
 

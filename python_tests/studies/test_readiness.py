@@ -10,7 +10,7 @@ from command_line import Answer, answered
 from studies.readiness import starts as readiness
 from studies.readiness.__main__ import main
 from studies.readiness.experiment import Start, experiment, figures, judge
-from studies.readiness.starts import DISTURBANCES, GROUPS, MOTIONS, simulated_start
+from studies.readiness.starts import DISTURBANCES, GROUPS, HIDDEN_GROUPS, MOTIONS, simulated_start
 
 
 def run(*arguments: str) -> Answer:
@@ -102,6 +102,24 @@ def test_undisturbed_starts_become_ready_and_are_right(filter):
     for index in range(4):
         outcome = judge(index, filter, {})
         assert outcome.ready and not outcome.wrong, outcome
+
+
+def test_hidden_fields_are_false_to_the_end():
+    for index, (motion, disturbance) in enumerate(HIDDEN_GROUPS):
+        if motion != "rest":
+            continue
+        simulated = simulated_start(index, duration_s=40, hidden=True)
+        assert simulated.disturbance == disturbance and simulated.field_true_s == np.inf
+        field = attitude(simulated.recording).apply(simulated.recording.field_b_tesla)[-100:].mean(axis=0)
+        assert abs(field[0]) > 3e-7  # the earth's has no part to the east
+
+
+def test_the_sigma_of_heading_is_judged_whether_the_filter_became_ready_or_not():
+    outcome = judge(0, "ahrs", {})
+    assert len(outcome.heading_z2) == 3 and np.isfinite(outcome.heading_z2).all()
+    unready = judge(0, "ahrs", {"ready_undisturbed_s": "1e6"})
+    assert not unready.ready and unready.heading_z2 == outcome.heading_z2
+    assert figures([outcome, unready]).heading_z2 == pytest.approx(outcome.heading_z2)
 
 
 # ------------------------------------------------------------------------------------------ the figures

@@ -56,6 +56,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const FieldRows rows(s, mean);
     const R azimuth_away = azimuth_deviation(s, c, rows), away = std::fmax(rows.deviation(), azimuth_away);
     const FieldVerdict verdict = judge_field(s, c, away);
+    doubt_heading(s, verdict, rows);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c.P);
     const Matrix3R HPHt = rows.HPHt(PHt);
@@ -64,13 +65,35 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const R inflation = noise_inflation(verdict, away);
     record_field(s, t_s, innovation, HPHt, noise, inflation);
     confirm_heading(s, verdict, azimuth_away > settings_.field.gate);
-    if (verdict == FieldVerdict::reject) return;
+    const Vector3R known = HPHt.diagonal() - Vector3R(c.P(reference, reference), 0, c.P(reference + 1, reference + 1));
 
-    Matrix3R S = HPHt;
-    S.diagonal() += inflation * noise;
-    const R before = c.heading_variance();
-    condition<3, considered>(c, PHt, S, innovation);
-    s.information.heading += information_gained(before, c.heading_variance());
+    if (verdict != FieldVerdict::reject) {
+        Matrix3R S = HPHt;
+        S.diagonal() += inflation * noise;
+        const R before = c.heading_variance();
+        condition<3, considered>(c, PHt, S, innovation);
+        s.information.heading += information_gained(before, c.heading_variance());
+    }
+    learn_field_noise(s, c, mean, innovation, known);
+}
+
+// known: variances of the innovation, but for the reference's own. Less noise of the place is information about its
+// declination, that it is small; more takes some away.
+template <class R>
+void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
+                                       const Vector3R& known) const {
+    const R fast = settings_.field.turning_rad_s, before = s.field_noise.scale2, sigma = settings_.sigma.declination;
+    const R turning = s.rest.at_rest(settings_.rest) ? 0 : std::fmin(R(1), s.rate_power / (fast * fast * s.x[13]));
+    const R intensities[] = {mean.horizontal(), mean.n[2]}, innovations[] = {innovation[0], innovation[2]};
+    const R known2 = std::fmax(R(0), known[0]) + std::fmax(R(0), known[2]);
+    s.field_noise.note(intensities, innovations, known2, turning, s.field_s);
+    const R now = s.field_noise.scale2;
+    if (now > before) c.P(declination, declination) += (now - before) * sigma * sigma;
+    if (!(now < before)) return;
+    using Row1 = Eigen::Matrix<R, 1, 1>;
+    const Vector PHt = c.P.col(declination);
+    const R noise = sigma * sigma * now * before / (before - now);
+    condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]));
 }
 
 // Gathers evidence, and changes the reference where it is against the present one.
@@ -144,12 +167,28 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
     return verdict;
 }
 
+// A field that contradicts a reference which has hardly been seen may be the true one. Then the heading, which came from the
+// other, is off by as much as the two are apart. That is told and no more: a gain that trusted either of them more would be
+// led by whichever is false.
+template <class R>
+void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows) {
+    constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10, any_heading = R(M_PI * M_PI / 3);
+    if (verdict == FieldVerdict::accept) {
+        s.heading_doubt *= forgotten_s / (forgotten_s + s.field_s);
+        return;
+    }
+    const R doubt = std::fmax(R(0), 1 - s.field.heading_trust_s / trusted_s);
+    const R apart_rad = std::fmin(R(1), rows.deviation() / rows.H);
+    s.heading_doubt = std::fmin(any_heading, s.heading_doubt + doubt * per_s * s.field_s * apart_rad * apart_rad);
+}
+
 // Variances of horizontal intensity, azimuth and vertical intensity of the mean field.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
     const R scale = (s.rest.at_rest(settings_.rest) ? settings_.rest_field_factor : 1) / s.field_s;
-    const R intensity = settings_.intensity_density2 * scale;
-    return {intensity, settings_.azimuth_density2 * scale, intensity};
+    const R room = s.field_noise.scale2, white = s.field_noise.white2 * s.field_s;
+    const R intensity = (settings_.intensity_density2 * room + white) * scale;
+    return {intensity, (settings_.azimuth_density2 * room + white) * scale, intensity};
 }
 
 // A field outside the gate that is taken in all the same counts as much less as it lies further outside.

@@ -12,7 +12,7 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     const Vector3R before = c.rotation_variances();
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    S.diagonal().array() += settings_.velocity_density2 / s.force_s;
+    S.diagonal().array() += s.motion.density2(settings_.velocity_density2) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
 
     InnovationOf<R>& i = s.innovation[accel];

@@ -72,10 +72,11 @@ void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     block<2, 2>(P, velocity, velocity) = v_v;
 
     const R T = s.x[13], lost = settings_.gap_acceleration_m_s2 * s.force_gap_s;
-    diagonal<2>(P, velocity).array() += lost * lost;
+    const R of_force = MotionNoise<R>::force_density * MotionNoise<R>::force_density * s.force_s;
+    diagonal<2>(P, velocity).array() += lost * lost + of_force;
     diagonal<3>(P, rotation).array() += rotation_noise(s);
     diagonal<3>(P, bias).array() += settings_.bias_walk_psd * T;
-    diagonal<2>(P, reference).array() += settings_.reference_psd * T;
+    diagonal<2>(P, reference).array() += settings_.reference_psd * s.field_noise.scale2 * T;
 }
 
 // The azimuth of the field is that of the place, and a body that moves comes to other places.
@@ -86,7 +87,7 @@ void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
     s.declination *= kept;
     P.row(declination) *= kept;
     P.col(declination) *= kept;
-    P(declination, declination) += (1 - kept * kept) * sigma * sigma;
+    P(declination, declination) += (1 - kept * kept) * s.field_noise.scale2 * sigma * sigma;
 }
 
 } // namespace hnav

@@ -15,7 +15,8 @@
 //   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
 //              are considered but not corrected: no magnet may tilt the horizon
 //   heading    what a heading aid says; other aids likewise
-// Which field is the reference: reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
+// How much noise the motion and the place bring is estimated: motion_noise.hpp, field_noise.hpp. Which field is the
+// reference: reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
 // law (robust_law.hpp), gamma finite; after that gamma is infinite.
 //
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
@@ -132,7 +133,8 @@ private:
     // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && s.azimuth_rejected_s <= max_azimuth_rejected_s &&
-               angle_ready(s.P[packed(rotation + 2, rotation + 2)], s.information.heading, settings_.ready_heading_rad);
+               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + s.heading_doubt, s.information.heading,
+                           settings_.ready_heading_rad);
     }
 
     void hold(State& s, const Event& event) const; // flow.hpp
@@ -208,8 +210,11 @@ private:
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
     R azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const;
+    static void doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows);
     FieldVerdict judge_field(State& s, Correction& c, R deviation) const;
     Vector3R field_noise(const State& s) const;
+    void learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
+                           const Vector3R& known) const;
     R noise_inflation(FieldVerdict verdict, R deviation) const;
     static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
                              R inflation);

@@ -81,6 +81,7 @@ void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& 
     s.velocity[1] += force_n[1] * T;
     s.velocity_down += force_n[2] * T;
     s.force_s += T;
+    s.motion.note(force_n, T);
     if (since > T) s.force_gap_s += since - T;
     s.rest.note_force(settings_.rest, measured_b, T);
 }

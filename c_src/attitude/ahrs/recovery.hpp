@@ -20,6 +20,7 @@ void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) con
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
     s.level_s = 0;
+    s.motion.begin(settings_.velocity_density2);
     s.information = {};
     s.times_lost += !s.lost;
     s.lost = 1;

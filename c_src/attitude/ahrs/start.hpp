@@ -45,6 +45,9 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     const MagneticReference<R> before = s.field;
     s.field = {};
     s.field.changes = before.changes;
+    s.field_noise.take_in_full();
+    s.heading_doubt = 0;
+    s.motion.forget_velocity();
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
     s.last_correction_s = t_s;
@@ -65,9 +68,11 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.last_correction_s = nan;
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
-    s.undisturbed_s = s.azimuth_rejected_s = 0;
+    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = 0;
     s.has_reference = settings_.reference_given;
     put_reference(s, settings_.reference);
+    s.motion.begin(settings_.velocity_density2);
+    s.field_noise.begin();
     start_covariance(s, start_sigmas(settings_.start.sigma_heading));
     forget_window(s);
 }
@@ -93,6 +98,7 @@ template <class R>
 typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) const {
     Sigmas sigmas = settings_.sigma;
     sigmas.heading = sigma_heading;
+    sigmas.declination *= FieldNoise<R>::at_first / FieldNoise<R>::room;
     return sigmas;
 }
 
@@ -127,7 +133,7 @@ void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
     const QuaternionR about_down = rotation_quaternion<R>({0, 0, angle_rad});
     Eigen::Map<QuaternionR>(s.x) = multiply<R>(about_down, QuaternionR(s.x));
     const R cosine = std::cos(angle_rad), sine = std::sin(angle_rad);
-    for (R* v : {s.velocity, s.field.candidate}) {
+    for (R* v : {s.velocity, s.motion.velocity, s.motion.mean_force, s.field.candidate}) {
         const R north = v[0], east = v[1];
         v[0] = cosine * north - sine * east;
         v[1] = sine * north + cosine * east;

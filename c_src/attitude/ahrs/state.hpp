@@ -1,6 +1,8 @@
 // What the AHRS is told, and all that changes in it.
 #pragma once
 
+#include "attitude/ahrs/field_noise.hpp"
+#include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/ahrs/rest_detector.hpp"
 #include "attitude/common/estimate.hpp"
@@ -45,8 +47,8 @@ struct AhrsSettings {
     R gyro_rate_psd;     // k^2, (rad/s)^2/Hz for each (rad/s)^2
     R bias_walk_psd;     // (rad/s)^2/s
     R reference_psd;     // 1/s
-    R velocity_density2; // (m/s)^2/Hz
-    R azimuth_density2, intensity_density2; // of the field, 1/Hz
+    R velocity_density2; // (m/s)^2/Hz, at most
+    R azimuth_density2, intensity_density2; // of the field in a room, 1/Hz
     R rest_field_factor; // of their variances at rest
     R rest_bias_density2; // (rad/s)^2/Hz
     R force_latency;      // at the start, in intervals of the accelerometer
@@ -90,7 +92,9 @@ struct AhrsState {
     R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
     R swept_velocity[2]; // what an interval of latency does to the velocity
     RestDetector<R> rest;
+    MotionNoise<R> motion;
     MagneticReference<R> field;
+    FieldNoise<R> field_noise;
     StartSamples<R> start;
     SensorCheck<R> check[heading];
     std::uint64_t disbelieved;    // bit c: of the present event, the sample of channel c
@@ -103,6 +107,7 @@ struct AhrsState {
     double last_event_s, last_correction_s;
     AngleInformation<R> information;
     R undisturbed_s; // time for which nothing spoke against the reference
+    R heading_doubt; // rad^2, beside P: the reference may have been false
     R gamma, gamma_margin;
     InnovationOf<R> innovation[channel_count];
     std::uint64_t used[channel_count], gated[channel_count];

@@ -1,7 +1,7 @@
 // Smoothing: a recording is filtered forward and backwards in time, and the two estimates of each row are fused.
 //
 // Forward, then twice backwards and forward, each pass started at the end of the one before: what was learnt of the sensors
-// serves all of the recording. The estimates of the last two passes are independent but for that, and these are fused.
+// serves all of the recording. The estimates of the last two passes are fused.
 #pragma once
 
 #include "maths/cholesky.hpp"
@@ -21,15 +21,19 @@ struct PassEstimate {
 };
 
 // Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
-// W = P_f (P_f + P_b)^-1, P = (I - W) P_f. The biases are fused component by component. An angle is ready when it is in the
-// estimate that knows it better: that is the one which the fusion relies upon.
+// W = P_f (P_f + P_b)^-1. Both passes met the same iron and the same sensors, so the covariance is not that of independent
+// estimates, P_i = (I - W) P_f, but twice as large; and where the two disagree it holds both:
+// P = 2 P_i + (W v) ((I - W) v)', made symmetric. The biases are fused component by component. An angle is ready when it is in
+// the estimate that knows it better: that is the one which the fusion relies upon.
 inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backward) {
     const Matrix3& P = forward.rotation_covariance;
     const Matrix3 W = Cholesky<3>(P + backward.rotation_covariance).solve<3>(P).transpose();
     const Vector3 v = rotation_vector(multiply(backward.q_bn, conjugate(forward.q_bn)));
     PassEstimate fused;
     fused.q_bn = multiply(rotation_quaternion(W * v), forward.q_bn);
-    fused.rotation_covariance = P - W * P;
+    const Vector3 to_forward = W * v, to_backward = v - to_forward;
+    const Matrix3 apart = to_forward * to_backward.transpose();
+    fused.rotation_covariance = 2 * (P - W * P) + 0.5 * (apart + apart.transpose());
     for (int k = 0; k < 3; ++k) {
         const double variance = forward.bias_variance[k], weight = variance / (variance + backward.bias_variance[k]);
         fused.bias[k] = forward.bias[k] + weight * (backward.bias[k] - forward.bias[k]);

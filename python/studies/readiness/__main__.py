@@ -19,8 +19,8 @@ from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from studies.command import study
-from studies.readiness.experiment import Start, experiment, figures
-from studies.readiness.starts import DISTURBANCES, DURATION_S, MOTIONS
+from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
+from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
 
 
 def command(
@@ -29,6 +29,7 @@ def command(
     settings: Settings = None,
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    hidden: Annotated[bool, typer.Option("--hidden", help="fields that are false in a way that no filter can know")] = False,
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
@@ -38,13 +39,13 @@ def command(
     done: list[Start] = []
     with bar() as progress:
         task = progress.add_task("starts", total=starts)
-        for start in experiment(starts, filter, parse_settings(settings), seed, workers):
+        for start in experiment(starts, filter, parse_settings(settings), seed, workers, hidden):
             done.append(start)
             progress.advance(task)
     title = (
         f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
     )
-    show(table(done, title), width=150)
+    show(table(done, title), width=180)
     if csv_file:
         write_csv(csv_file, done)
         say(str(csv_file))
@@ -64,6 +65,7 @@ def table(starts: Sequence[Start], title: str) -> Table:
         "95 %",
         "never",
         "error then: median",
+        "heading z2 at " + ", ".join(f"{t_s:g}" for t_s in JUDGED_S) + " s",
     ):
         out.add_column(column, justify="right")
 
@@ -73,10 +75,11 @@ def table(starts: Sequence[Start], title: str) -> Table:
         f = figures(group)
         out.add_row(
             disturbance, motion, str(f.starts), f"{f.wrong_share:.1%}", f"{f.wrong_low:.1%} to {f.wrong_high:.1%}", f"{f.wrong_in_true_field_share:.1%}",
-            f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", f"{f.never_share:.1%}", f"{f.median_error_deg:.1f} deg", style=style,
+            f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", f"{f.never_share:.1%}", f"{f.median_error_deg:.1f} deg",
+            ", ".join(f"{z2:.2g}" for z2 in f.heading_z2), style=style,
         )  # fmt: skip
 
-    for disturbance in DISTURBANCES:
+    for disturbance in DISTURBANCES | HIDDEN:
         for motion in MOTIONS:
             add(disturbance, motion, [s for s in starts if (s.disturbance, s.motion) == (disturbance, motion)])
         add(disturbance, "all", [s for s in starts if s.disturbance == disturbance], "bold")
@@ -87,12 +90,12 @@ def table(starts: Sequence[Start], title: str) -> Table:
 
 def write_csv(path: Path, starts: Sequence[Start]) -> None:
     """One row a start; empty cells where the filter never became ready. Raises OutputError."""
-    names = [field.name for field in fields(Start)]
+    names = [field.name for field in fields(Start) if field.name != "heading_z2"]
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([*names, "wrong"])
+    writer.writerow([*names, *(f"heading_z2_{t_s:g}_s" for t_s in JUDGED_S), "wrong"])
     for start in starts:
-        values = (getattr(start, name) for name in names)
+        values = (*(getattr(start, name) for name in names), *start.heading_z2)
         writer.writerow(
             [
                 *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),

@@ -17,6 +17,7 @@ from hnav.reports.scores import errors_rad
 from studies.readiness.starts import simulated_start
 
 WRONG_FLOOR_DEG, WRONG_SIGMAS = 5.0, 3.0
+JUDGED_S = (5.0, 20.0, 60.0)  # since the first sample, when the sigma of heading is compared with its error
 CHUNK = 16  # starts that a worker takes at a time
 
 
@@ -32,6 +33,7 @@ class Start:
     error_deg: float  # true total error at that instant
     heading_error_deg: float
     sigma_deg: float  # stated then: root sum of squares of the three sigmas
+    heading_z2: tuple[float, ...] = (np.nan,) * len(JUDGED_S)  # squared error of heading over its variance, at JUDGED_S
 
     @property
     def ready(self) -> bool:
@@ -47,26 +49,29 @@ class Start:
         return self.wrong and self.ready_s >= self.field_true_s
 
 
-def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1) -> Start:
+def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1, hidden: bool = False) -> Start:
     """Runs a filter over start `index` and looks at the first instant of heading_ready. Raises HnavError."""
-    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed)
+    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed, hidden=hidden)
     result = run_recording(recording, filter, settings={"gyro_hold": "backward", **settings, "navigation_frame": "enu"})
+    truth = recording.needed("reference_q_nb")
+    rows = np.minimum(np.searchsorted(result.t_s, result.t_s[0] + np.array(JUDGED_S)), len(result.t_s) - 1)
+    z2 = tuple((errors_rad(result.q_nb[rows], truth[rows])[1] / result.sigma_rad[rows, 2]) ** 2)
     heading_ready = result.ready[:, 1]
     if not heading_ready.any():
-        return Start(index, motion, disturbance, field_true_s, np.nan, np.nan, np.nan, np.nan)
+        return Start(index, motion, disturbance, field_true_s, np.nan, np.nan, np.nan, np.nan, z2)
     i = int(np.argmax(heading_ready))
-    total, heading, _ = (
-        np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], recording.needed("reference_q_nb")[i : i + 1])
-    )
+    total, heading, _ = (np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], truth[i : i + 1]))
     sigma = np.degrees(np.linalg.norm(result.sigma_rad[i]))
     ready_s = float(result.t_s[i] - result.t_s[0])
-    return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma))
+    return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma), z2)
 
 
-def experiment(starts: int, filter: str, settings: dict[str, str], seed: int = 1, workers: int = 1) -> Iterator[Start]:
+def experiment(
+    starts: int, filter: str, settings: dict[str, str], seed: int = 1, workers: int = 1, hidden: bool = False
+) -> Iterator[Start]:
     """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
     Options(filter, **{"gyro_hold": "backward", **settings})
-    run = partial(judge, filter=filter, settings=settings, seed=seed)
+    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden)
     if workers == 1:
         yield from map(run, range(starts))
         return
@@ -86,6 +91,7 @@ class Figures(NamedTuple):
     late_s: float  # 95 % were ready by then
     never_share: float
     median_error_deg: float
+    heading_z2: tuple[float, ...]  # means, 1 when the sigma of heading is right; of all starts, ready or not
 
 
 def figures(starts: Sequence[Start]) -> Figures:
@@ -95,5 +101,6 @@ def figures(starts: Sequence[Start]) -> Figures:
     low, high = stats.binomtest(wrong, len(starts)).proportion_ci(method="wilson")
     times, errors = [start.ready_s for start in ready] or [np.nan], [start.error_deg for start in ready] or [np.nan]
     in_true_field = sum(start.wrong_in_true_field for start in starts) / len(starts)
+    z2 = tuple(np.mean([start.heading_z2 for start in starts], axis=0))
     return Figures(len(starts), wrong / len(starts), low, high, in_true_field, float(np.median(times)), float(np.percentile(times, 95)),
-                   1 - len(ready) / len(starts), float(np.median(errors)))  # fmt: skip
+                   1 - len(ready) / len(starts), float(np.median(errors)), z2)  # fmt: skip

@@ -110,6 +110,7 @@ class Field(NamedTuple):
 
     at: Callable[[np.ndarray], np.ndarray]
     true_from_s: float
+    iron_b_tesla: np.ndarray = np.zeros(3)  # fixed to the body, in body axes
 
 
 def draw_earth_field(rng: np.random.Generator) -> np.ndarray:
@@ -139,8 +140,31 @@ def passing(rng: np.random.Generator, earth: np.ndarray) -> Field:
     return Field(lambda t_s: earth + np.exp(-0.5 * ((t_s - middle_s) / width_s) ** 2)[:, None] * peak, middle_s + 3 * width_s)
 
 
+def steady(rng: np.random.Generator, earth: np.ndarray) -> Field:
+    """Turned and scaled as the field that is false at first, and false to the end."""
+    false = false_at_first(rng, earth).at(np.zeros(1))[0]
+    return Field(lambda t_s: np.tile(false, (len(t_s), 1)), np.inf)
+
+
+def growing(rng: np.random.Generator, earth: np.ndarray) -> Field:
+    """10 to 60 uT in any direction that grow within 20 to 60 s and stay."""
+    false = rng.normal(size=3)
+    false *= rng.uniform(10e-6, 60e-6) / np.linalg.norm(false)
+    full_s = rng.uniform(20, 60)
+    return Field(lambda t_s: earth + np.clip(t_s / full_s, 0, 1)[:, None] * false, np.inf)
+
+
+def iron_on_the_body(rng: np.random.Generator, earth: np.ndarray) -> Field:
+    """Hard iron of 15 % of the field on each axis, one sigma."""
+    iron = 0.15 * np.linalg.norm(earth) * rng.normal(size=3)
+    return Field(lambda t_s: np.tile(earth, (len(t_s), 1)), np.inf, iron)
+
+
 DISTURBANCES = {"none": undisturbed, "false at first": false_at_first, "passing": passing}
 GROUPS = [(motion, disturbance) for disturbance in DISTURBANCES for motion in MOTIONS]
+# What cannot be known from inside: no limit is set on it, and its rates are told.
+HIDDEN = {"false and steady": steady, "slowly growing": growing, "iron on the body": iron_on_the_body}
+HIDDEN_GROUPS = [(motion, disturbance) for disturbance in HIDDEN for motion in MOTIONS]
 
 
 # --------------------------------------------------------------------------------------------- sensors
@@ -178,18 +202,19 @@ class Simulated(NamedTuple):
     sensors: Sensors
 
 
-def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S) -> Simulated:
-    """Start `index`; groups take turns."""
+def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S, hidden: bool = False) -> Simulated:
+    """Start `index`; groups take turns. hidden: with a field that is false in a way that cannot be known from inside."""
     rng = np.random.default_rng([seed, index])
-    motion_name, disturbance = GROUPS[index % len(GROUPS)]
+    groups = HIDDEN_GROUPS if hidden else GROUPS
+    motion_name, disturbance = groups[index % len(groups)]
     motion, sensors = draw_motion(rng, MOTIONS[motion_name]), draw_sensors(rng)
-    field = DISTURBANCES[disturbance](rng, draw_earth_field(rng))
+    field = (DISTURBANCES | HIDDEN)[disturbance](rng, draw_earth_field(rng))
     t_s = np.arange(0, duration_s, 1 / RATE_HZ)
     attitude = motion.attitude(t_s)
     turned_rad = (motion.attitude(t_s - 1 / RATE_HZ).inv() * attitude).as_rotvec()
     force = attitude.apply(motion.acceleration(t_s) + [0, 0, GRAVITY_M_S2], inverse=True)
     measured_s = t_s - sensors.mag_latency_s
-    magnetic = motion.attitude(measured_s).apply(field.at(measured_s), inverse=True)
+    magnetic = motion.attitude(measured_s).apply(field.at(measured_s), inverse=True) + field.iron_b_tesla
     shape = (len(t_s), 3)
     recording = Recording(
         name=f"start {index}: {motion_name}, {disturbance}",
