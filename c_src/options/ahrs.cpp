@@ -25,7 +25,7 @@ const char* const gamma_mode_meanings[] = {
     "gamma infinite: the hybrid extended Kalman filter (HEKF)",
     "the paper's constant gamma",
     "1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T)",
-    "from a tolerance on relative entropy per second (Levy and Nikoukhah 2013)",
+    "from a tolerance on relative entropy (Levy and Nikoukhah 2013)",
 };
 const char* const start_mode_names[] = {"triad", "attitude", "heading"};
 const char* const start_mode_meanings[] = {
@@ -93,7 +93,7 @@ constexpr double defaults[] = {
     2, // gamma_mode
     1, // gamma
     0.3, // gamma_relative_rate_1_s
-    0.1, // gamma_kl_rate_1_s
+    0.75, // gamma_kl_rate_1_s
     0, // start_mode
     1, // start_samples
     1, // start_field_wait_s
@@ -362,8 +362,8 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 45, offsetof(hnav_ahrs_options, gamma_relative_rate_1_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gamma_kl_rate_1_s", "robust", "1/s",
-     "Tolerance of mode kl: relative entropy per second, in nats",
-     "A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong by one nat.",
+     "rate of mode kl: a correction may spend (rate T)^2 nats of relative entropy",
+     "As much inflation as mode relative at 1.5, where one direction has most of the covariance.",
      nullptr, nullptr, defaults + 46, offsetof(hnav_ahrs_options, gamma_kl_rate_1_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_mode", "start", "",

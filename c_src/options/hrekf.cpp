@@ -20,13 +20,13 @@ const char* const gamma_mode_meanings[] = {
     "gamma infinite: the hybrid extended Kalman filter (HEKF)",
     "the paper's constant gamma",
     "1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T)",
-    "from a tolerance on relative entropy per second (Levy and Nikoukhah 2013)",
+    "from a tolerance on relative entropy (Levy and Nikoukhah 2013)",
 };
 const char* const adaptation_names[] = {"off", "paper", "corrected"};
 const char* const adaptation_meanings[] = {
     "the bias walk stays as it is set",
     "Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed",
-    "divided by the interval, with the covariance terms, annealed, bounded",
+    "its level, from windows of ten seconds once the start has settled, annealed, bounded",
 };
 const char* const start_mode_names[] = {"triad", "attitude", "heading"};
 const char* const start_mode_meanings[] = {
@@ -65,7 +65,7 @@ constexpr double defaults[] = {
     0, // gamma_mode
     1, // gamma
     1.5, // gamma_relative_rate_1_s
-    0.1, // gamma_kl_rate_1_s
+    0.75, // gamma_kl_rate_1_s
     1, // gamma_weight_attitude
     1, // gamma_weight_bias
     0, // adaptation
@@ -165,8 +165,8 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 11, offsetof(hnav_hrekf_options, gamma_relative_rate_1_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gamma_kl_rate_1_s", "robust", "1/s",
-     "Tolerance of mode kl: relative entropy per second, in nats",
-     "A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong by one nat.",
+     "rate of mode kl: a correction may spend (rate T)^2 nats of relative entropy",
+     "As much inflation as mode relative at 1.5, where one direction has most of the covariance.",
      nullptr, nullptr, defaults + 12, offsetof(hnav_hrekf_options, gamma_kl_rate_1_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gamma_weight_attitude", "robust", "",
@@ -180,13 +180,13 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 14, offsetof(hnav_hrekf_options, gamma_weight_bias),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"adaptation", "adaptation", "",
-     "Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected",
-     "With noise that is set rightly it gains nothing, and as printed it harms.",
+     "Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected (experimental)",
+     "With noise that is set rightly it gains nothing and costs up to 10 % of bias error, and as printed it harms.",
      adaptation_names, adaptation_meanings, defaults + 15, offsetof(hnav_hrekf_options, adaptation),
      0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"adaptation_gain", "adaptation", "",
-     "alpha of the adaptation; when corrected, the floor of the annealed alpha",
-     "A memory of fifty corrections.",
+     "alpha of the adaptation; when corrected, the least that alpha falls to",
+     "A memory of fifty corrections, or windows of ten seconds when corrected.",
      nullptr, nullptr, defaults + 16, offsetof(hnav_hrekf_options, adaptation_gain),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"adaptation_min_rad_s_per_sqrt_s", "adaptation", "rad/s/sqrt(s)",

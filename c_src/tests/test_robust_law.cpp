@@ -77,7 +77,7 @@ TEST(RobustLaw, TheKlModeMeetsItsTolerance) {
     const Square<7> P = test::Random(6).covariance<7>();
     for (const double c : {1e-6, 1e-3, 0.1, 1.0}) {
         RobustSettings<double> kl = settings(GammaMode::kl);
-        kl.kl_rate = c;
+        kl.kl_rate = std::sqrt(c);
         RobustReport<double> report;
         inflate<7>(P, Weight::Ones(), 1.0, kl, &report);
         ASSERT_FALSE(report.raised);
@@ -90,6 +90,20 @@ TEST(RobustLaw, TheKlModeMeetsItsTolerance) {
         }
         EXPECT_NEAR(divergence, c, 1e-8 * c + 1e-14);
     }
+}
+
+TEST(RobustLaw, WhatTheKlModeInflatesInASecondDoesNotHangOnTheRate) {
+    const Square<7> P = test::Random(8).covariance<7>();
+    RobustSettings<double> kl = settings(GammaMode::kl);
+    kl.kl_rate = 0.5;
+    double theta_per_s[2];
+    for (const int slow : {0, 1}) {
+        const double T = slow ? 0.01 : 0.001;
+        RobustReport<double> report;
+        inflate<7>(P, Weight::Ones(), T, kl, &report);
+        theta_per_s[slow] = 1 / (report.gamma * report.gamma * T);
+    }
+    EXPECT_NEAR(theta_per_s[1] / theta_per_s[0], 1, 0.02);
 }
 
 TEST(RobustLaw, ASingularCovarianceIsNoObstacle) {
@@ -116,31 +130,59 @@ TEST(NoiseAdaptation, AsPrintedIsAMovingAverageOfOuterProducts) {
     EXPECT_LT(distance(adapt_as_printed(Q, s, step), 0.5 * Q + 0.5 * step * step.transpose()), 1e-15);
 }
 
-TEST(NoiseAdaptation, TheCorrectedFormStaysWithinItsBounds) {
-    AdaptationSettings<double> s;
-    s.gain = 0.02;
-    s.min = 1e-4;
-    s.max = 1e-2;
-    const Matrix3 down =
-        adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3::Zero(), Matrix3::Zero(), Matrix3::Identity(), 0.01, 1);
-    const Matrix3 up =
-        adapt_corrected(Matrix3::Identity() * 1e-3, s, Vector3(9, 9, 9), Matrix3::Zero(), Matrix3::Zero(), 0.01, 1);
-    EXPECT_NEAR(Eigen::SelfAdjointEigenSolver<Matrix3>(down).eigenvalues()[0], 1e-4, 1e-12);
-    EXPECT_NEAR(Eigen::SelfAdjointEigenSolver<Matrix3>(up).eigenvalues()[2], 1e-2, 1e-12);
+AdaptationWindow<double> window_that_has_settled() {
+    AdaptationWindow<double> w;
+    w.clear();
+    w.add(0, 0.01, Vector3(9, 9, 9), 9); // settling begins
+    return w;
 }
 
-// With innovations of exactly the expected size, K0 S K0' = P- - P0+, and P- = P+_{k-1} + Q T: Q is a fixed point.
-TEST(NoiseAdaptation, TheTrueNoiseIsAFixedPointOfTheCorrectedForm) {
-    const double T = 0.01, p = 1e-4, q = 1e-3, r = 2e-4;
-    const double prior = p + q * T, gain = prior / (prior + r), posterior = prior - gain * prior;
+TEST(NoiseAdaptation, NothingIsTakenInBeforeTheStartHasSettled) {
+    AdaptationWindow<double> w = window_that_has_settled();
+    for (double t = 0.01; t < 20; t += 0.01) EXPECT_FALSE(w.add(t, 0.01, Vector3(1, 1, 1), 1));
+    EXPECT_EQ(w.elapsed_s, 0);
+    EXPECT_FALSE(w.add(24, 4, Vector3(1, 2, 3), 1)); // all of it after that
+    EXPECT_TRUE(w.add(30.5, 6.5, Vector3(1, 2, 3), 1));
+    EXPECT_EQ(w.sum[2], 6);
+}
+
+TEST(NoiseAdaptation, TheCorrectedFormStaysWithinItsBounds) {
     AdaptationSettings<double> s;
-    s.gain = 0.1;
+    s.min = 1e-4;
+    s.max = 1e-2;
+    AdaptationWindow<double> w = window_that_has_settled();
+    w.add(40, 10, Vector3::Zero(), -1);
+    EXPECT_NEAR(w.factor(s, 1e-3) * 1e-3, 1e-4, 1e-15);
+    w.add(50, 10, Vector3(9, 9, 9), 0);
+    EXPECT_NEAR(w.factor(s, 1e-3) * 1e-3, 1e-2, 1e-12);
+    w.add(60, 10, Vector3::Zero(), -1);
     s.min = 0;
-    s.max = 1;
-    const double step = std::sqrt(gain * gain * (prior + r)); // root of K S K'
-    Matrix3 after = Matrix3::Zero(), before = Matrix3::Zero();
-    after(0, 0) = posterior;
-    before(0, 0) = p;
-    const Matrix3 Q = adapt_corrected(q * Matrix3::Identity(), s, Vector3(step, 0, 0), after, before, T, 100);
-    EXPECT_NEAR(Q(0, 0), q, 1e-12);
+    s.gain = 1;
+    EXPECT_NEAR(w.factor(s, 1e-3), 0.05, 1e-12); // no further in one window
+}
+
+// With corrections of exactly the expected size, |sum K0 nu|^2 = tr(P- - P0+) summed, and P- = P+_{k-1} + Q T.
+TEST(NoiseAdaptation, TheTrueNoiseIsAFixedPointOfTheCorrectedForm) {
+    const double q = 1e-3, W = 10, p = 1e-4, posterior = 0.7 * (p + q * W);
+    AdaptationWindow<double> w = window_that_has_settled();
+    const double step = std::sqrt(p + q * W - posterior);
+    w.add(40, W, Vector3(step, -step, step), 3 * (posterior - p));
+    EXPECT_NEAR(w.factor({}, q), 1, 1e-12);
+}
+
+TEST(NoiseAdaptation, StepsFallWhenTheEstimatesSwingAndOnlyThen) {
+    AdaptationSettings<double> s;
+    s.gain = 0.2;
+    s.max = 10;
+    AdaptationWindow<double> w = window_that_has_settled();
+    const auto step = [&](double share) { // of what is expected
+        w.add(100, 10, Vector3(std::sqrt(share * 30), 0, 0), 0);
+        return (w.factor(s, 1) - 1) / (share - 1);
+    };
+    EXPECT_NEAR(step(2), 0.9, 1e-12);
+    EXPECT_NEAR(step(3), 0.9, 1e-12);
+    EXPECT_NEAR(step(0.5), 0.45, 1e-12);
+    EXPECT_NEAR(step(2), 0.3, 1e-12);
+    for (const double share : {0.5, 2., 0.5}) step(share);
+    EXPECT_NEAR(step(2), 0.2, 1e-12);
 }

@@ -5,12 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from command_line import hnav, hnav_process
 from hnav.cli.app import COMMANDS, app
+from hnav.cli.filter import infeasible_gamma
 from hnav.cli.words import MISTYPED
 from hnav.filters.attitude import FILTERS, option_table
 from hnav.systems.ssp_reader import known_systems, read_system, system_path
@@ -44,6 +46,7 @@ def completed(words: str) -> list[str]:
 def test_the_overview_and_the_version_load_no_command():
     code = """
 import sys
+from types import SimpleNamespace
 from hnav.cli.app import main
 try:
     main(["--version"])
@@ -205,3 +208,12 @@ def test_a_shell_completes_systems_and_what_they_have(systems):
         with read_system(system_path("turntable")) as system:
             assert set(completed("hnav simulate turntable --scenario ")) == set(system.scenarios)
             assert set(completed("hnav montecarlo turntable --grade ")) == set(system.grades)
+
+
+def test_a_gamma_that_is_infeasible_at_most_corrections_is_said_once():
+    def result(raised: int, corrections: int) -> SimpleNamespace:
+        return SimpleNamespace(counts={"gamma_raised": raised, "corrections": corrections})
+
+    (line,) = infeasible_gamma(result(90, 100))
+    assert "90 of 100 corrections" in line and "larger --set gamma=" in line
+    assert not infeasible_gamma(result(10, 100)) and not infeasible_gamma(result(0, 0))

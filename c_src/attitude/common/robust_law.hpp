@@ -21,15 +21,17 @@ enum class GammaMode {
     off,      // gamma = infinity
     fixed,    // the paper's constant
     relative, // gamma^-2 = rho / lmax(L P L'), rho = 1 - exp(-rate T): independent of the sample rate
-    kl        // from a tolerance on relative entropy (Levy and Nikoukhah, IEEE TAC 58(3), 2013)
+    // From a tolerance on relative entropy (Levy and Nikoukhah, IEEE TAC 58(3), 2013): (rate T)^2 for each correction. For small
+    // theta the entropy is theta^2 sum(l^2) / 4, so theta is in proportion to T and the sample rate drops out, as in relative.
+    kl
 };
 
 template <class R>
 struct RobustSettings {
     GammaMode mode = GammaMode::off;
-    R gamma = 1;         // fixed
+    R gamma = 1; // fixed
     R relative_rate = 1; // relative, 1/s
-    R kl_rate = 1;       // kl, nats per second
+    R kl_rate = 1; // kl, 1/s: a correction may spend (rate T)^2 nats
 };
 
 template <class R>
@@ -62,7 +64,7 @@ R theta_for_kl(const Eigen::Matrix<R, n, 1>& eigenvalues, R c, R limit) {
     if (!(c > 0)) return 0;
     if (kl_divergence(eigenvalues, limit, &slope) <= c) return limit;
     R low = 0, high = limit;
-    // For small theta the divergence is theta^2 sum(l^2) / 4.
+    // For small theta.
     R theta = std::fmin(R(0.5) * limit, 2 * std::sqrt(c / eigenvalues.squaredNorm()));
     for (int i = 0; i < 60; ++i) {
         const R excess = kl_divergence(eigenvalues, theta, &slope) - c;
@@ -73,6 +75,11 @@ R theta_for_kl(const Eigen::Matrix<R, n, 1>& eigenvalues, R c, R limit) {
         theta = next;
     }
     return theta;
+}
+
+template <class R>
+inline R square_of(R x) {
+    return x * x;
 }
 
 // theta = gamma^-2 for the eigenvalues of L P L', in ascending order; 0 where there is nothing to inflate.
@@ -90,7 +97,7 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     case GammaMode::kl: {
         // A hair above the limit, so that a gamma which had to be raised is told from one that lies there by itself.
         constexpr R above = 1 + std::max(R(1e-12), 4 * std::numeric_limits<R>::epsilon());
-        theta = theta_for_kl<n, R>(eigenvalues, settings.kl_rate * interval_s, limit * above);
+        theta = theta_for_kl<n, R>(eigenvalues, square_of(settings.kl_rate * interval_s), limit * above);
         break;
     }
     case GammaMode::off: break;

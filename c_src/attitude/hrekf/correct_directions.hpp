@@ -74,7 +74,7 @@ void HrekfModelOf<R>::correct_by(State& s, double t_s, const HrekfDirection<R> (
     if (gated) correction.change_noise(noise);
     const bool by_force = directions[0].channel == accel;
     const bool by_field = directions[count - 1].channel == mag;
-    correction.apply(nu, by_force, by_field, gated);
+    correction.apply(nu, by_force, by_field);
 }
 
 // Keeps what a sensor said, and the factor by which its gate inflates the noise.

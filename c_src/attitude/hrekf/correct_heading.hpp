@@ -24,7 +24,7 @@ void HrekfModelOf<R>::correct_heading(State& s, const Event& event) const {
         ++s.gated[heading];
         correction.change_noise(Square<1, R>(inflated));
     }
-    correction.apply(Eigen::Matrix<R, 1, 1>(nu), false, true, i.noise_scale > 1);
+    correction.apply(Eigen::Matrix<R, 1, 1>(nu), false, true);
 }
 
 } // namespace hnav

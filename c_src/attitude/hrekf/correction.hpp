@@ -67,11 +67,11 @@ public:
 
     const Square<m, R>& innovation_covariance() const { return S_; }
 
-    void apply(const Rows& nu, bool sees_tilt, bool sees_heading, bool gated) {
+    void apply(const Rows& nu, bool sees_tilt, bool sees_heading) {
         const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
         const Eigen::Matrix<R, 7, 4> KH = K * H_;
         typename Base::Covariance P = corrected_covariance(K, KH);
-        if (settings_.adaptation.mode != Adaptation::off) adapt(nu, K, gated);
+        if (settings_.adaptation.mode != Adaptation::off) adapt(nu, K);
         Eigen::Map<Eigen::Matrix<R, 7, 1>>(s_.x).noalias() += K * nu;
         this->finish(P, KH, sees_tilt, sees_heading);
     }
@@ -104,7 +104,7 @@ private:
         return KR;
     }
 
-    void adapt(const Rows& nu, const Gain& K, bool gated) {
+    void adapt(const Rows& nu, const Gain& K) {
         const AdaptationSettings<R>& adaptation = settings_.adaptation;
         const Matrix3Of<R> Q = unpack<3>(s_.bias_psd);
         if (adaptation.mode == Adaptation::paper) {
@@ -117,12 +117,10 @@ private:
         symmetrise<m>(S);
         const Eigen::Matrix<R, 3, m> bias_rows = rows<3>(PHt, 4);
         const Eigen::Matrix<R, 3, m> K0 = Cholesky<m, R>(S).template solve<3>(bias_rows.transpose()).transpose();
-        const Matrix3Of<R> posterior = block<3, 3>(P_, 4, 4) - K0 * bias_rows.transpose();
-        if (gated || !(interval_s_ > 0)) return;
-        ++s_.adaptations;
-        pack<3>(adapt_corrected<R>(Q, adaptation, K0 * nu, posterior, unpack<3>(s_.previous_bias_covariance), R(interval_s_),
-                                   static_cast<R>(s_.adaptations)),
-                s_.bias_psd);
+        const R posterior = (block<3, 3>(P_, 4, 4) - K0 * bias_rows.transpose()).trace();
+        const R level = Q.trace() / 3;
+        if (s_.adaptation.add(this->t_s_, interval_s_, K0 * nu, posterior - s_.previous_bias_trace) && level > 0)
+            pack<3>(Matrix3Of<R>(s_.adaptation.factor(adaptation, level) * Q), s_.bias_psd);
     }
 
     const Eigen::Matrix<R, m, 4>& H_;
@@ -161,7 +159,7 @@ void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 4>&
     symmetrise<7>(P);
     s_.repaired += repair<7>(P);
     pack<7>(P, s_.x + 7);
-    pack<3>(Matrix3Of<R>(block<3, 3>(P, 4, 4)), s_.previous_bias_covariance);
+    s_.previous_bias_trace = block<3, 3>(P, 4, 4).trace();
 
     const QuaternionOf<R> q_plus(s_.x);
     s_.error_map.jump(interval_s_, KH, q_minus_, q_plus, norm, P);

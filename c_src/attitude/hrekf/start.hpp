@@ -45,7 +45,8 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
     s.error_map.interval_s = 0;
     s.has_reference = settings_.reference_given;
     put_reference(s, settings_.reference);
-    pack<3>(Blocks(s.x + 7).bb, s.previous_bias_covariance);
+    s.previous_bias_trace = Blocks(s.x + 7).bb.trace();
+    s.adaptation.clear();
 }
 
 template <class R>

@@ -46,13 +46,14 @@ struct HrekfState {
     StartSamples<R> start;
     double last_s[channel_count]; // time of the newest sample of each channel
     double last_correction_s;
-    R previous_bias_covariance[6]; // after the last correction
+    R previous_bias_trace; // of the bias covariance after the last correction
+    AdaptationWindow<R> adaptation;
     AngleInformation<R> information;
     R gamma, gamma_margin;
     ErrorMap<R> error_map; // over the last correction
     InnovationOf<R> innovation[channel_count];
     std::uint64_t used[channel_count], gated[channel_count];
-    std::uint64_t corrections, gamma_raised, repaired, adaptations;
+    std::uint64_t corrections, gamma_raised, repaired;
     std::uint64_t started, has_rate, has_reference;
     SensorCheck<R> check[heading];
     std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c

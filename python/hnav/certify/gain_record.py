@@ -148,7 +148,7 @@ class WatchedReference(ReferenceFilter):
         """Takes over attitude, bias and covariance with which the library has just started."""
         x = in_c.get_x()
         self.q, self.b, self.P = x[:4], x[4:7], unpack(x[7:])
-        self.last_correction, self.previous_bias, self.started = t_s, self.P[4:, 4:].copy(), True
+        self.last_correction, self.P_after, self.started = t_s, self.P, True
         self.forget_flow()
 
     def correct(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:

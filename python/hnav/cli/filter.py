@@ -70,7 +70,7 @@ def command(
     if report is not None:
         write_page(report, result, data, lines_of(found))
     say(summary(result, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
-    for warning in warnings(result):
+    for warning in [*warnings(result), *infeasible_gamma(result)]:
         say(warning)
     warn(doubts)
 
@@ -120,6 +120,17 @@ def warnings(result: Result) -> list[str]:
             states = ", ".join(f"{finding.state} for {finding.lasted_s:.1f} s" for finding in own)
             lines.append(f"{sensor} {states}: {cure(own[0])}")
     return lines
+
+
+def infeasible_gamma(result: Result) -> list[str]:
+    """A line when the gamma that was asked was infeasible at most corrections: then the limit acts, not what was asked."""
+    raised, corrections = (result.counts.get(name, 0) for name in ("gamma_raised", "corrections"))
+    if not raised > 0.5 * corrections > 0:
+        return []
+    return [
+        f"gamma was infeasible at {raised} of {corrections} corrections and raised to the limit, where the filter trusts its samples "
+        "alone: give a larger --set gamma=..., or --set gamma_mode=relative"
+    ]
 
 
 def cure(finding: Finding) -> str:

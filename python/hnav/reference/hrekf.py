@@ -124,7 +124,7 @@ def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tupl
     elif options.gamma_mode == "relative":
         theta = (1 - np.exp(-options.gamma_relative_rate_1_s * interval_s)) / eigenvalues[-1]
     else:
-        c = options.gamma_kl_rate_1_s * interval_s
+        c = (options.gamma_kl_rate_1_s * interval_s) ** 2
 
         def excess(th: float) -> float:
             z = 1 - th * eigenvalues
@@ -161,6 +161,9 @@ class Gain(NamedTuple):
     """|q + K nu|, before the return to the unit sphere."""
 
 
+SETTLING_S, WINDOW_S = 20.0, 10.0  # of the corrected adaptation
+
+
 class ReferenceFilter:
     """HEKF and HREKF by options; push one instant after the other with event()."""
 
@@ -184,11 +187,13 @@ class ReferenceFilter:
         self.sums: dict[str, list[Numbers]] = {"accel": [], "mag": []}
         self.last: dict[str, float] = {}
         self.last_correction = 0.0
-        self.previous_bias: Numbers = np.zeros((3, 3))
+        self.P_after = self.P
         self.reference: tuple[float, float] | None = None
         if options.reference_mode == "given":
             self.reference = (options.reference_strength_tesla, options.reference_dip_rad)
-        self.gamma, self.adaptations = np.inf, 0
+        self.gamma = np.inf
+        self.settled_s, self.window_s, self.bias_sum, self.change = np.nan, 0.0, np.zeros(3), 0.0  # of the adaptation
+        self.direction, self.swings = 0.0, 0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
         self.nis: dict[str, float] = {}
         self.gain: Gain | None = None  # of the last correction
@@ -289,7 +294,7 @@ class ReferenceFilter:
         self.P[:4, :4] = Xi(self.q) @ theta @ Xi(self.q).T
         self.P[4:, 4:] = o.start_sigma_bias_rad_s**2 * np.eye(3)
         self.last_correction = t_s
-        self.previous_bias = self.P[4:, 4:].copy()
+        self.P_after = self.P
         self.started = True
 
     def interval(self, sensor: str, t_s: float) -> float:
@@ -331,13 +336,13 @@ class ReferenceFilter:
         L = np.r_[np.full(4, o.gamma_weight_attitude), np.full(3, o.gamma_weight_bias)]
         Sigma, self.gamma = inflate(self.P, L, interval_s, o)
         before = np.diag(self.rotation_covariance())
-        gated = self.gate(directions, H @ Sigma @ H.T + R, nu, R)
+        self.gate(directions, H @ Sigma @ H.T + R, nu, R)
         factor = cho_factor(H @ Sigma @ H.T + R)
         K = cho_solve(factor, H @ Sigma).T
         IKH = np.eye(7) - K @ H
         P = IKH @ Sigma @ IKH.T + K @ R @ K.T
         if o.adaptation != "off":
-            self.adapt(H, R, K, nu, interval_s, gated)
+            self.adapt(t_s, H, R, K, nu, interval_s)
         x = np.r_[self.q, self.b] + K @ nu
         norm = float(np.linalg.norm(x[:4]))
         self.gain = Gain([d.sensor for d in directions], K, H, R, nu, norm)
@@ -346,21 +351,19 @@ class ReferenceFilter:
         J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / norm
         self.P = J @ P @ J.T
         self.P = 0.5 * (self.P + self.P.T)
-        self.previous_bias = self.P[4:, 4:].copy()
+        self.P_after = self.P
         self.last_correction = t_s
         self.inform({d.sensor for d in directions}, before, np.diag(self.rotation_covariance()))
 
-    def gate(self, directions: list[Direction], S: Numbers, nu: Numbers, R: Numbers) -> bool:
-        """Inflates the noise R of directions that lie too far off; whether there was one."""
-        o, gated = self.options, False
+    def gate(self, directions: list[Direction], S: Numbers, nu: Numbers, R: Numbers) -> None:
+        """Inflates the noise R of directions that lie too far off."""
+        o = self.options
         for k, d in enumerate(directions):
             block = slice(3 * k, 3 * k + 3)
             nis = self.nis[d.sensor] = float(nu[block] @ np.linalg.solve(S[block, block], nu[block]))
             limit = o.accel_gate_nis if d.sensor == "accel" else o.mag_gate_nis
             if limit > 0 and nis > limit and self.ready(d.sensor):
                 R[block, block] += S[block, block] * (nis / limit - 1)
-                gated = True
-        return gated
 
     def inform(self, sensors: set[str], before: Numbers, after: Numbers) -> None:
         """What a correction has taught of tilt (by force) and heading (by field): variances of the rotation, 3."""
@@ -375,25 +378,32 @@ class ReferenceFilter:
         heading = variance[2] < o.ready_heading_rad**2 and self.information[1] > o.ready_heading_rad**-2
         return bool(tilt if sensor == "accel" else tilt and heading)
 
-    def adapt(self, H: Numbers, R: Numbers, K: Numbers, nu: Numbers, interval_s: float, gated: bool) -> None:
+    def adapt(self, t_s: float, H: Numbers, R: Numbers, K: Numbers, nu: Numbers, interval_s: float) -> None:
         """Robbins-Monro on the bias walk, as printed or corrected."""
         o = self.options
         if o.adaptation == "paper":
             step = (K @ nu)[4:]
             self.Q_b = (1 - o.adaptation_gain) * self.Q_b + o.adaptation_gain * np.outer(step, step)
             return
-        if gated or not interval_s > 0:
+        if np.isnan(self.settled_s):
+            self.settled_s = t_s + SETTLING_S
+        if t_s - interval_s < self.settled_s:
             return
-        self.adaptations += 1
-        alpha = max(o.adaptation_gain, 1 / (self.adaptations + 1))
         K0 = self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R)
-        posterior = ((np.eye(7) - K0 @ H) @ self.P)[4:, 4:]
-        step = (K0 @ nu)[4:]
-        estimate = (np.outer(step, step) + posterior - self.previous_bias) / interval_s
-        mixed = (1 - alpha) * self.Q_b + alpha * estimate
-        values, vectors = np.linalg.eigh(0.5 * (mixed + mixed.T))
+        self.window_s += interval_s
+        self.bias_sum += (K0 @ nu)[4:]
+        self.change += np.trace(((np.eye(7) - K0 @ H) @ self.P - self.P_after)[4:, 4:])
+        if self.window_s < WINDOW_S:
+            return
+        level = np.trace(self.Q_b) / 3
+        estimate = (self.bias_sum @ self.bias_sum + self.change) / (3 * self.window_s)
+        toward = 1.0 if estimate > level else -1.0
+        self.swings += toward * self.direction < 0
+        alpha = max(o.adaptation_gain, 0.9 / (1 + self.swings))
+        mixed = max((1 - alpha) * level + alpha * estimate, 0.05 * level)
         bounds = (o.adaptation_min_rad_s_per_sqrt_s**2, o.adaptation_max_rad_s_per_sqrt_s**2)
-        self.Q_b = vectors @ np.diag(np.clip(values, *bounds)) @ vectors.T
+        self.Q_b = self.Q_b * (np.clip(mixed, *bounds) / level)
+        self.direction, self.window_s, self.bias_sum, self.change = toward, 0.0, np.zeros(3), 0.0
 
 
 def quaternion_of(R_bn: Numbers) -> Numbers:

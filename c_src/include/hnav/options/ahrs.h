@@ -191,9 +191,9 @@ typedef struct hnav_ahrs_options {
     /* rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the horizon's covariance.
      * [0, 1e6] 1/s, default 0.3. Mild: the velocity model already allows for most of what the law is to guard against. */
     double gamma_relative_rate_1_s;
-    /* Tolerance of mode kl: relative entropy per second, in nats.
-     * [0, 1e6] 1/s, default 0.1. A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong
-     * by one nat. */
+    /* rate of mode kl: a correction may spend (rate T)^2 nats of relative entropy.
+     * [0, 1e6] 1/s, default 0.75. As much inflation as mode relative at 1.5, where one direction has most of the
+     * covariance. */
     double gamma_kl_rate_1_s;
 
     /* ------------------------ start

@@ -11,7 +11,7 @@
 typedef enum hnav_adaptation {
     HNAV_ADAPTATION_OFF = 0,       /* the bias walk stays as it is set */
     HNAV_ADAPTATION_PAPER = 1,     /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
-    HNAV_ADAPTATION_CORRECTED = 2  /* divided by the interval, with the covariance terms, annealed, bounded */
+    HNAV_ADAPTATION_CORRECTED = 2  /* its level, from windows of ten seconds once the start has settled, annealed, bounded */
 } hnav_adaptation;
 
 /* Options of the paper's filter (HEKF, HREKF). Noise is given as densities: a sample that stands for an interval T has
@@ -73,9 +73,9 @@ typedef struct hnav_hrekf_options {
     /* rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax(L P L').
      * [0, 1e6] 1/s, default 1.5. The paper preset's, rounded: 1.5 % of the limit for each correction at 100 Hz. */
     double gamma_relative_rate_1_s;
-    /* Tolerance of mode kl: relative entropy per second, in nats.
-     * [0, 1e6] 1/s, default 0.1. A tenth of a nat per second: over the ten seconds of an alignment the model may be wrong
-     * by one nat. */
+    /* rate of mode kl: a correction may spend (rate T)^2 nats of relative entropy.
+     * [0, 1e6] 1/s, default 0.75. As much inflation as mode relative at 1.5, where one direction has most of the
+     * covariance. */
     double gamma_kl_rate_1_s;
     /* Weight L of the quaternion in the robust law.
      * [0, 1e6], default 1. The paper's L = I. */
@@ -87,11 +87,12 @@ typedef struct hnav_hrekf_options {
     /* ------------------------ adaptation
      * Robbins-Monro adaptation of the bias walk. */
 
-    /* Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected.
-     * hnav_adaptation, default off. With noise that is set rightly it gains nothing, and as printed it harms. */
+    /* Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected (experimental).
+     * hnav_adaptation, default off. With noise that is set rightly it gains nothing and costs up to 10 % of bias error,
+     * and as printed it harms. */
     int32_t adaptation;
-    /* alpha of the adaptation; when corrected, the floor of the annealed alpha.
-     * [0, 1], default 0.02. A memory of fifty corrections. */
+    /* alpha of the adaptation; when corrected, the least that alpha falls to.
+     * [0, 1], default 0.02. A memory of fifty corrections, or windows of ten seconds when corrected. */
     double adaptation_gain;
     /* The adapted bias walk does not fall below this (corrected).
      * [0, 1e3] rad/s/sqrt(s), default 1e-6. The walk of a very good gyroscope: the filter never stops learning the bias. */

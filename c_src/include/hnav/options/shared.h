@@ -19,7 +19,7 @@ typedef enum hnav_gamma_mode {
     HNAV_GAMMA_OFF = 0,      /* gamma infinite: the hybrid extended Kalman filter (HEKF) */
     HNAV_GAMMA_FIXED = 1,    /* the paper's constant gamma */
     HNAV_GAMMA_RELATIVE = 2, /* 1/gamma^2 = rho / lmax(L P L'), rho = 1 - exp(-rate T) */
-    HNAV_GAMMA_KL = 3        /* from a tolerance on relative entropy per second (Levy and Nikoukhah 2013) */
+    HNAV_GAMMA_KL = 3        /* from a tolerance on relative entropy (Levy and Nikoukhah 2013) */
 } hnav_gamma_mode;
 
 /* What the first attitude is made of. */
