@@ -10,7 +10,7 @@ is told the noise, and in each scenario one thing is other than told. Errors are
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
