@@ -95,10 +95,9 @@ def test_an_emulator_that_is_not_here_is_named_with_its_package(tmp_path):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_drive_of_every_fmu_moves_its_outputs_and_has_no_holes(version, tmp_path):
-    fmus = sorted(BUILD.glob(f"fmus/fmi{version}/*.fmu"))
-    if not fmus:
+    if not list(BUILD.glob(f"fmus/fmi{version}/*.fmu")):
         pytest.skip(f"no FMU in {BUILD}")
-    for fmu in fmus:
+    for fmu in [fmu for made_for, fmu in trajectories.comparable(BUILD / "fmus") if made_for == version]:
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(tmp_path / fmu.stem)
         plan = trajectories.read_plan(tmp_path / fmu.stem)

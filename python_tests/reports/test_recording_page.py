@@ -34,12 +34,14 @@ EPOCH_S = 1.7e9
 def recording() -> Recording:
     """Its reference goes to east-north-up axes, as those of recordings do."""
     made = tilted_motion(60).recording
-    run = Filter("ahrs", navigation_frame="enu").run(made.t_s, made.rate_b_rad_s, made.force_b_m_s2, made.field_b_tesla)
+    run = Filter("ahrs", gyro_hold="forward", navigation_frame="enu").run(
+        made.t_s, made.rate_b_rad_s, made.force_b_m_s2, made.field_b_tesla
+    )
     return replace(made, name="a <walk>", t_s=EPOCH_S + made.t_s, reference_q_nb=run.q_nb)
 
 
 def filtered(recording: Recording, **options):
-    return Filter("ahrs", **options).run(
+    return Filter("ahrs", gyro_hold="forward", **options).run(
         recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla, gates=True
     )
 

@@ -18,7 +18,8 @@ def test_rates_of_the_motion_lead_from_attitude_to_attitude():
     motion = Motion()
     np.testing.assert_allclose(np.linalg.norm(motion.q_nb, axis=1), 1, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(motion.field, axis=1), np.hypot(2.0e-5, 4.5e-5), rtol=1e-9)
-    filter = Filter("ahrs", gyro_hold="backward", solver="closed_form")
+    # The forces are of their instants.
+    filter = Filter("ahrs", gyro_hold="backward", solver="closed_form", start_accel_latency=0.0)
     run = filter.run(0.01 * np.arange(3000), motion.rate[:3000], motion.force[:3000], motion.field[:3000])
     error = 2 * np.arccos(np.minimum(1, np.abs(np.sum(run.q_nb * motion.q_nb[:3000], axis=1))))
     assert np.degrees(error[1000:]).max() < 0.05
