@@ -82,7 +82,8 @@ class Fmu:
         self.model_exchange = model_exchange
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in self.description.modelVariables}
         self.messages: list[str] = []
-        fmpy.extract(str(path), self._folder)
+        # Sources are most of an archive's files, and for compilers only.
+        fmpy.extract(str(path), self._folder, include=lambda name: not name.removeprefix("./").startswith("sources/"))
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
         arguments = {
