@@ -302,7 +302,7 @@ def test_the_progress_of_each_stage_grows_and_ends_full(record):
     solver()
     told: dict[str, list[tuple[int, int]]] = {}
     certify(
-        GainRecord(record.name, record.corrections[180::5], 0.0),
+        GainRecord(record.name, record.corrections[192:], 0.0),
         lambda what, done, of: told.setdefault(what, []).append((done, of)),
         starts=2,
     )
