@@ -15,11 +15,10 @@ from collections import deque
 from itertools import product
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import Flight
-from studies.ins_error_table.comparison import Result, nees_of
+from studies.ins_error_table.comparison import Result, augmented, nees_of
 
 ALARM = 4.0  # factor on the variance that counts as saying that a channel is at fault
 
@@ -29,12 +28,9 @@ class Model:
 
     def __init__(self, plane: Aircraft):
         m = plane.model().discrete()
-        G, Bn = m.matrix("G"), m.matrix("Bn")
-        self.n = m.nx
-        self.F, self.Q = block_diag(m.A, m.matrix("An")), block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T)
-        self.H, self.r = np.hstack([m.H, np.eye(m.nz)]), np.diag(m.Qv)
+        self.n, self.r = m.nx, np.diag(m.Qv)
+        self.F, self.Q, self.H, self.P0 = augmented(m)
         self.B = np.vstack([m.matrix("B"), np.zeros((m.nz, m.nu))])
-        self.P0 = block_diag(m.P0, m.matrix("Lambda0"))
 
     def predict(self, x: np.ndarray, P: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return x @ self.F.T + self.B @ u, self.F @ P @ self.F.T + self.Q

@@ -7,12 +7,13 @@ Every filter sees the same flights of the F-4C (models/aircraft). MDKF and AMDKF
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
+from hnav.filters.linear_model import LinearModel
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import Flight, simulate
 
@@ -84,14 +85,33 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
     return Result(error, nees, fault, scale, bias, process)
 
 
+class Augmented(NamedTuple):
+    """F, Q, H and the covariance of the start of X = [x; lambda]: states and coloured errors."""
+
+    F: np.ndarray
+    Q: np.ndarray
+    H: np.ndarray
+    P0: np.ndarray
+
+
+def augmented(m: LinearModel) -> Augmented:
+    """m: in discrete time."""
+    G, Bn = m.matrix("G"), m.matrix("Bn")
+    return Augmented(
+        F=block_diag(m.A, m.matrix("An")),
+        Q=block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T),
+        H=np.hstack([m.H, np.eye(m.nz)]),
+        P0=block_diag(m.P0, m.matrix("Lambda0")),
+    )
+
+
 def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
     """The augmented Kalman filter that is told the noise of every step: the best any adaptation could do. Its gains do
     not depend on the data, so all runs go at once."""
     m = aircraft.model().discrete()
-    n, B, G, Bn = m.nx, m.matrix("B"), m.matrix("G"), m.matrix("Bn")
-    F = block_diag(m.A, m.matrix("An"))
-    Q, H = block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T), np.hstack([m.H, np.eye(m.nz)])
-    X, P = np.zeros((len(flight.z), n + m.nz)), block_diag(m.P0, m.matrix("Lambda0"))
+    n, B = m.nx, m.matrix("B")
+    F, Q, H, P = augmented(m)
+    X = np.zeros((len(flight.z), n + m.nz))
     error, nees = np.empty(flight.x.shape), np.empty(flight.x.shape[:2])
     for k in range(flight.z.shape[1]):
         if k > 0:
