@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.table import Table
+from rich.table import Column, Table
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
@@ -85,10 +85,14 @@ def command(
     show(alarms_table(scores), WIDTH)
 
 
+def table_of(title: str, *columns: str) -> Table:
+    """By case; figures to the right."""
+    return Table("case", *(Column(name, justify="right") for name in columns), title=title)
+
+
 def errors_table(scores: dict[str, dict[str, Score]], runs: int) -> Table:
-    table = Table(title=f"RMS error over the oracle's, 8 to 15 s, mean of four channels, {runs} flights a case")
-    for column in ("case", *ORDER, "joint over best other"):
-        table.add_column(column, justify="left" if column == "case" else "right")
+    title = f"RMS error over the oracle's, 8 to 15 s, mean of four channels, {runs} flights a case"
+    table = table_of(title, *ORDER, "joint over best other")
     for name, row in scores.items():
         best = min(score.ratio for other, score in row.items() if other != OURS)
         table.add_row(name, *(f"{row[f].ratio:.3f}" for f in ORDER), f"{row[OURS].ratio / best:.3f}")
@@ -96,18 +100,15 @@ def errors_table(scores: dict[str, dict[str, Score]], runs: int) -> Table:
 
 
 def consistency_table(scores: dict[str, dict[str, Score]]) -> Table:
-    table = Table(title="NEES/n, 8 to 15 s (1 is consistent)")
-    for column in ("case", *ORDER):
-        table.add_column(column, justify="left" if column == "case" else "right")
+    table = table_of("NEES/n, 8 to 15 s (1 is consistent)", *ORDER)
     for name, row in scores.items():
         table.add_row(name, *(f"{row[f].nees:.2f}" for f in ORDER))
     return table
 
 
 def alarms_table(scores: dict[str, dict[str, Score]]) -> Table:
-    table = Table(title="Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process")
-    for column in ("case", *ORDER[:-2], "joint: bias", "joint: process"):
-        table.add_column(column, justify="left" if column == "case" else "right")
+    title = "Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process"
+    table = table_of(title, *ORDER[:-2], "joint: bias", "joint: process")
     for name, row in scores.items():
         rest = (row[OURS].bias_alarms, row[OURS].process_alarms)
         table.add_row(name, *(f"{100 * share:.1f}" for share in (*(row[f].noise_alarms for f in ORDER[:-2]), *rest)))
