@@ -11,19 +11,14 @@ void demand(hnav_status status, const char* what) {
     if (status != HNAV_OK) throw std::runtime_error(what);
 }
 
-hnav_filter* ahrs(bool closed_form) {
-    hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+// defaults and create: those of the filter.
+template <class Options>
+hnav_filter* made(Options (*defaults)(hnav_preset), hnav_status (*create)(hnav_filter**, const Options*, char*, size_t),
+                  bool closed_form) {
+    Options options = defaults(HNAV_PRESET_DEFAULT);
     if (closed_form) options.solver = HNAV_SOLVER_CLOSED_FORM;
     hnav_filter* filter = nullptr;
-    demand(hnav_ahrs_create(&filter, &options, nullptr, 0), "hnav_ahrs_create");
-    return filter;
-}
-
-hnav_filter* hrekf(bool closed_form) {
-    hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
-    if (closed_form) options.solver = HNAV_SOLVER_CLOSED_FORM;
-    hnav_filter* filter = nullptr;
-    demand(hnav_hrekf_create(&filter, &options, nullptr, 0), "hnav_hrekf_create");
+    demand(create(&filter, &options, nullptr, 0), "a filter with its defaults");
     return filter;
 }
 
@@ -58,7 +53,9 @@ private:
 std::unique_ptr<Contender> own_contender(const std::string& name) {
     const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
     const bool closed_form = has(":closed_form"), smooth = has("-smooth"), sigma = has(":sigma");
-    if (name.rfind("ahrs", 0) == 0) return std::make_unique<Own>(ahrs(closed_form), smooth, sigma);
-    if (name.rfind("hrekf", 0) == 0) return std::make_unique<Own>(hrekf(closed_form), smooth, sigma);
+    if (name.rfind("ahrs", 0) == 0)
+        return std::make_unique<Own>(made(hnav_ahrs_defaults, hnav_ahrs_create, closed_form), smooth, sigma);
+    if (name.rfind("hrekf", 0) == 0)
+        return std::make_unique<Own>(made(hnav_hrekf_defaults, hnav_hrekf_create, closed_form), smooth, sigma);
     return nullptr;
 }
