@@ -2,6 +2,8 @@
 steps to the size of each state, at small and large covariances."""
 
 import ctypes as C
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,16 +115,21 @@ class Pairs:
         return np.array(self.fmu.fmu.getAdjointDerivative(self.unknowns, self.states, seed.tolist(), len(self.states)))
 
 
+@contextmanager
+def pairs_of(name: str, size: float, version: int) -> Iterator[Pairs]:
+    with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
+        yield Pairs.of(fmu, name, size)
+
+
 @cases
 @versions
 def test_every_pair_is_what_differences_of_the_outputs_say(name, size, version):
-    with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
-        pairs = Pairs.of(fmu, name, size)
+    with pairs_of(name, size, version) as pairs:
         expected, rounding = pairs.differences()
         found = pairs.jacobian()
         largest = np.abs(found).max(axis=1, keepdims=True) * pairs.sizes.max() / pairs.sizes
         off = np.abs(found - expected) > 1e-7 * largest + rounding
-        names = {v.valueReference: v.name for v in fmu.description.modelVariables}
+        names = {v.valueReference: v.name for v in pairs.fmu.description.modelVariables}
         assert not off.any(), [
             (names[pairs.unknowns[i]], names[pairs.states[k]], found[i, k], expected[i, k]) for i, k in np.argwhere(off)[:5]
         ]
@@ -132,8 +139,7 @@ def test_every_pair_is_what_differences_of_the_outputs_say(name, size, version):
 @cases
 @versions
 def test_what_is_not_declared_to_depend_on_a_state_does_not(name, size, version):
-    with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
-        pairs = Pairs.of(fmu, name, size)
+    with pairs_of(name, size, version) as pairs:
         found = pairs.jacobian()
         for row, depends in zip(found, pairs.depends):
             assert not any(value for value, state in zip(row, pairs.states) if state not in depends)
@@ -142,8 +148,7 @@ def test_what_is_not_declared_to_depend_on_a_state_does_not(name, size, version)
 @cases
 @versions
 def test_derivatives_are_linear_in_the_direction_however_long_it_is(name, size, version):
-    with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
-        pairs = Pairs.of(fmu, name, size)
+    with pairs_of(name, size, version) as pairs:
         jacobian = pairs.jacobian()
         seed = np.random.default_rng(5).normal(size=len(pairs.states))
         for length in (1e-12, 1.0, 1e6):
@@ -153,8 +158,7 @@ def test_derivatives_are_linear_in_the_direction_however_long_it_is(name, size, 
 
 @cases
 def test_adjoint_derivatives_are_the_transposed_ones(name, size):
-    with Fmu(fmu_path(name, 3), model_exchange=True) as fmu:
-        pairs = Pairs.of(fmu, name, size)
+    with pairs_of(name, size, 3) as pairs:
         jacobian = pairs.jacobian()
         for i in range(len(pairs.unknowns)):
             np.testing.assert_array_equal(pairs.adjoint(np.eye(len(pairs.unknowns))[i]), jacobian[i])
