@@ -56,6 +56,14 @@ def attitudes(coverage: str, rng: np.random.Generator) -> Rotation:
     return Rotation.from_euler("ZYX", np.stack([yaw, *rng.uniform(-tilt, tilt, (2, SAMPLES))], axis=1))
 
 
+def sphere(points: int = 500) -> np.ndarray:
+    """points x 3 unit vectors, evenly spread (a Fibonacci lattice)."""
+    k = np.arange(points)
+    z = 1 - (2 * k + 1) / points
+    turn = k * np.pi * (3 - np.sqrt(5))
+    return np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+
+
 def answer(coverage: str, noise: float, outliers: float, seed: int) -> Answer | None:
     """None where the calibration is refused."""
     rng = np.random.default_rng(seed)
@@ -73,12 +81,9 @@ def answer(coverage: str, noise: float, outliers: float, seed: int) -> Answer | 
         if error.status != "ill-conditioned":
             raise
         return None
-    k = np.arange(500)
-    z = 1 - (2 * k + 1) / len(k)
-    turn = k * np.pi * (3 - np.sqrt(5))
-    sphere = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
-    corrected = found.apply(sphere @ distortion.T + offset)
-    angles = np.arctan2(np.linalg.norm(np.cross(corrected, sphere), axis=1), np.sum(corrected * sphere, axis=1))
+    true = sphere()
+    corrected = found.apply(true @ distortion.T + offset)
+    angles = np.arctan2(np.linalg.norm(np.cross(corrected, true), axis=1), np.sum(corrected * true, axis=1))
     return Answer(
         float(np.degrees(np.sqrt(np.mean(angles**2)))),
         float(np.degrees(found.direction_sigma_rad)),

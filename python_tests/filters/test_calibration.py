@@ -14,6 +14,7 @@ from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
 from hnav.io.readers import read
+from studies.calibration import sphere
 
 OFFSET_UT = np.array([12.0, -7.0, 20.0])
 SOFT_IRON = np.array([[1.1, 0.04, -0.03], [0.02, 0.95, 0.05], [-0.04, 0.01, 1.02]])
@@ -241,11 +242,7 @@ def direction_error_deg(seen: np.ndarray, truth: np.ndarray) -> float:
 
 
 def test_every_full_fit_on_broad_is_nearer_to_optical_truth_than_the_sensor_as_it_is(broad_trials):
-    k = np.arange(500)
-    z = 1 - (2 * k + 1) / 500
-    turn = k * np.pi * (3 - np.sqrt(5))
-    sphere = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
-    improved = 0
+    true, improved = sphere(), 0
     for number, path in broad_trials.items():
         data = read(path)
         try:
@@ -258,8 +255,8 @@ def test_every_full_fit_on_broad_is_nearer_to_optical_truth_than_the_sensor_as_i
         field = data.field_b_tesla[known] * 1e6
         true_field = attitude.apply(np.median(attitude.apply(field), axis=0), inverse=True)
         affine, *_ = np.linalg.lstsq(np.column_stack([true_field, np.ones(len(field))]), field, rcond=None)
-        measured = found.strength * sphere @ affine[:3] + affine[3]
-        before, after = direction_error_deg(measured, sphere), direction_error_deg(found.apply(measured), sphere)
+        measured = found.strength * true @ affine[:3] + affine[3]
+        before, after = direction_error_deg(measured, true), direction_error_deg(found.apply(measured), true)
         print(f"trial {number:02d}: residual {100 * found.residual_before:.2f} -> {100 * found.residual_after:.2f} %,"
               f" direction error over the sphere {before:.2f} -> {after:.2f} deg, stated {np.degrees(found.direction_sigma_rad):.2f}")  # fmt: skip
         assert after < before
