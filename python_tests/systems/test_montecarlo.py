@@ -1,12 +1,14 @@
 """Many runs: the same numbers for any number of workers, failures kept, intervals that cover what they should."""
 
+import tempfile
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from command_line import hnav
 from hnav.errors import HnavError, HnavValueError
-from hnav.fmi.fmus import fmu_path
+from hnav.fmi.fmus import Fmu, KeptFmus, fmu_path
 from hnav.io.outputs import OutputError
 from hnav.systems import montecarlo
 from hnav.systems.montecarlo import Job, finished_runs, jobs, rows_of, run_jobs, write_table
@@ -32,6 +34,52 @@ def test_the_same_seeds_give_the_same_numbers_for_any_number_of_workers(system):
     assert len(one) == 2 * 3 * 3
     assert one["mse_deg2"].nunique() > 6
     pd.testing.assert_frame_equal(one, two, check_exact=True)
+
+
+@pytest.fixture
+def loads(monkeypatch, tmp_path):
+    """Names of the instances whose library was loaded; what is unpacked goes to a folder of its own, also given."""
+    names, load = [], Fmu._load
+    monkeypatch.setattr(Fmu, "_load", lambda fmu, path, exchange, name: [names.append(name), load(fmu, path, exchange, name)])
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return names, tmp_path
+
+
+def test_runs_of_a_command_load_once_and_are_what_runs_by_themselves_are(system, loads):
+    names, folder = loads
+    work = jobs(system, [None, "gamma_off"], 2, settings=NOISE, stop_s=2)
+    together = run_jobs(work)
+    assert sorted(names) == sorted(read_system(system).components)
+    assert not list(folder.iterdir())
+    # Backwards, so that nothing that a run leaves can pass for what the next one begins with.
+    alone = [row for job in reversed(work) for row in reversed(rows_of(job))]
+    pd.testing.assert_frame_equal(together, pd.DataFrame(alone[::-1]), check_exact=True)
+
+
+def test_a_run_that_fails_leaves_nothing_loaded(system, loads, monkeypatch):
+    names, folder = loads
+    work = jobs(system, [None], 3, settings=NOISE, stop_s=1)
+    step, whole = Fmu.do_step, run_jobs(work)
+
+    def failing(fmu, t_s, step_s):
+        if t_s > 0.5 and fmu.get("seed" if "seed" in fmu.variables else "time") == 2:
+            raise HnavValueError("option", "broken")
+        step(fmu, t_s, step_s)
+
+    names.clear()
+    monkeypatch.setattr(Fmu, "do_step", failing)
+    table = run_jobs(work)
+    assert [*table[table["failure"] != ""]["seed"]] == [2]
+    assert len(names) == 2 * len(set(names)) and not list(folder.iterdir())
+    good = whole[whole["seed"] != 2].reset_index(drop=True)
+    pd.testing.assert_frame_equal(table[table["failure"] == ""].reset_index(drop=True)[good.columns], good, check_exact=True)
+
+
+def test_an_fmu_that_can_be_there_once_is_loaded_for_every_run(system, loads):
+    with KeptFmus() as fmus:
+        for once in (True, False, False):
+            fmus.instance(fmu_path("Turntable", 2), "table").description.coSimulation.canBeInstantiatedOnlyOncePerProcess = once
+    assert loads[0] == ["table", "table"] and not list(loads[1].iterdir())
 
 
 def test_a_failing_run_is_a_row_and_the_others_go_on(system, monkeypatch):

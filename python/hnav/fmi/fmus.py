@@ -37,6 +37,12 @@ _TYPES = {
     "enumeration": ("Integer", "Int64"),
 }
 _SINGLE = ("Real", "Float64", "Boolean", "String", "Int32")
+# Calls that set or get many variables, in FMI 2 and in FMI 3: references, how many, values, and how many once more.
+_CROSSINGS = (
+    C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_void_p, C.c_size_t, C.c_void_p),
+    C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_void_p, C.c_size_t, C.c_void_p, C.c_size_t),
+)
+_WARNING = 1  # the status above which a call has failed
 
 
 def fmu_path(name: str, fmi_version: int) -> Path:
@@ -113,6 +119,23 @@ class Fmu:
         self.fmu.freeInstance()
         self._forget()
 
+    def renew(self) -> None:
+        """Another instance of the library that is loaded, as new as the first was; variables are bound to it again. Raises
+        HnavError when there is none, and then this is no longer of use."""
+        self._call_of("FreeInstance")(self.fmu.component)
+        self.messages.clear()
+        try:
+            self._instantiate()
+        except HnavError:
+            self.fmu.freeLibrary()
+            self._forget()
+            raise
+
+    def _call_of(self, name: str) -> Callable[..., Any]:
+        """fmpy's method for a function of FMI, by its name without fmi2 or fmi3."""
+        method: Callable[..., Any] = getattr(self.fmu, f"fmi{3 if self.fmi3 else 2}{name}")
+        return method
+
     def _forget(self) -> None:
         shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -121,7 +144,10 @@ class Fmu:
         try:
             return method(*arguments)
         except FMICallException as error:
-            raise HnavValueError("option", self.messages[-1] if self.messages else str(error)) from None
+            raise self._refusal(str(error)) from None
+
+    def _refusal(self, otherwise: str) -> HnavValueError:
+        return HnavValueError("option", self.messages[-1] if self.messages else otherwise)
 
     # ------------------------------------------------------------------------------------------- variables
 
@@ -155,7 +181,7 @@ class Fmu:
         return (C.c_uint32 * len(numbers))(*numbers)
 
     def _many(self, verb: str, kind: str, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
-        n, function = len(references), getattr(self.fmu, f"fmi{3 if self.fmi3 else 2}{verb}{_TYPES[kind][self.fmi3]}")
+        n, function = len(references), self._call_of(f"{verb}{_TYPES[kind][self.fmi3]}")
         sizes = (n, values, n) if self.fmi3 else (n, values)
         self.call(function, self.fmu.component, references, *sizes)
 
@@ -168,13 +194,6 @@ class Fmu:
     def set_integers(self, references: C.Array[C.c_uint32], values: C.Array[C.c_int32]) -> None:
         self._many("Set", "integer", references, values)
 
-    def get_integers(self, references: C.Array[C.c_uint32], values: C.Array[C.c_int32]) -> None:
-        self._many("Get", "integer", references, values)
-
-    def set_booleans(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
-        """values: of the type boolean_type."""
-        self._many("Set", "boolean", references, values)
-
     def get_booleans(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
         """values: of the type boolean_type."""
         self._many("Get", "boolean", references, values)
@@ -182,6 +201,20 @@ class Fmu:
     def get_enumerations(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
         """values: of the type enumeration_type."""
         self._many("Get", "enumeration", references, values)
+
+    def crossing(self, verb: str, kind: str, references: C.Array[C.c_uint32], values: C.Array[Any]) -> Callable[[], None]:
+        """What sets or gets (verb: Set, Get) these variables of this instance, for loops: all is bound, and a call costs a
+        quarter of one through fmpy. kind: real, integer, boolean or enumeration."""
+        name = f"fmi{3 if self.fmi3 else 2}{verb}{_TYPES[kind][self.fmi3]}"
+        function, n = _CROSSINGS[self.fmi3]((name, self.fmu.dll)), C.c_size_t(len(references))
+        fixed = (C.c_void_p(self.fmu.component), C.cast(references, C.c_void_p), n, C.cast(values, C.c_void_p))
+        arguments = (*fixed, n) if self.fmi3 else fixed
+
+        def cross() -> None:
+            if function(*arguments) > _WARNING:
+                raise self._refusal(f"{name} failed")
+
+        return cross
 
     @property
     def enumeration_type(self) -> Any:
@@ -223,6 +256,34 @@ class Fmu:
             get_nominals=f.getNominalsOfContinuousStates, set_time=f.setTime, input=None, startTime=start_s,
             relativeTolerance=rtol, maxNumSteps=100000,
         )  # fmt: skip
+
+
+class KeptFmus:
+    """FMUs of Co-Simulation that stay loaded from run to run. Use as a context manager: they go when it ends."""
+
+    def __init__(self) -> None:
+        self._loaded: dict[tuple[Path, str], Fmu] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        while self._loaded:
+            self._loaded.popitem()[1].__exit__()
+
+    def instance(self, path: Path, name: str) -> Fmu:
+        """A new instance of this name; the last one of that name is gone. Raises HnavError."""
+        key = path, name
+        fmu = self._loaded.pop(key, None)
+        if fmu is not None and fmu.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+            fmu.__exit__()
+            fmu = None
+        if fmu is None:
+            fmu = Fmu(path, name=name)
+        else:
+            fmu.renew()
+        self._loaded[key] = fmu
+        return fmu
 
 
 def parameter_values(table: Mapping[str, OptionInfo], values: Mapping[str, Any]) -> dict[str, float | int | str]:

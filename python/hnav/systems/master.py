@@ -16,13 +16,14 @@ import ctypes as C
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hnav.errors import HnavError
-from hnav.fmi.fmus import Fmu
+from hnav.fmi.fmus import Fmu, KeptFmus
 from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress
 from hnav.io.outputs import OutputError
@@ -33,7 +34,7 @@ RECORDED, UNRECORDED = ("*",), re.compile(r".*\.cov\.P\[\d,[456]\]")
 LOST = re.compile(r"(.+\.)?missed")  # counters of samples that fell between two communication points
 STEP_SLACK = 1e-9  # of a step: a stop time that is a whole number of steps but for rounding
 PROGRESS_PARTS = 200
-CROSSING = ("reals", "integers", "booleans")  # the types whose variables cross together
+CROSSING = ("real", "integer", "boolean")  # the types whose variables cross together
 
 
 @dataclass
@@ -69,12 +70,14 @@ def run_system(
     record: Sequence[str] = RECORDED,
     inputs: Mapping[str, np.ndarray] | None = None,
     progress: Progress | None = None,
+    fmus: KeptFmus | None = None,
 ) -> Record:
     """Runs a checked system with the parameters that it holds.
 
     record: patterns of * and ? over "component.variable" (outputs); of cov.P only the block of the rotation. inputs: for
-    connectors of the system one value for each step, held over it; others keep the FMUs' start values. Raises
-    HnavError for what cannot begin; a component that fails a step ends the run, see Record.failure.
+    connectors of the system one value for each step, held over it; others keep the FMUs' start values. fmus: where those
+    that are loaded already are, and stay. Raises HnavError for what cannot begin; a component that fails a step ends the
+    run, see Record.failure.
     """
     inputs = inputs or {}
     parts = [_Part(component, system, record) for component in system.components.values()]
@@ -82,13 +85,10 @@ def run_system(
     points = communication_points(system.start_s, stop_s, step_s, len(place))
     driven = _input_table(system, inputs, len(points) - 1)
     table = np.full((len(points), len(place)), np.nan)
-    try:
+    with nullcontext(fmus) if fmus is not None else KeptFmus() as loaded:
         for part in parts:
-            part.open(place, system.connections, float(points[0]), float(points[-1]), set(inputs))
+            part.open(loaded, place, system.connections, float(points[0]), float(points[-1]), set(inputs))
         failure, done = _steps(parts, points, driven, table, progress)
-    finally:
-        for part in parts:
-            part.close()
     return _record(parts, place, points, table, done, failure)
 
 
@@ -151,17 +151,11 @@ def _steps(
     return "", len(points)
 
 
-# References and values, as arrays of ctypes.
-Cross = Callable[[C.Array[C.c_uint32], C.Array[Any]], None]
-
-
 class _Block(NamedTuple):
-    """Variables of one type that cross by one call: the call, references and values as the FMU takes them, NumPy's view of
-    the same memory, and where the values stand in the vector of all."""
+    """Variables of one type that cross by one call: the call, NumPy's view of the memory that it fills or reads, and where
+    the values stand in the vector of all."""
 
-    cross: Cross
-    references: C.Array[C.c_uint32]
-    values: C.Array[Any]
+    cross: Callable[[], None]
     view: np.ndarray
     place: slice | np.ndarray
 
@@ -186,11 +180,12 @@ class _Part:
         self._gets: list[_Block] = []
 
     def open(
-        self, place: Mapping[tuple[str, str], int], connections: list[Connection], start_s: float, stop_s: float, inputs: set[str]
-    ) -> None:
+        self, loaded: KeptFmus, place: Mapping[tuple[str, str], int], connections: list[Connection], start_s: float,
+        stop_s: float, inputs: set[str],
+    ) -> None:  # fmt: skip
         """Instantiates, sets parameters, initialises, makes the buffers. Raises HnavError that names the component."""
         try:
-            self._fmu = fmu = Fmu(self.component.fmu, name=self.name)
+            self._fmu = fmu = loaded.instance(self.component.fmu, self.name)
             for name, value in self.component.parameters.items():
                 fmu.set(name, value)
             fmu.initialise(start_s, stop_s)
@@ -210,9 +205,9 @@ class _Part:
 
     def step(self, now: np.ndarray, then: np.ndarray, t_s: float, step_s: float) -> None:
         begin = time.perf_counter()
-        for cross, references, values, view, place in self._sets:
+        for cross, view, place in self._sets:
             view[:] = now[place]
-            cross(references, values)
+            cross()
         assert self._fmu is not None
         self._fmu.do_step(t_s, step_s)
         self.fetch(then)
@@ -220,30 +215,21 @@ class _Part:
 
     def fetch(self, row: np.ndarray) -> None:
         """The outputs into their places of the row."""
-        for cross, references, values, view, place in self._gets:
-            cross(references, values)
+        for cross, view, place in self._gets:
+            cross()
             row[place] = view
-
-    def close(self) -> None:
-        if self._fmu is not None:
-            self._fmu.__exit__()
 
 
 def _crosses_as(kind: str) -> str:
-    return {"Real": "reals", "Boolean": "booleans"}.get(kind, "integers")
+    return {"Real": "real", "Boolean": "boolean"}.get(kind, "integer")
 
 
 def _block(fmu: Fmu, kind: str, names: list[str], place: slice | np.ndarray, into: bool) -> _Block:
     """into: the FMU; else out of it."""
-    crossings: dict[str, tuple[Cross, Cross, Any]] = {
-        "reals": (fmu.set_reals, fmu.get_reals, C.c_double),
-        "integers": (fmu.set_integers, fmu.get_integers, C.c_int32),
-        "booleans": (fmu.set_booleans, fmu.get_booleans, fmu.boolean_type),
-    }
-    set_values, get_values, element = crossings[kind]
+    element = {"real": C.c_double, "integer": C.c_int32, "boolean": fmu.boolean_type}[kind]
     values = (element * len(names))()
-    view = np.ctypeslib.as_array(values)
-    return _Block(set_values if into else get_values, fmu.references(names), values, view, place)
+    cross = fmu.crossing("Set" if into else "Get", kind, fmu.references(names), values)
+    return _Block(cross, np.ctypeslib.as_array(values), place)
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:

@@ -12,6 +12,8 @@ import importlib.metadata
 import importlib.util
 import io
 import logging
+import threading
+import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -26,7 +28,7 @@ from hnav.errors import HnavError
 from hnav.io.outputs import OutputError, write_files
 from hnav.io.record_file import RecordFile
 from hnav.systems.run_views import Estimate, estimates
-from hnav.systems.simulation import Run, simulate
+from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.ssp_reader import system_files
 from hnav.systems.statistics import finite_mean
 from hnav.systems.structure import System, refuse
@@ -62,12 +64,61 @@ def jobs(system: str, scenarios: Sequence[str | None], runs: int, first_seed: in
 Row = dict[str, Any]
 
 
-def rows_of(job: Job) -> list[Row]:
-    """One row for each filter of one run; a run that fails gives one row with `failure` and no figures."""
+class _Kept:
+    """A system that stays loaded for a command, in one thread. It goes when the command ends, after the run that is under way."""
+
+    def __init__(self, job: Job):
+        self.system = LoadedSystem(job.system, job.allow_outside)
+        self.in_use = threading.Lock()
+        self.ended = False
+
+    def go_if_ended(self) -> None:
+        """Once: the lock is not given back."""
+        if self.ended and self.in_use.acquire(blocking=False):
+            self.system.__exit__()
+
+
+# What this process has loaded, by command, thread and system: a worker loads once, not once for each run.
+_kept: dict[tuple[str, int, str, bool], _Kept] = {}
+
+
+def unload(command: str) -> None:
+    """What was loaded for this command goes."""
+    for place in [place for place in list(_kept) if place[0] == command]:
+        kept = _kept.pop(place)
+        kept.ended = True
+        kept.go_if_ended()
+
+
+def rows_of(job: Job, command: str | None = None) -> list[Row]:
+    """One row for each filter of one run; a run that fails gives one row with `failure` and no figures.
+
+    command: what is loaded stays so for its next run in this thread, until unload(command).
+    """
+    if command is None:
+        return _rows_of(job, job.system)
+    place = command, threading.get_ident(), job.system, job.allow_outside
+    try:
+        kept = _kept[place] if place in _kept else _kept.setdefault(place, _Kept(job))
+    except OutputError:
+        raise
+    except HnavError as error:
+        return [_failed(job, str(error))]
+    with kept.in_use:
+        rows = _rows_of(job, kept.system)
+    if rows[0]["failure"]:  # nobody knows what a failure leaves in an FMU
+        _kept.pop(place, None)
+        kept.ended = True
+    kept.go_if_ended()
+    return rows
+
+
+def _rows_of(job: Job, system: str | LoadedSystem) -> list[Row]:
     key = _key(job)
     try:
-        what = (job.system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s)
-        run = simulate(*what, RECORDED, None, job.allow_outside)
+        run = simulate(
+            system, job.scenario, job.grade, job.settings, job.seed, job.step_s, job.stop_s, RECORDED, None, job.allow_outside
+        )
         if run.about["failure"]:
             return [_failed(job, run.about["failure"])]
         filters = estimates(run)
@@ -153,14 +204,18 @@ def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | Non
     """Number of the job, its rows and whether it came to an end of its own, as they get finished."""
     if workers < 1:
         refuse(f"workers = {workers}: at least 1 is needed", "workers")
+    command = uuid.uuid4().hex
     if not work or (workers == 1 and scheduler is None):
-        yield from ((i, rows_of(job), True) for i, job in work)
+        try:
+            yield from ((i, rows_of(job, command), True) for i, job in work)
+        finally:
+            unload(command)
         return
-    with _client(workers, scheduler) as client:
+    with _client(workers, scheduler) as client, _unloading(client, command):
         from distributed import as_completed
 
         # Keys by number: equal jobs are runs of their own.
-        futures = {client.submit(rows_of, job, key=f"run-{i}-{job.seed}", pure=False): (i, job) for i, job in work}
+        futures = {client.submit(rows_of, job, command, key=f"run-{i}-{job.seed}", pure=False): (i, job) for i, job in work}
         for future in as_completed(futures):
             i, job = futures[future]
             try:
@@ -170,6 +225,15 @@ def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | Non
             except Exception as error:  # a worker that died takes its run along, not the others
                 rows, finished = [_failed(job, f"{type(error).__name__}: {error}")], False
             yield i, rows, finished
+
+
+@contextmanager
+def _unloading(client: Any, command: str) -> Iterator[None]:
+    """At the end workers that live on keep nothing of this command."""
+    try:
+        yield
+    finally:
+        client.run(unload, command, on_error="ignore")
 
 
 @contextmanager

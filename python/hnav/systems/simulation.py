@@ -12,12 +12,14 @@ import importlib.metadata
 import json
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import h5py
 
 from hnav import __version__
+from hnav.fmi.fmus import KeptFmus
 from hnav.fmi.results import Progress
 from hnav.io.json_file import read_json
 from hnav.io.outputs import write_files
@@ -25,14 +27,37 @@ from hnav.systems.master import RECORDED, Record, run_system
 from hnav.systems.results import Run as Run
 from hnav.systems.run_checks import check_about, check_certificate, check_signals
 from hnav.systems.ssp_reader import read_system, system_path
-from hnav.systems.structure import Parameter, Value, refuse
+from hnav.systems.structure import Parameter, System, Value, refuse
 
 SIGNALS, ABOUT, CERTIFICATE = "signals.h5", "run.json", "certificate.json"
 DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
 
 
+class LoadedSystem:
+    """A system whose files are read once and whose FMUs are loaded once, for many runs one after the other.
+
+    Use as a context manager: the FMUs and what was unpacked go when it ends. Raises HnavError.
+    """
+
+    def __init__(self, system: str | Path, allow_outside: bool = False):
+        """system: name, .ssp or folder."""
+        self._system = read_system(system_path(str(system)), allow_outside)
+        self.fmus = KeptFmus()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.fmus.__exit__()
+        self._system.__exit__()
+
+    def system(self) -> System:
+        """With the parameters that the files bind."""
+        return self._system.as_bound()
+
+
 def simulate(
-    system: str | Path,
+    system: str | Path | LoadedSystem,
     scenario: str | None = None,
     grade: str | None = None,
     settings: Mapping[str, Value] | None = None,
@@ -43,21 +68,22 @@ def simulate(
     progress: Progress | None = None,
     allow_outside: bool = False,
 ) -> Run:
-    """Reads the system (name, .ssp or folder), sets its parameters and runs it.
+    """Reads the system (name, .ssp or folder; of a LoadedSystem nothing more), sets its parameters and runs it.
 
     settings: values by "component.parameter", after grade and scenario; text will do. step_s, stop_s None: what the
     system asks for. allow_outside: an archive may name FMUs that are not in it. FMUs are native code, run by this process.
     A component that fails ends the run: about["failure"] says so and the samples until then are kept. Raises
     HnavError for what cannot begin.
     """
-    with read_system(system_path(str(system)), allow_outside) as read:
+    with nullcontext(system) if isinstance(system, LoadedSystem) else LoadedSystem(system, allow_outside) as loaded:
+        read = loaded.system()
         read.choose(grade, scenario)
         read.apply([Parameter(name, "", str(value)) for name, value in (settings or {}).items()], "settings")
         if seed is not None:
             read.seed(seed)
         step_s = step_s if step_s is not None else read.step_s or DEFAULT_STEP_S
         stop_s = stop_s if stop_s is not None else read.stop_s or DEFAULT_STOP_S
-        left = run_system(read, stop_s, step_s, record, progress=progress)
+        left = run_system(read, stop_s, step_s, record, progress=progress, fmus=loaded.fmus)
         components = {
             c.name: {"model": c.description.modelName, "fmi": c.description.fmiVersion, "version": c.description.version or ""}
             for c in read.components.values()

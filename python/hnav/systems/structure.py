@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NoReturn, Self
 
@@ -111,6 +111,11 @@ class System:
     def __exit__(self, *_: object) -> None:
         if self._folder:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+    def as_bound(self) -> System:
+        """The same with parameters of its own, those that its files bind, to be set for one run; it unpacked nothing."""
+        components = {name: replace(c, parameters=dict(c.parameters)) for name, c in self.components.items()}
+        return replace(self, components=components, _folder=None)
 
     def apply(self, parameters: Sequence[Parameter], where: str) -> None:
         """Sets parameters named component.parameter. Raises HnavError that begins with `where`."""
