@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Filter, Options
+from studies import larger_q
 from studies.command import study
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
@@ -68,7 +69,7 @@ FILTERS: dict[str, dict[str, Any]] = {
     "EKF as told": {},
     "HREKF, relative 1.5": {"gamma_mode": "relative", "gamma_relative_rate_1_s": 1.5},
     "HREKF, kl 0.75": {"gamma_mode": "kl", "gamma_kl_rate_1_s": 0.75},
-    "EKF, larger Q": {"gyro_bias_walk_rad_s_per_sqrt_s": 100 * WALK},
+    larger_q.NAME: larger_q.larger_q(WALK),
 }
 STARTS = FILTERS | {"HREKF, relative 15": {"gamma_mode": "relative", "gamma_relative_rate_1_s": 15.0}}
 CLAIMS = (100.0, 10.0, 1.0, 0.1, 0.01)
@@ -236,9 +237,7 @@ def command(
     for name, table in PARTS.items():
         if part in (None, name):
             show(table(seeds), width=120)
-    say(
-        "an EKF with a larger Q wins wherever the model is wrong; the robust law wins from an over-confident start and against an EKF that nobody tuned"
-    )
+    say(larger_q.WORTH)
 
 
 main = study("robust", command)

@@ -16,11 +16,13 @@ from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
 from hnav.renamed import now_called
 from studies.bench.peers import PEERS, find_peer, run_peer
+from studies.larger_q import WALK, larger_q
 
 SMOOTH = "-smooth"
 # Peers in pure Python take minutes for what the others do in seconds; they run when they are named.
 DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "ahrs")
-DEFAULT_FILTERS = (*FILTERS, "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
+LARGER_Q = "ekf-larger-q"
+DEFAULT_FILTERS = ("hrekf", LARGER_Q, "ahrs", "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
 
 
 @dataclass(frozen=True)
@@ -60,13 +62,16 @@ def contenders(filters: Sequence[str], peers: Sequence[str]) -> tuple[list[Conte
 
 
 def own_contender(name: str) -> Contender:
-    """A filter of hnav by name. Raises HnavError or UsageError for wrong filters and options."""
+    """A filter of hnav by name, or the hrekf without its robust law and with a larger Q. Raises HnavError or UsageError for wrong filters and options."""
     head, *pairs = name.split(":")
     smooth = head.endswith(SMOOTH)
-    filter = head.removesuffix(SMOOTH)
+    filter, others = head.removesuffix(SMOOTH), dict[str, str]()
+    if filter == LARGER_Q:
+        filter = "hrekf"
+        others = {option: str(value) for option, value in larger_q(getattr(Options(filter), WALK)).items()}
     if filter not in FILTERS:
         raise HnavValueError("option", f"filter {name}{now_called(filter, 'filter')}: choose from {', '.join(DEFAULT_FILTERS)}")
-    settings = {"navigation_frame": "enu"} | parse_settings(pairs)
+    settings = {"navigation_frame": "enu"} | others | parse_settings(pairs)
     Options(filter, **settings)  # an impossible setting is told before the first run
 
     def estimate(recording: Recording, rate_hz: float) -> Estimate:

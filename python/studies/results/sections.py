@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from studies.larger_q import WORTH
+
 # Stands for the folder of the BROAD trials, in BROAD_DIR.
 TRIALS = "DIR"
 
@@ -25,7 +27,8 @@ SECTIONS = {
     "broad": Section(
         "Recordings: all filters",
         "Root mean square errors on the 14 BROAD trials that we have (Laidig et al., Data 6(7):72, 2021), every filter with its "
-        "defaults. In sample for ours: the default presets were found on these trials.",
+        "defaults. In sample for ours: the default presets were found on these trials. ekf-larger-q is the hrekf without its "
+        f"robust law, with a bias walk a hundred times as large. {WORTH}",
         f"study bench {TRIALS} --sets BROAD",
         True,
     ),
@@ -63,8 +66,7 @@ SECTIONS = {
     ),
     "robust": Section(
         "What the robust law and the adaptation are worth",
-        "Simulated, 20 seeds; in each scenario one thing is other than told. The HREKF wins against an EKF that nobody tuned and from an "
-        "over-confident start; an EKF with a larger Q wins the rest. The adaptation is experimental.",
+        "Simulated, 20 seeds; in each scenario one thing is other than told. The adaptation is experimental.",
         "study robust",
         False,
     ),
@@ -76,9 +78,9 @@ SECTIONS = {
     ),
     "scenarios": Section(
         "Scenarios of the turntable",
-        "Closed co-simulation, 200 seeds each; what the scenarios are stands in models/systems/turntable.",
-        "hnav montecarlo turntable --runs 200 --workers 2 --out build/runs.parquet "
-        "--scenarios nominal,gyro_drift,outliers,magnetic_disturbance,iron_residual,matched",
+        "Closed co-simulation, 200 seeds each; what the scenarios are stands in "
+        "[models/systems/turntable](../models/systems/turntable/README.md).",
+        "study scenarios --runs 200 --workers 2",
         False,
     ),
     "faults": Section(

@@ -1,0 +1,33 @@
+"""The row "EKF, larger Q" of every table of the HREKF: an EKF that believes in a bias which walks a hundred times as fast."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hnav.systems.turntable_scenarios import SCENARIOS, hrekf_parameters
+
+NAME = "EKF, larger Q"
+WALK = "gyro_bias_walk_rad_s_per_sqrt_s"
+FACTOR = 100.0  # on the walk, 1e4 on Q
+WORTH = (
+    "The robust law wins against an EKF that nobody tuned and is sooner right after an over-confident start; where the model is wrong "
+    "for long an EKF with a larger Q wins, where it is right the EKF as told."
+)
+"""What every page says that shows such a table."""
+
+
+def larger_q(told: float) -> dict[str, Any]:
+    """Options of the hrekf. told: the bias walk that the others are told, rad/s/sqrt(s)."""
+    return {"gamma_mode": "off", "adaptation": "off", WALK: FACTOR * told}
+
+
+def in_turntable(scenario: str) -> dict[str, str]:
+    """Settings by which the component hekf of the system turntable becomes this filter, for a scenario."""
+
+    def of_hekf(options: dict[str, Any]) -> dict[str, str]:
+        return {f"hekf.{name}": str(value) for name, value in hrekf_parameters(options).items()}
+
+    (walk,) = of_hekf({WALK: 0.0})
+    told = SCENARIOS[scenario][1][walk]
+    assert isinstance(told, float)
+    return of_hekf(larger_q(told))
