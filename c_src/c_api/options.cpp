@@ -47,6 +47,9 @@ const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index) { return hnav:
 hnav_aircraft_options hnav_aircraft_defaults(void) { return made_from<hnav_aircraft_options>(hnav::aircraft_options); }
 const hnav_option_info* hnav_aircraft_option(int32_t index) { return hnav::option_at(hnav::aircraft_options, index); }
 
+hnav_observer_options hnav_observer_defaults(void) { return made_from<hnav_observer_options>(hnav::observer_options); }
+const hnav_option_info* hnav_observer_option(int32_t index) { return hnav::option_at(hnav::observer_options, index); }
+
 double hnav_option_value(const hnav_option_info* row, const void* options, int32_t component) {
     return row && options && has_component(row, component) ? hnav::option_value(*row, options, component) : std::nan("");
 }

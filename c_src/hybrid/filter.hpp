@@ -342,9 +342,15 @@ private:
                 sizeof(Kept) + 2 * state + settings_.queue_capacity * event};
     }
 
-    static void flow(const void* context, const double* x, double* dx) {
+    static int flow(const void* context, const double* x, double* dx) {
         const auto* c = static_cast<const FlowContext*>(context);
-        c->model->flow(*c->held, x, dx);
+        return flow_of(*c->model, *c->held, x, dx);
+    }
+
+    static int flow_of(const Model& model, const State& held, const double* x, double* dx) {
+        if constexpr (model_concept::flow_may_fail<Model>) return model.flow(held, x, dx);
+        model.flow(held, x, dx);
+        return 0;
     }
 
     bool sound(const State& state) const {
@@ -395,7 +401,7 @@ private:
     }
 
     bool step_by_euler(State& state, double interval_s) {
-        model_.flow(state, x_of(state), spare_x_);
+        if (flow_of(model_, state, x_of(state), spare_x_) != 0) return false;
         for (int i = 0; i < nx(); ++i) x_of(state)[i] += interval_s * spare_x_[i];
         return true;
     }

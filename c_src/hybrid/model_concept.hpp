@@ -15,7 +15,8 @@
 // Start and flow:
 //     void begin(State&) const                            from zeros to the state before any sample
 //     bool flows(const State&) const                      false while there is nothing to integrate
-//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state
+//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state; one that may be
+//                                                         without an answer returns an int as Propagator::Flow does
 //     void nominal(double* x) const                       sizes that absolute tolerances are relative to
 //     bool plausible(const State&) const                  false when finite numbers lie beyond all sense
 //     void normalise(State&) const                        x has come from an integrator outside: what it strained is restored
@@ -64,6 +65,8 @@ template <class M>
 using Flows = std::enable_if_t<std::is_same_v<bool, decltype(object<const M>().flows(object<const State<M>>()))>>;
 template <class M>
 using Flow = decltype(object<const M>().flow(object<const State<M>>(), object<const double* const>(), object<double* const>()));
+template <class M>
+constexpr bool flow_may_fail = std::is_same_v<int, Flow<M>>;
 template <class M>
 using Nominal = decltype(object<const M>().nominal(object<double* const>()));
 template <class M>

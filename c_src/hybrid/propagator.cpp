@@ -201,8 +201,7 @@ struct Propagator::Solver {
     static int rhs(real, N_Vector x, N_Vector dx, void* self) {
         auto* solver = static_cast<Solver*>(self);
         ++solver->owner->rhs_evals_;
-        solver->owner->flow_(solver->flow_context, data(x), data(dx));
-        return 0;
+        return solver->owner->flow_(solver->flow_context, data(x), data(dx));
     }
 
     bool create(const Settings& settings, int nx) {
@@ -240,7 +239,7 @@ struct Propagator::Solver {
     // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
     // anew each time makes the solver forget the step size of the interval before. The stop time keeps it from
     // running past the event.
-    int evolve_erkstep(double interval_s) {
+    int evolve_erkstep(double interval_s, const double* x) {
         real reached = 0;
         int rc = sundials::erk_reset(erk, 0, y);
         if (rc == 0) rc = sundials::erk_set_first_step(erk, interval_s);
@@ -248,9 +247,34 @@ struct Propagator::Solver {
         long before = 0, after = 0;
         sundials::erk_steps(erk, &before);
         if (rc == 0) rc = sundials::erk_evolve(erk, interval_s, y, &reached, ARK_NORMAL);
+        if (rc == ARK_UNREC_RHSFUNC_ERR || rc == ARK_FIRST_RHSFUNC_ERR || rc == ARK_REPTD_RHSFUNC_ERR)
+            rc = approach(interval_s, x);
         sundials::erk_steps(erk, &after);
         owner->steps_ += static_cast<std::uint64_t>(after >= before ? after - before : after);
         return rc;
+    }
+
+    // ERKStep gives up where the flow has no answer, and does not tell how far it came. So the interval is begun anew, one step
+    // at a time, and after a failure gone on with half of what was too far. x: at the beginning.
+    int approach(double interval_s, const double* x) {
+        constexpr double smallest = 1e-9;
+        std::memcpy(data(y), x, owner->nx_ * sizeof(double));
+        real reached_s = 0, tried_s = interval_s;
+        long left = owner->max_steps_;
+        while (tried_s > smallest * interval_s && left > 0) {
+            tried_s *= 0.5;
+            int rc = sundials::erk_reset(erk, reached_s, y);
+            if (rc == 0) rc = sundials::erk_set_first_step(erk, tried_s);
+            if (rc == 0) rc = sundials::erk_set_stop_time(erk, interval_s);
+            for (real t_s = reached_s; rc == 0 && left-- > 0;) {
+                rc = sundials::erk_evolve(erk, interval_s, y, &t_s, ARK_ONE_STEP);
+                if (rc < 0) break;
+                reached_s = t_s;
+                sundials::erk_next_step(erk, &tried_s);
+            }
+            if (reached_s >= interval_s) return 0;
+        }
+        return -1;
     }
 
     int evolve_adams(double interval_s) {
@@ -264,7 +288,8 @@ struct Propagator::Solver {
         return rc;
     }
 
-    int evolve(double interval_s) { return erk ? evolve_erkstep(interval_s) : evolve_adams(interval_s); }
+    // x: what y was filled with.
+    int evolve(double interval_s, const double* x) { return erk ? evolve_erkstep(interval_s, x) : evolve_adams(interval_s); }
 
     ~Solver() {
         if (erk) sundials::free_erk(&erk);
@@ -309,7 +334,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x) {
     solver_->flow_context = context;
     std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
-    if (solver_->evolve(interval_s) < 0) return false;
+    if (solver_->evolve(interval_s, x) < 0) return false;
     std::memcpy(x, data(solver_->y), nx_ * sizeof(double));
     return true;
 }

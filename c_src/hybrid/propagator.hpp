@@ -16,8 +16,9 @@ enum class Integrator {
 
 class Propagator {
 public:
-    // f(context, x, dx): the flow; context is what integrate was given.
-    using Flow = void (*)(const void* context, const double* x, double* dx);
+    // f(context, x, dx): the flow; context is what integrate was given. Answers 0; above: there is no flow at x, and the
+    // solver tries a smaller step; below: there is none at all.
+    using Flow = int (*)(const void* context, const double* x, double* dx);
 
     struct Settings {
         Integrator integrator = Integrator::erkstep;
@@ -36,8 +37,8 @@ public:
     // Also makes one warm-up step, because solvers take their last memory then. probe: a state the flow is defined at.
     bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
 
-    // Advances x over interval_s > 0. False: more steps than one interval is worth, or tolerances out
-    // of reach; x is then as it was.
+    // Advances x over interval_s > 0. False: more steps than one interval is worth, tolerances out
+    // of reach, or no flow; x is then of no use.
     bool integrate(const void* context, double interval_s, double* x);
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }

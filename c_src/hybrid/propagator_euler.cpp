@@ -11,7 +11,7 @@ bool Propagator::integrate_euler(const void* context, double interval_s, double*
     if (steps > static_cast<double>(max_steps_)) return false;
     const double h = interval_s / steps;
     for (double k = 0; k < steps; ++k) {
-        flow_(context, x, slope_);
+        if (flow_(context, x, slope_) != 0) return false;
         for (int i = 0; i < nx_; ++i) x[i] += h * slope_[i];
     }
     rhs_evals_ += static_cast<std::uint64_t>(steps);

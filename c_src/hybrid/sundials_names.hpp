@@ -33,6 +33,7 @@ constexpr auto erk_set_stop_time = ARKodeSetStopTime;
 constexpr auto erk_reset = ARKodeReset;
 constexpr auto erk_evolve = ARKodeEvolve;
 constexpr auto erk_steps = ARKodeGetNumSteps;
+constexpr auto erk_next_step = ARKodeGetCurrentStep;
 #else
 using real = realtype;
 using boolean = booleantype;
@@ -53,6 +54,7 @@ constexpr auto erk_set_stop_time = ERKStepSetStopTime;
 constexpr auto erk_reset = ERKStepReset;
 constexpr auto erk_evolve = ERKStepEvolve;
 constexpr auto erk_steps = ERKStepGetNumSteps;
+constexpr auto erk_next_step = ERKStepGetCurrentStep;
 #endif
 
 } // namespace hnav::sundials

@@ -12,5 +12,6 @@ extern const OptionList magnetometer_options;
 extern const OptionList turntable_options;
 extern const OptionList imu_mag_sensor_options;
 extern const OptionList aircraft_options;
+extern const OptionList observer_options;
 
 } // namespace hnav

@@ -85,6 +85,7 @@ TEST(HrekfFlow, TheClosedFormIsTheIntegralOfTheFlow) {
             } context{&model, &integrated};
             const auto f = [](const void* c, const double* x, double* dx) {
                 static_cast<const Context*>(c)->model->flow(*static_cast<const Context*>(c)->held, x, dx);
+                return 0;
             };
             double x[35];
             std::memcpy(x, integrated.x, sizeof x);

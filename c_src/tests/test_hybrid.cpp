@@ -166,6 +166,7 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
     const auto flow = [](const void*, const double* x, double* dx) {
         dx[0] = x[1];
         dx[1] = -4 * x[0];
+        return 0;
     };
     const double atol[2] = {1e-12, 1e-12}, probe[2] = {1, 0};
     for (const auto& [integrator, tolerance] :
@@ -186,7 +187,10 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
 }
 
 TEST(Propagator, RemembersNothingOfTheIntervalBefore) {
-    const auto flow = [](const void*, const double* x, double* dx) { dx[0] = -x[0] * x[0]; };
+    const auto flow = [](const void*, const double* x, double* dx) {
+        dx[0] = -x[0] * x[0];
+        return 0;
+    };
     const double atol = 1e-12, probe = 1;
     for (const Integrator integrator : {Integrator::erkstep, Integrator::adams, Integrator::euler}) {
         Propagator propagator;
@@ -202,8 +206,38 @@ TEST(Propagator, RemembersNothingOfTheIntervalBefore) {
     }
 }
 
+// A flow that has no answer beyond 3 is crossed up to there, and one that has none at all is given up; the solver stays usable.
+TEST(Propagator, AFlowMayBeWithoutAnAnswer) {
+    const auto flow = [](const void* broken, const double* x, double* dx) {
+        if (*static_cast<const bool*>(broken)) return -1;
+        dx[0] = -x[0] * x[0] * x[0];
+        return std::fabs(x[0]) > 3 ? 1 : 0;
+    };
+    for (const Integrator integrator : {Integrator::erkstep, Integrator::adams, Integrator::euler}) {
+        Propagator propagator;
+        Propagator::Settings settings;
+        settings.integrator = integrator;
+        settings.euler_step_s = 1e-4;
+        const double atol = 1e-10, probe = 1;
+        settings.atol = &atol;
+        bool broken = false;
+        ASSERT_TRUE(propagator.create(1, flow, settings, &broken, &probe));
+        double x = 2.9; // one step over the whole interval would lead beyond -3
+        EXPECT_TRUE(propagator.integrate(&broken, 1.0, &x));
+        EXPECT_NEAR(x, 1 / std::sqrt(2 + 1 / (2.9 * 2.9)), 1e-3);
+        broken = true;
+        EXPECT_FALSE(propagator.integrate(&broken, 1.0, &(x = 1)));
+        broken = false;
+        EXPECT_TRUE(propagator.integrate(&broken, 1.0, &(x = 1)));
+        EXPECT_NEAR(x, 1 / std::sqrt(3.0), 1e-3);
+    }
+}
+
 TEST(Propagator, EulerConvergesAtFirstOrder) {
-    const auto flow = [](const void*, const double* x, double* dx) { dx[0] = -x[0]; };
+    const auto flow = [](const void*, const double* x, double* dx) {
+        dx[0] = -x[0];
+        return 0;
+    };
     double error[2];
     for (int i = 0; i < 2; ++i) {
         Propagator propagator;

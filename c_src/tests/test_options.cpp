@@ -115,6 +115,28 @@ const Kind<hnav_aircraft_options> aircraft = {
     },
     hnav_aircraft_option, "hnav_aircraft_defaults"};
 
+// The answer of a plant: what decays.
+int decay(void*, double, const double* x, const double*, const double*, double* dx) {
+    dx[0] = -x[0];
+    return 0;
+}
+
+const Kind<hnav_observer_options> observer = {[] { return hnav_observer_defaults(); },
+                                              [](const hnav_observer_options* o, char* message) {
+                                                  const double one = 1;
+                                                  auto plant = hnav_sized<hnav_plant>();
+                                                  plant.n_states = plant.n_outputs = 1;
+                                                  plant.derivatives = plant.outputs = decay;
+                                                  auto known = hnav_sized<hnav_observer_statistics>();
+                                                  known.start_sigma = known.sensor_sigma = &one;
+                                                  hnav_observer* made;
+                                                  const hnav_status status =
+                                                      hnav_observer_create(&made, o, &plant, &known, message, bytes);
+                                                  hnav_observer_destroy(made);
+                                                  return status;
+                                              },
+                                              hnav_observer_option, "hnav_observer_defaults"};
+
 // Calls law with each kind.
 template <class Law>
 void of_every_kind(Law&& law) {
@@ -125,6 +147,7 @@ void of_every_kind(Law&& law) {
     law(turntable);
     law(sensor);
     law(aircraft);
+    law(observer);
 }
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }

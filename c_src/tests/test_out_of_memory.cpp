@@ -71,6 +71,24 @@ std::vector<Call> ins_error_filters() {
     return calls;
 }
 
+int decay(void*, double, const double* x, const double*, const double*, double* dx) {
+    dx[0] = -x[0];
+    return 0;
+}
+
+Call observer() {
+    return creation<hnav_observer>("observer", hnav_observer_destroy, [](hnav_observer** out, char* text, std::size_t size) {
+        const double one = 1;
+        auto plant = hnav_sized<hnav_plant>();
+        plant.n_states = plant.n_outputs = 1;
+        plant.derivatives = plant.outputs = decay;
+        auto known = hnav_sized<hnav_observer_statistics>();
+        known.start_sigma = known.sensor_sigma = &one;
+        const hnav_observer_options options = hnav_observer_defaults();
+        return hnav_observer_create(out, &options, &plant, &known, text, size);
+    });
+}
+
 std::vector<Call> plants() {
     return {creation<hnav_turntable>("turntable", hnav_turntable_destroy,
                                      [](hnav_turntable** out, char* text, std::size_t size) {
@@ -190,6 +208,8 @@ TEST(OutOfMemory, OfAnInsErrorFilterOfAnyForm) {
 TEST(OutOfMemory, OfAPlantAndItsSensors) {
     for (const Call& call : plants()) fails_cleanly_at_every_request(call);
 }
+
+TEST(OutOfMemory, OfAnObserver) { fails_cleanly_at_every_request(observer()); }
 
 TEST(OutOfMemory, OfACalibration) { fails_cleanly_at_every_request(calibration()); }
 

@@ -34,6 +34,7 @@
  *   types.h        status codes, version, sensors, descriptions of options
  *   attitude.h     attitude and heading: the AHRS for real sensors, the HREKF of the paper
  *   ins_error.h    linear models whose measurements have time-correlated errors, such as those of an INS
+ *   observer.h     the states of a plant of one's own
  *   calibration.h  magnetometer calibration
  *   simulation.h   truth and sensor models to drive filters with
  */
@@ -43,6 +44,7 @@
 #include "hnav/attitude.h"
 #include "hnav/calibration.h"
 #include "hnav/ins_error.h"
+#include "hnav/observer.h"
 #include "hnav/simulation.h"
 #include "hnav/types.h"
 

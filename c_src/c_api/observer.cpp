@@ -1,0 +1,235 @@
+// The C boundary of the observer: how one is made, and its samples.
+#include "c_api/observer.hpp"
+
+#include "c_api/sized.hpp"
+#include "observer/callback_plant.hpp"
+#include "options/lists.hpp"
+
+#include <cmath>
+
+using hnav::observer::Answer;
+using hnav::observer::Function;
+using hnav::observer::Problem;
+using hnav::observer::Refusal;
+
+namespace {
+
+constexpr double max_time_s = 1e12; // beyond, an interval is lost in the rounding
+
+hnav_status status_of(const Refusal& why) {
+    switch (why.kind) {
+    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
+    case Refusal::size: return HNAV_ERROR_SIZE;
+    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
+    case Refusal::plant: return HNAV_ERROR_SOLVER;
+    default: return HNAV_ERROR_OPTION;
+    }
+}
+
+hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
+    return {k.start,           k.start_sigma, k.noise,        k.nominal, k.ready_sigma,
+            k.time_constant_s, k.input_start, k.sensor_sigma, k.gate_nis};
+}
+
+// The moment of a given start is a sample of its own kind.
+void push_start(hnav_observer* o) {
+    const double none = 0;
+    if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
+}
+
+bool take_memory(hnav_observer* o) {
+    using hnav::observer::Workspace;
+    hnav::Arena count;
+    const Problem counted(count, o->plant->sizes);
+    Workspace(count, counted);
+    o->block = hnav::take_block(count.used());
+    if (!o->block) return false;
+    hnav::Arena arena(o->block);
+    o->problem.emplace(arena, o->plant->sizes);
+    o->work.emplace(arena, *o->problem);
+    return true;
+}
+
+hnav_status prove(hnav_observer* o, hnav::observer::Plant& prover, double start_s, const hnav::CallersMessage& caller) {
+    o->work->linearisation.create(*o->plant);
+    Refusal why;
+    double* work = static_cast<double*>(hnav::take_block(hnav::observer::proof_doubles(*o->problem) * sizeof(double)));
+    if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
+    const bool answers = hnav::observer::prove(prover, *o->problem, o->work->linearisation, start_s, work, &o->proof, why);
+    hnav::release_block(work);
+    if (!answers) return caller.fail(status_of(why), "%s", why.text);
+    if (!o->proof.memoryless)
+        return caller.fail(HNAV_ERROR_UNSUPPORTED,
+                           "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
+                           "they must depend on time, states, inputs and parameters alone");
+    return HNAV_OK;
+}
+
+hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options, std::uint64_t fingerprint,
+                          const hnav::CallersMessage& caller) {
+    hnav::observer::ModelSettings settings;
+    settings.start_at_first_sample = options.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE;
+    settings.rtol = options.rtol;
+    settings.covariance_rtol = options.covariance_rtol;
+    hnav_observer::Filter::Settings e;
+    e.propagator.rtol = e.atol = options.rtol;
+    e.propagator.max_steps = options.max_steps;
+    e.horizon_s = options.horizon_s;
+    // The base of the chain takes a place, and so does the moment of a given start.
+    e.queue_capacity = options.queue_capacity + 2;
+    e.fingerprint = o->problem->fingerprint(fingerprint);
+    o->work->trouble = {};
+    o->work->asked = false;
+    if (o->filter.create({*o->plant, *o->problem, *o->work, settings}, e)) return HNAV_OK;
+    if (o->work->trouble.any)
+        return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
+    if (o->work->asked)
+        return caller.fail(HNAV_ERROR_SOLVER,
+                           "the first millisecond from the start takes more than max_steps = %d steps: the plant is stiff",
+                           options.max_steps);
+    return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer with N = %d and queue_capacity = %d", o->problem->N,
+                       options.queue_capacity);
+}
+
+hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hnav::observer::Plant& prover,
+                     const hnav::observer::Statistics& known, std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
+    if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
+    Refusal why;
+    if (!o->problem->assign(known, why)) return caller.fail(status_of(why), "%s", why.text);
+    if (options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = options.start_time_s;
+    hnav_status status = prove(o, prover, options.start_time_s, caller);
+    if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
+    if (status == HNAV_OK) push_start(o);
+    return status;
+}
+
+hnav_status push(hnav_observer* o, const char* kind, int index, int count, int channel, double t_s, double value) {
+    if (index < 0 || index >= count)
+        return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no %s %d: there are %d", kind, index, count);
+    if (!std::isfinite(t_s) || !std::isfinite(value)) {
+        ++o->filter.refused.non_finite;
+        return o->fail(HNAV_ERROR_NON_FINITE, "sample of %s %d at t = %g s is not finite: %g", kind, index, t_s, value);
+    }
+    if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
+    switch (o->filter.push({t_s, channel, &value})) {
+    case hnav::Outcome::ok: return HNAV_OK;
+    case hnav::Outcome::late:
+        return o->fail(HNAV_ERROR_LATE_SAMPLE, "sample of %s %d at t = %.9g s is late: samples before %.9g s are closed", kind,
+                       index, t_s, o->filter.late_limit_s());
+    default:
+        return o->fail(HNAV_ERROR_QUEUE_FULL,
+                       "the queue is full: advance before pushing %s %d at t = %.9g s, or raise queue_capacity", kind, index,
+                       t_s);
+    }
+}
+
+// Why samples were dropped: what the plant answered, if it was that.
+hnav_status no_estimate(const hnav_observer* o, double t_s) {
+    const auto& trouble = o->work->trouble;
+    if (!trouble.any)
+        return o->fail(HNAV_ERROR_SOLVER,
+                       "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
+                       "max_steps steps, as a stiff plant needs",
+                       t_s);
+    const char* what = trouble.function == Function::derivatives ? "derivatives" : "outputs";
+    const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
+                         : trouble.answer == Answer::broken ? "failed in"
+                                                            : "had no answer for";
+    return o->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the plant %s its %s at t = %.9g s%s%s", t_s, answer,
+                   what, o->filter.stamp_of(trouble.t_s), *o->plant->said() ? ": " : "", o->plant->said());
+}
+
+} // namespace
+
+namespace hnav {
+
+hnav_status make_observer(hnav_observer** observer, const hnav_observer_options& options, observer::Plant* plant,
+                          observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
+                          const CallersMessage& caller) {
+    auto* made = make_object<hnav_observer>();
+    if (!made) {
+        plant->destroy();
+        return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
+    }
+    made->plant = plant;
+    const hnav_status status = complete(made, options, prover, known, fingerprint, caller);
+    if (status != HNAV_OK) destroy_object(made);
+    else *observer = made;
+    return status;
+}
+
+hnav_status advance(hnav_observer* o, double t_s) {
+    if (!std::isfinite(t_s)) return o->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
+    if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
+    o->work->trouble = {};
+    const double before = o->instants();
+    const Outcome outcome = o->filter.advance(t_s);
+    o->dropped += static_cast<std::uint64_t>(before - o->instants());
+    switch (outcome) {
+    case Outcome::ok: return HNAV_OK;
+    case Outcome::backwards:
+        return o->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, o->filter.now_s());
+    default: return no_estimate(o, t_s);
+    }
+}
+
+} // namespace hnav
+
+extern "C" {
+
+hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_options* options, const hnav_plant* plant,
+                                 const hnav_observer_statistics* known, char* message, size_t message_size) {
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!observer) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "observer is null");
+    *observer = nullptr;
+    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (!plant) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant is null");
+    if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
+    hnav_status status = hnav::check_size(caller, *plant, "plant", "hnav_plant");
+    if (status == HNAV_OK) status = hnav::check_size(caller, *known, "known", "hnav_observer_statistics");
+    if (status == HNAV_OK) status = caller.check_options(options, hnav::observer_options);
+    if (status != HNAV_OK) return status;
+    const hnav_plant given = hnav::take_in(*plant);
+    if (!given.derivatives) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant.derivatives is null");
+    if (!given.outputs) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant.outputs is null");
+    auto* made = hnav::make_object<hnav::observer::CallbackPlant>(given);
+    if (!made) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
+    Refusal why;
+    if (!Problem::sizes_fit(made->sizes, why)) {
+        made->destroy();
+        return caller.fail(status_of(why), "%s", why.text);
+    }
+    return hnav::make_observer(observer, *options, made, *made, statistics_of(hnav::take_in(*known)),
+                               hnav::fingerprint(hnav::observer_options, options), caller);
+}
+
+void hnav_observer_destroy(hnav_observer* observer) { hnav::destroy_object(observer); }
+
+hnav_status hnav_observer_reset(hnav_observer* observer) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    observer->filter.reset();
+    observer->dropped = 0;
+    push_start(observer);
+    return HNAV_OK;
+}
+
+const char* hnav_observer_message(const hnav_observer* observer) { return observer ? observer->message : "observer is null"; }
+
+hnav_status hnav_observer_push_input(hnav_observer* observer, int32_t input, double t_s, double value) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    return push(observer, "input", input, observer->problem->known, input, t_s, value);
+}
+
+hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor, double t_s, double value) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    return push(observer, "sensor", sensor, observer->problem->sensors, observer->filter.model().sensor_channel(sensor), t_s,
+                value);
+}
+
+hnav_status hnav_observer_advance(hnav_observer* observer, double t_s) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    return hnav::advance(observer, t_s);
+}
+
+} // extern "C"

@@ -1,0 +1,158 @@
+// The C boundary of the observer: what it answers, arrays, saved states.
+#include "c_api/observer.hpp"
+#include "c_api/sized.hpp"
+
+#include <cmath>
+
+using hnav::observer::Layout;
+
+namespace {
+
+hnav_status check_sensor(const hnav_observer* o, int sensor) {
+    const int count = o->problem->sensors;
+    if (sensor >= 0 && sensor < count) return HNAV_OK;
+    return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no sensor %d: there are %d", sensor, count);
+}
+
+double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
+
+void write_row(const hnav_observer& o, const double* sensors, bool used, const hnav_observer_run_output& out, std::size_t i) {
+    const int N = o.problem->N, m = o.problem->sensors;
+    o.filter.model().estimate(o.filter.shown(), row(out.x, i, N), row(out.sigma, i, N), row(out.covariance, i, N * N));
+    if (out.ready) out.ready[i] = o.number(o.layout().ready) != 0;
+    const struct {
+        double* rows;
+        Layout::OfSensor what;
+    } wanted[] = {{out.innovation, Layout::innovation}, {out.innovation_sigma, Layout::innovation_sigma}, {out.nis, Layout::nis}};
+    for (const auto& w : wanted)
+        for (int k = 0; w.rows && k < m; ++k)
+            row(w.rows, i, m)[k] = used && !std::isnan(sensors[k]) ? o.number(o.layout().of_sensor(k, w.what)) : std::nan("");
+}
+
+// A value of NaN is no sample.
+hnav_status push_row(hnav_observer* o, const hnav_observer_run_input& in, std::size_t i) {
+    const int known = o->problem->known, sensors = o->problem->sensors;
+    for (int k = 0; in.inputs && k < known; ++k)
+        if (const double value = in.inputs[i * known + k]; !std::isnan(value))
+            if (const hnav_status status = hnav_observer_push_input(o, k, in.t_s[i], value)) return status;
+    for (int k = 0; k < sensors; ++k)
+        if (const double value = in.sensors[i * sensors + k]; !std::isnan(value))
+            if (const hnav_status status = hnav_observer_push(o, k, in.t_s[i], value)) return status;
+    return HNAV_OK;
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, double* sigma) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    observer->filter.model().estimate(observer->filter.shown(), x, sigma, nullptr);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P) {
+    REQUIRE(observer, P);
+    observer->filter.model().estimate(observer->filter.shown(), nullptr, nullptr, P);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sensor, hnav_observer_innovation_of* out) {
+    REQUIRE_STRUCT(observer, out, hnav_observer_innovation_of);
+    if (const hnav_status status = check_sensor(observer, sensor)) return status;
+    const auto number = [&](Layout::OfSensor what) { return observer->number(observer->layout().of_sensor(sensor, what)); };
+    if (number(Layout::samples) == 0) return observer->fail(HNAV_ERROR_NO_DATA, "no sample of sensor %d yet", sensor);
+    hnav_observer_innovation_of result{};
+    result.innovation = number(Layout::innovation);
+    result.sigma = number(Layout::innovation_sigma);
+    result.nis = number(Layout::nis);
+    result.mean_nis = number(Layout::mean_nis);
+    result.samples = static_cast<std::uint64_t>(number(Layout::samples));
+    result.inflated = static_cast<std::uint64_t>(number(Layout::gated));
+    hnav::hand_out(result, out);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info) {
+    REQUIRE_STRUCT(observer, info, hnav_observer_info);
+    const auto& filter = observer->filter;
+    const Layout at = observer->layout();
+    hnav_observer_info result{};
+    result.n_estimated = observer->problem->N;
+    result.begun = observer->number(at.begun) != 0;
+    result.ready = observer->number(at.ready) != 0;
+    result.repeatable = observer->proof.repeatable;
+    result.now_s = filter.now_s();
+    result.newest_s = filter.newest_s();
+    result.late_limit_s = filter.late_limit_s();
+    result.events = static_cast<std::uint64_t>(observer->number(at.events));
+    result.corrections = static_cast<std::uint64_t>(observer->number(at.corrections));
+    result.late = filter.refused.late;
+    result.non_finite = filter.refused.non_finite;
+    result.dropped = observer->dropped;
+    result.flow_evaluations = filter.propagator().rhs_evals();
+    result.steps = filter.propagator().steps();
+    hnav::hand_out(result, info);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_proof(const hnav_observer* observer, hnav_plant_block block, hnav_observer_block_proof* proof) {
+    REQUIRE_STRUCT(observer, proof, hnav_observer_block_proof);
+    using hnav::observer::functions;
+    using hnav::observer::variables;
+    const int index = static_cast<int>(block);
+    if (index < 0 || index >= functions * variables)
+        return observer->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no block %d of derivatives", index);
+    const hnav::observer::BlockProof& found = observer->proof.block[index / variables][index % variables];
+    hnav_observer_block_proof result{};
+    result.offered = found.offered;
+    result.exact = found.exact;
+    result.row = found.row;
+    result.column = found.column;
+    result.told = found.told;
+    result.measured = found.measured;
+    hnav::hand_out(result, proof);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
+                              const hnav_observer_run_output* output, size_t* rows_done) {
+    if (rows_done) *rows_done = 0;
+    REQUIRE_STRUCT(observer, input, hnav_observer_run_input);
+    REQUIRE_STRUCT(observer, output, hnav_observer_run_output);
+    if (n > 0) {
+        REQUIRE(observer, input->t_s);
+        REQUIRE(observer, input->sensors);
+    }
+    const hnav_observer_run_input in = hnav::take_in(*input);
+    const hnav_observer_run_output out = hnav::take_in(*output);
+    for (size_t i = 0; i < n; ++i) {
+        hnav_status status = push_row(observer, in, i);
+        const std::uint64_t dropped = observer->dropped;
+        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = hnav::advance(observer, in.t_s[i]);
+        if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
+        write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
+        if (rows_done) *rows_done = i + 1;
+    }
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes) {
+    REQUIRE(observer, bytes);
+    *bytes = observer->filter.state_size();
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes) {
+    REQUIRE(observer, buffer);
+    if (const hnav_status status = hnav::save_status(*observer, bytes, observer->filter.state_size())) return status;
+    observer->filter.save(buffer);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes) {
+    REQUIRE(observer, buffer);
+    return hnav::load_status(*observer, observer->filter.load(buffer, bytes), "observer", bytes, observer->filter.state_size());
+}
+
+} // extern "C"

@@ -1,0 +1,189 @@
+/* Observer: the states of a plant of one's own from its sensors, with their uncertainty. The plant is given by callbacks:
+ *
+ *     x' = f(t, x, u, p) + w,   y = h(t, x, u, p) + v
+ *
+ *     hnav_plant plant = {.size = sizeof plant, .n_states = 2, .n_outputs = 1, .context = &mine, .derivatives = f, .outputs = h};
+ *     hnav_observer_statistics known = {.size = sizeof known, .start = x0, .start_sigma = sigma0, .noise = q, .sensor_sigma = r};
+ *     hnav_observer_options options = hnav_observer_defaults();
+ *     hnav_observer* observer;
+ *     hnav_observer_create(&observer, &options, &plant, &known, message, sizeof message);
+ *     while (...) {
+ *         hnav_observer_push(observer, 0, t_s, y);
+ *         hnav_observer_advance(observer, t_s);
+ *         hnav_observer_estimate(observer, x, sigma);
+ *     }
+ *
+ * What is estimated, X, has N numbers: the states, then the unknown inputs, then the parameters. Units are the plant's, times
+ * seconds. Between samples SUNDIALS integrates the states and their transition matrix; the samples of an instant correct
+ * together (extended Kalman filter, Joseph's form), inputs of that instant before sensors. The same samples give the same bits
+ * whatever times are asked for. A plant without events is assumed: its answers depend on nothing but what it is given. */
+#ifndef HNAV_OBSERVER_H
+#define HNAV_OBSERVER_H
+
+#include "hnav/options/observer.h"
+#include "hnav/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct hnav_observer hnav_observer;
+
+HNAV_API hnav_observer_options hnav_observer_defaults(void);
+
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_observer_option(int32_t index);
+
+/* ------------------------------------------------------------------------------------------------ plant */
+
+/* A function of the plant at a point: x (n_states), u (n_inputs), p (n_parameters). It writes values and answers 0; 1 when
+ * there is no answer at this point (the solver tries a nearer one), as for a number that is not finite; -1 when there is none at
+ * all. The same point must have the same answer. Must not call the observer that asks it. */
+typedef int (*hnav_plant_function)(void* context, double t_s, const double* x, const double* u, const double* p, double* values);
+
+typedef struct hnav_plant {
+    size_t size;              /* of this struct; set by the caller */
+    int32_t n_states;         /* 1 or more */
+    int32_t n_inputs;         /* all of them */
+    int32_t n_unknown_inputs; /* the last of the inputs: nobody samples them, they are estimated */
+    int32_t n_parameters;     /* that are estimated */
+    int32_t n_outputs;        /* sensors, 1 or more */
+    void* context;            /* handed to the functions */
+    hnav_plant_function derivatives; /* n_states */
+    hnav_plant_function outputs;     /* n_outputs */
+    /* Derivatives of either by X: n_states x N and n_outputs x N, row-major. Null: differences. What create does not find
+     * confirmed by differences is not used; hnav_observer_proof tells. */
+    hnav_plant_function derivatives_jacobian;
+    hnav_plant_function outputs_jacobian;
+} hnav_plant;
+
+/* Copied by create. Lengths: N unless said otherwise. Null where a default stands for it. */
+typedef struct hnav_observer_statistics {
+    size_t size;                   /* of this struct; set by the caller */
+    const double* start;           /* X at the start; null: zero */
+    const double* start_sigma;     /* its standard deviations, at least 0; not null */
+    const double* noise;           /* white noise that drives X, unit / sqrt(s), at least 0; null: none */
+    const double* nominal;         /* usual sizes, beside start and start_sigma the scale of tolerances; null: 1 */
+    const double* ready_sigma;     /* see hnav_observer_info.ready; above 0; null: no limit */
+    const double* time_constant_s; /* n_unknown_inputs: d' = -d / tau + w; 0 and null: random walk */
+    const double* input_start;     /* known inputs before their first sample; null: zero */
+    const double* sensor_sigma;    /* n_outputs: white noise of a sample, above 0; not null */
+    const double* gate_nis;        /* n_outputs: once ready, the variance of a sample of larger NIS is inflated by NIS / gate;
+                                      0 and null: never */
+} hnav_observer_statistics;
+
+/* Refused, with a message that names what is wrong: sizes (SIZE; N at most 64, known inputs and sensors together at most 62),
+ * null (NULL_ARGUMENT), numbers that are not finite (NON_FINITE) or impossible (OPTION), a plant without an answer at the start
+ * (SOLVER), or one that remembers what it was asked (UNSUPPORTED). The plant is asked some hundred times: in three sigma of
+ * its start. */
+HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_options* options, const hnav_plant* plant,
+                                          const hnav_observer_statistics* known, char* message, size_t message_size);
+/* Null is allowed. */
+HNAV_API void hnav_observer_destroy(hnav_observer* observer);
+/* Back to the start, no samples. */
+HNAV_API hnav_status hnav_observer_reset(hnav_observer* observer);
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_observer_message(const hnav_observer* observer);
+
+/* ------------------------------------------------------------------------------------------------ samples */
+
+/* A known input has this value from t_s on; a sensor (output of the plant) reads it at t_s. Errors: OUT_OF_RANGE (no such
+ * input or sensor, time), NON_FINITE, LATE_SAMPLE (dropped and counted), QUEUE_FULL. */
+HNAV_API hnav_status hnav_observer_push_input(hnav_observer* observer, int32_t input, double t_s, double value);
+HNAV_API hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor, double t_s, double value);
+
+/* Uses the samples up to t_s and shows the estimate there. Errors: TIME_BACKWARDS; SOLVER: the plant had no answer, or samples
+ * led to no usable estimate; these samples were dropped and counted, the message says what the plant answered. */
+HNAV_API hnav_status hnav_observer_advance(hnav_observer* observer, double t_s);
+
+/* ------------------------------------------------------------------------------------------------ estimate */
+
+/* At the time of the last advance; before the first sample that of the start. N each; null is not written. */
+HNAV_API hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, double* sigma);
+HNAV_API hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P); /* N x N */
+
+typedef struct hnav_observer_innovation_of {
+    size_t size;       /* of this struct; set by the caller */
+    double innovation; /* of the newest used sample: measured minus expected */
+    double sigma;      /* that it was expected to have */
+    double nis;        /* its normalised square: 1 in the mean */
+    double mean_nis;   /* over about the last 50 */
+    uint64_t samples;  /* used */
+    uint64_t inflated; /* by the gate */
+} hnav_observer_innovation_of;
+/* Errors: OUT_OF_RANGE, NO_DATA before its first sample. */
+HNAV_API hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sensor, hnav_observer_innovation_of* out);
+
+typedef struct hnav_observer_info {
+    size_t size;    /* of this struct; set by the caller */
+    int32_t n_estimated; /* N */
+    int32_t begun;  /* the estimate has begun */
+    /* Every sigma is below its ready_sigma, by samples that brought as much information as that stands for, and the mean NIS of
+     * every sensor that was heard lies where 99.9 % of such means do. Three corrections that deny it end it. */
+    int32_t ready;
+    int32_t repeatable; /* the plant answers bit for bit the same: so does the observer */
+    double now_s; /* of what is shown; -infinity before the first advance */
+    double newest_s; /* of the newest used sample; -infinity before the first */
+    double late_limit_s; /* older samples are refused */
+    uint64_t events; /* instants that were used */
+    uint64_t corrections; /* those with a sensor */
+    uint64_t late, non_finite, dropped; /* samples; instants that led to no estimate */
+    uint64_t flow_evaluations, steps; /* of the solver */
+} hnav_observer_info;
+HNAV_API hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info);
+
+/* What became of the derivatives that the plant offers, block by block. */
+typedef enum hnav_plant_block {
+    HNAV_DERIVATIVES_BY_STATES = 0,
+    HNAV_DERIVATIVES_BY_UNKNOWN_INPUTS = 1,
+    HNAV_DERIVATIVES_BY_PARAMETERS = 2,
+    HNAV_OUTPUTS_BY_STATES = 3,
+    HNAV_OUTPUTS_BY_UNKNOWN_INPUTS = 4,
+    HNAV_OUTPUTS_BY_PARAMETERS = 5
+} hnav_plant_block;
+
+typedef struct hnav_observer_block_proof {
+    size_t size; /* of this struct; set by the caller */
+    int32_t offered; /* by the plant */
+    int32_t exact; /* confirmed by differences at five points; otherwise differences are used instead */
+    int32_t row, column; /* of the worst element: derivative or output, number of X */
+    double told, measured; /* there: by the plant, by differences */
+} hnav_observer_block_proof;
+HNAV_API hnav_status hnav_observer_proof(const hnav_observer* observer, hnav_plant_block block, hnav_observer_block_proof* proof);
+
+/* ------------------------------------------------------------------------------------------------ arrays */
+
+/* n rows, each one instant; NaN: no sample. Equal, bit for bit, to push and advance row by row. */
+typedef struct hnav_observer_run_input {
+    size_t size; /* of this struct; set by the caller */
+    const double* t_s; /* n, never running back */
+    const double* sensors; /* n x n_outputs */
+    const double* inputs; /* n x known inputs; null: no samples of any */
+} hnav_observer_run_input;
+
+typedef struct hnav_observer_run_output { /* null: not written */
+    size_t size; /* of this struct; set by the caller */
+    double *x, *sigma; /* n x N */
+    double* covariance; /* n x N x N */
+    double *innovation, *innovation_sigma, *nis; /* n x n_outputs, NaN where the row has no sample or it was not used */
+    uint8_t* ready; /* n */
+} hnav_observer_run_output;
+
+/* A row that the plant has no answer for is dropped and counted, and the next one goes on. rows_done (may be null): less than n
+ * only after an error: NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
+HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
+                                       const hnav_observer_run_output* output, size_t* rows_done);
+
+/* ------------------------------------------------------------------------------------------------ saved state */
+
+/* As for hnav_filter: numbers only; fits observers made with equal options, statistics and plant. */
+HNAV_API hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes);
+HNAV_API hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes);
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the observer is as it was. */
+HNAV_API hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* HNAV_OBSERVER_H */

@@ -1,0 +1,56 @@
+/* Made by c_src/options/generate.py from observer.toml: change that, then ./run generate. */
+#ifndef HNAV_OPTIONS_OBSERVER_H
+#define HNAV_OPTIONS_OBSERVER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* When the plant is in its start state. */
+typedef enum hnav_observer_start {
+    HNAV_OBSERVER_START_FIRST_SAMPLE = 0, /* at the first sample, of an input or a sensor */
+    HNAV_OBSERVER_START_GIVEN = 1         /* at start_time_s; samples before it are not used */
+} hnav_observer_start;
+
+/* Options of the observer, the estimator for a plant of one's own. What belongs to the plant, its noise and its sensors,
+ * stands in hnav_observer_statistics.
+ * Make them with hnav_observer_defaults, then change what you need; hnav_observer_option tells all this at run time. */
+typedef struct hnav_observer_options {
+    size_t size;    /* of this struct in bytes; set by hnav_observer_defaults */
+    uint64_t stamp; /* the list and the version of the library that made it; set likewise */
+
+    /* ------------------------ start
+     * Where the estimate begins. */
+
+    /* When the plant is in its start state: at the first sample, or at start_time_s.
+     * hnav_observer_start, default first_sample. Recordings begin at any time; whatever the plant did before is not known. */
+    int32_t start_mode;
+    /* Time of the start state in mode given; in the other mode the time at which the plant is asked for its first answers.
+     * [-1e12, 1e12] s, default 0. Where simulations begin. */
+    double start_time_s;
+
+    /* ------------------------ timing
+     * Samples that come late. */
+
+    /* How much older than the newest used sample a sample may be.
+     * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
+    double horizon_s;
+    /* Instants that may wait or lie within the horizon.
+     * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
+    int32_t queue_capacity;
+
+    /* ------------------------ solver
+     * Accuracy between samples. */
+
+    /* Relative tolerance of the states; the absolute one is this times the scale of a state.
+     * [1e-12, 1e-2], default 1e-7. Far below what sensors tell, and an interval is still one step of most plants. */
+    double rtol;
+    /* The same of the transition matrix and of the noise that enters.
+     * [1e-12, 0.1], default 1e-4. A sigma is wanted to four digits; with one tolerance for all the plant would be asked
+     * twice as often. */
+    double covariance_rtol;
+    /* Steps of the solver in one interval, beyond which its sample is dropped.
+     * [10, 1e8], default 20000. A second of computing; a plant that needs more is stiff. */
+    int32_t max_steps;
+} hnav_observer_options;
+
+#endif /* HNAV_OPTIONS_OBSERVER_H */

@@ -1,0 +1,45 @@
+// A plant that the caller's functions answer for.
+#pragma once
+
+#include "base/memory.hpp"
+#include "hnav/observer.h"
+#include "observer/plant.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace hnav::observer {
+
+class CallbackPlant final : public Plant {
+public:
+    explicit CallbackPlant(const hnav_plant& given) : given_(given) {
+        sizes = {given.n_states, given.n_inputs, given.n_unknown_inputs, given.n_parameters, given.n_outputs};
+    }
+
+    Answer evaluate(Function function, const Point& at, double* values) override {
+        return ask(function == Function::derivatives ? given_.derivatives : given_.outputs, at, values);
+    }
+
+    bool offers(Function function, Variable) const override { return jacobian_of(function) != nullptr; }
+
+    // The function writes all blocks at once; those that are not wanted are overwritten by whoever does not trust them.
+    Answer jacobian(Function function, const bool (&)[variables], const Point& at, double* J) override {
+        return ask(jacobian_of(function), at, J);
+    }
+
+    void destroy() override { destroy_object(this); }
+
+private:
+    hnav_plant_function jacobian_of(Function function) const {
+        return function == Function::derivatives ? given_.derivatives_jacobian : given_.outputs_jacobian;
+    }
+
+    Answer ask(hnav_plant_function function, const Point& at, double* values) const {
+        const int answer = function(given_.context, at.t_s, at.x, at.u, at.p, values);
+        return answer == 0 ? Answer::ok : answer > 0 ? Answer::elsewhere : Answer::broken;
+    }
+
+    hnav_plant given_;
+};
+
+} // namespace hnav::observer

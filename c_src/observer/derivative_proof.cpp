@@ -1,0 +1,128 @@
+#include "observer/derivative_proof.hpp"
+
+#include "base/hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace hnav::observer {
+namespace {
+
+constexpr int points = 4, other_points = 20;
+
+// In (-1, 1), the same for equal k in every program.
+double scattered(std::uint64_t k) {
+    const std::uint64_t word = hash(&k, sizeof k);
+    return static_cast<double>(word >> 11) * 0x1p-52 - 1;
+}
+
+// A row of numbers of which the first estimated ones may be scattered around the start.
+struct Place {
+    const Problem& problem;
+    double *X, *u;
+
+    Point at(double t_s, int scatter) const {
+        for (int i = 0; i < problem.N; ++i) {
+            const double sigma = std::sqrt(problem.start_variance[i]);
+            const double width = sigma > 0 ? 3 * sigma : 1e-3 * problem.scale[i];
+            X[i] = problem.start[i] + (scatter > 0 ? width * scattered(64 * scatter + i) : 0);
+        }
+        std::copy_n(problem.input_start, problem.known, u);
+        std::copy_n(X + problem.n, problem.sizes.unknown_inputs, u + problem.known);
+        return {t_s, X, u, X + problem.moving};
+    }
+};
+
+bool finite(const double* values, int count) {
+    for (int i = 0; i < count; ++i)
+        if (!std::isfinite(values[i])) return false;
+    return true;
+}
+
+bool answers_at_start(Plant& plant, const Problem& problem, const Point& start, double* values, Refusal& why) {
+    for (const Function f : {Function::derivatives, Function::outputs}) {
+        const char* name = f == Function::derivatives ? "derivatives" : "outputs";
+        const Answer answer = plant.evaluate(f, start, values);
+        if (answer != Answer::ok)
+            return why.refuse(Refusal::plant, "the plant has no %s at the start, t = %g s: it answered %d%s%s", name, start.t_s,
+                              int(answer), *plant.said() ? ": " : "", plant.said());
+        for (int i = 0; i < problem.sizes.rows(f); ++i)
+            if (!std::isfinite(values[i]))
+                return why.refuse(Refusal::plant, "%s[%d] of the plant is %g at the start, t = %g s: give another start", name, i,
+                                  values[i], start.t_s);
+    }
+    return true;
+}
+
+// Keeps the element that is worst of all points.
+void compare(const Problem& problem, Function f, Variable v, const double* told, const double* measured, const double* values,
+             double* worst, BlockProof* block) {
+    const int first = problem.sizes.first(v), count = problem.sizes.count(v), N = problem.N;
+    for (int i = 0; i < problem.sizes.rows(f); ++i) {
+        double row = 0;
+        for (int j = first; j < first + count; ++j) row += std::fabs(measured[i * N + j]) * problem.scale[j];
+        for (int j = first; j < first + count; ++j) {
+            const double a = told[i * N + j], b = measured[i * N + j];
+            // Differences round: so much of the value itself is nothing.
+            const double allowed =
+                1e-4 * (std::fabs(a) + std::fabs(b)) + (1e-5 * row + 1e-9 * std::fabs(values[i])) / problem.scale[j];
+            const double off = a == b ? 0 : std::isfinite(a) ? std::fabs(a - b) / allowed : HUGE_VAL;
+            if (!(off > *worst)) continue;
+            *worst = off;
+            block->row = i;
+            block->column = j;
+            block->told = a;
+            block->measured = b;
+        }
+    }
+}
+
+} // namespace
+
+int proof_doubles(const Problem& problem) {
+    const int rows = std::max(problem.n, problem.sensors);
+    return 2 * rows * problem.N + problem.N + problem.sizes.inputs + 2 * rows;
+}
+
+bool prove(Plant& plant, const Problem& problem, Linearisation& linearisation, double start_s, double* work,
+           DerivativeProof* proof, Refusal& why) {
+    const int rows = std::max(problem.n, problem.sensors), matrix = rows * problem.N;
+    double *told = work, *measured = told + matrix, *X = measured + matrix, *u = X + problem.N;
+    double *values = u + problem.sizes.inputs, *again = values + rows;
+    const Place place{problem, X, u};
+    *proof = {};
+    if (!answers_at_start(plant, problem, place.at(start_s, 0), values, why)) return false;
+
+    for (const Function f : {Function::derivatives, Function::outputs})
+        for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter}) {
+            BlockProof& block = proof->block[int(f)][int(v)];
+            block.offered = linearisation.exact(f, v);
+            if (!block.offered) continue;
+            bool wanted[variables] = {};
+            wanted[int(v)] = true;
+            double worst = 0;
+            for (int k = 0; k <= points; ++k) {
+                const Point at = place.at(start_s, k);
+                if (plant.evaluate(f, at, values) != Answer::ok || !finite(values, problem.sizes.rows(f)) ||
+                    linearisation.differences(plant, f, v, at, measured) != Answer::ok)
+                    continue;
+                std::fill_n(told, matrix, std::nan(""));
+                if (plant.jacobian(f, wanted, at, told) != Answer::ok) worst = HUGE_VAL;
+                compare(problem, f, v, told, measured, values, &worst, &block);
+            }
+            block.exact = worst <= 1;
+            linearisation.set_exact(f, v, block.exact);
+        }
+
+    plant.evaluate(Function::derivatives, place.at(start_s, 0), values);
+    for (int k = 1; k <= other_points; ++k) plant.evaluate(Function::derivatives, place.at(start_s, points + k), again);
+    plant.evaluate(Function::derivatives, place.at(start_s, 0), again);
+    proof->repeatable = std::memcmp(values, again, problem.n * sizeof(double)) == 0;
+    proof->memoryless = true;
+    for (int i = 0; i < problem.n; ++i)
+        if (!(std::fabs(values[i] - again[i]) <= 1e-12 * (std::fabs(values[i]) + std::fabs(again[i])))) proof->memoryless = false;
+    return true;
+}
+
+} // namespace hnav::observer

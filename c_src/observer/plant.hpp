@@ -1,0 +1,60 @@
+// A plant: the model of what is observed, as functions of time, states, inputs and parameters. Who answers, callbacks or
+// an FMU, is behind this.
+#pragma once
+
+namespace hnav::observer {
+
+// elsewhere: no answer at this point, a solver may try one nearer to where it came from. broken: none at all.
+enum class Answer { ok = 0, elsewhere = 1, broken = -1 };
+
+enum class Function { derivatives, outputs };
+enum class Variable { state, unknown_input, parameter };
+constexpr int functions = 2, variables = 3;
+
+struct Point {
+    double t_s;
+    const double *x, *u, *p;
+};
+
+// How many there are of each; the unknown inputs are the last of the inputs.
+struct PlantSizes {
+    int states = 0, inputs = 0, unknown_inputs = 0, parameters = 0, outputs = 0;
+
+    int known_inputs() const { return inputs - unknown_inputs; }
+    // What is estimated: states, unknown inputs, parameters.
+    int estimated() const { return states + unknown_inputs + parameters; }
+    int rows(Function function) const { return function == Function::derivatives ? states : outputs; }
+    int count(Variable variable) const {
+        return variable == Variable::state ? states : variable == Variable::unknown_input ? unknown_inputs : parameters;
+    }
+    // Where a kind of variable begins among what is estimated.
+    int first(Variable variable) const {
+        return variable == Variable::state ? 0 : variable == Variable::unknown_input ? states : states + unknown_inputs;
+    }
+};
+
+class Plant {
+public:
+    PlantSizes sizes;
+
+    virtual Answer evaluate(Function function, const Point& at, double* values) = 0;
+
+    // Whether it knows the derivatives of a function by a kind of variable.
+    virtual bool offers(Function function, Variable variable) const = 0;
+    // Writes those columns of J (rows of the function, columns of all that is estimated, row-major) that are wanted. Only
+    // what is offered is asked.
+    virtual Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) = 0;
+
+    // The state that an output is, or -1.
+    virtual int state_of_output(int) const { return -1; }
+
+    // What it said of its last failure; "" if nothing.
+    virtual const char* said() const { return ""; }
+
+    virtual void destroy() = 0;
+
+protected:
+    ~Plant() = default;
+};
+
+} // namespace hnav::observer

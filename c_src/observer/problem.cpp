@@ -1,0 +1,148 @@
+#include "observer/problem.hpp"
+
+#include "base/hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace hnav::observer {
+namespace {
+
+double at(const double* values, int i, double otherwise) { return values ? values[i] : otherwise; }
+
+// Numbers of the caller's, null where a default stands for them. Their squares are to be numbers too.
+struct Row {
+    const char* name;
+    const double* values;
+    int count;
+    enum Range { any, not_negative, positive } range;
+
+    bool check(Refusal& why) const {
+        for (int i = 0; values && i < count; ++i) {
+            if (!std::isfinite(values[i]))
+                return why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, i, values[i]);
+            const double square = values[i] * values[i];
+            const char* bound = range == positive && !(values[i] > 0 && square > 0) ? "above 0"
+                                : range == not_negative && values[i] < 0            ? "at least 0"
+                                : !std::isfinite(square)                            ? "below 1e154"
+                                                                                    : nullptr;
+            if (bound) return why.refuse(Refusal::impossible, "%s[%d] = %g: it must be %s", name, i, values[i], bound);
+        }
+        return true;
+    }
+};
+
+} // namespace
+
+bool Refusal::refuse(Kind why, const char* format, ...) {
+    kind = why;
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+Problem::Problem(Arena& arena, const PlantSizes& given)
+    : sizes(given),
+      n(given.states),
+      moving(given.states + given.unknown_inputs),
+      N(given.estimated()),
+      known(given.known_inputs()),
+      sensors(given.outputs),
+      start(arena.doubles(N)),
+      start_variance(arena.doubles(N)),
+      noise(arena.doubles(N)),
+      scale(arena.doubles(N)),
+      ready_sigma(arena.doubles(N)),
+      decay_1_s(arena.doubles(given.unknown_inputs)),
+      input_start(arena.doubles(known)),
+      sensor_variance(arena.doubles(sensors)),
+      gate_nis(arena.doubles(sensors)),
+      noise_scale(arena.doubles(N)) {}
+
+bool Problem::sizes_fit(const PlantSizes& s, Refusal& why) {
+    for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs})
+        if (count < 0 || count > max_size)
+            return why.refuse(Refusal::size, "a size of the plant is %d, not 0 to %d", count, max_size);
+    if (s.states == 0) return why.refuse(Refusal::impossible, "the plant has no continuous states: there is nothing to estimate");
+    if (s.outputs == 0) return why.refuse(Refusal::impossible, "no sensor is named: without one nothing can be estimated");
+    if (s.unknown_inputs > s.inputs)
+        return why.refuse(Refusal::size, "%d inputs are unknown, but there are %d", s.unknown_inputs, s.inputs);
+    if (s.estimated() > max_estimated)
+        return why.refuse(Refusal::size, "states, unknown inputs and parameters are %d, the most is %d", s.estimated(),
+                          max_estimated);
+    if (s.known_inputs() + s.outputs > max_channels_used)
+        return why.refuse(Refusal::size, "inputs and sensors are %d, the most is %d", s.known_inputs() + s.outputs,
+                          max_channels_used);
+    return true;
+}
+
+bool Problem::check(const Statistics& g, Refusal& why) const {
+    if (!g.start_sigma) return why.refuse(Refusal::null, "start_sigma is null");
+    if (!g.sensor_sigma) return why.refuse(Refusal::null, "sensor_sigma is null");
+    const Row rows[] = {
+        {"start", g.start, N, Row::any},
+        {"start_sigma", g.start_sigma, N, Row::not_negative},
+        {"noise", g.noise, N, Row::not_negative},
+        {"nominal", g.nominal, N, Row::not_negative},
+        {"ready_sigma", g.ready_sigma, N, Row::positive},
+        {"time_constant_s", g.time_constant_s, sizes.unknown_inputs, Row::not_negative},
+        {"input_start", g.input_start, known, Row::any},
+        {"sensor_sigma", g.sensor_sigma, sensors, Row::positive},
+        {"gate_nis", g.gate_nis, sensors, Row::not_negative},
+    };
+    for (const Row& row : rows)
+        if (!row.check(why)) return false;
+    for (int i = 0; i < N; ++i)
+        if (g.start_sigma[i] > 0 || at(g.noise, i, 0) > 0) return true;
+    return why.refuse(Refusal::impossible, "every start_sigma is 0 and there is no noise: give a state a start_sigma or noise");
+}
+
+bool Problem::assign(const Statistics& g, Refusal& why) {
+    if (!check(g, why)) return false;
+    for (int i = 0; i < N; ++i) {
+        start[i] = at(g.start, i, 0);
+        start_variance[i] = g.start_sigma[i] * g.start_sigma[i];
+        noise[i] = at(g.noise, i, 0) * at(g.noise, i, 0);
+        ready_sigma[i] = at(g.ready_sigma, i, HUGE_VAL);
+    }
+    for (int i = 0; i < sizes.unknown_inputs; ++i) {
+        const double tau = at(g.time_constant_s, i, 0);
+        decay_1_s[i] = tau > 0 ? 1 / tau : 0;
+    }
+    for (int i = 0; i < known; ++i) input_start[i] = at(g.input_start, i, 0);
+    for (int i = 0; i < sensors; ++i) {
+        sensor_variance[i] = g.sensor_sigma[i] * g.sensor_sigma[i];
+        gate_nis[i] = at(g.gate_nis, i, 0);
+    }
+    set_scales(g);
+    return true;
+}
+
+// A nominal value of 1 for a pressure of 1e5 Pa is common: it is never trusted alone. What has no noise of its own receives
+// some from the others: a hundredth of the largest is worth no accuracy.
+void Problem::set_scales(const Statistics& g) {
+    double largest = 0;
+    for (int i = 0; i < N; ++i) {
+        const double nominal = at(g.nominal, i, i < n ? 1 : 0);
+        scale[i] = std::max({nominal, std::fabs(start[i]), g.start_sigma[i]});
+        if (!(scale[i] > 0)) scale[i] = 1;
+        largest = std::max(largest, std::sqrt(noise[i]) / scale[i]);
+    }
+    for (int i = 0; i < N; ++i) noise_scale[i] = largest > 0 ? std::sqrt(noise[i]) + 1e-2 * largest * scale[i] : scale[i];
+}
+
+std::uint64_t Problem::fingerprint(std::uint64_t from) const {
+    const int counts[] = {sizes.states, sizes.inputs, sizes.unknown_inputs, sizes.parameters, sizes.outputs, 0};
+    std::uint64_t sum = hash(counts, sizeof counts, from);
+    for (const double* values : {start, start_variance, noise, scale, ready_sigma}) sum = hash(values, N * sizeof(double), sum);
+    sum = hash(decay_1_s, sizes.unknown_inputs * sizeof(double), sum);
+    sum = hash(input_start, known * sizeof(double), sum);
+    sum = hash(sensor_variance, sensors * sizeof(double), sum);
+    return hash(gate_nis, sensors * sizeof(double), sum);
+}
+
+} // namespace hnav::observer

@@ -1,0 +1,94 @@
+// What is to be estimated of a plant, and what is known beforehand of its start, its noise and its sensors.
+//
+//   X = (x, d, theta)   states, unknown inputs, parameters: N numbers, of which x and d move between samples
+//   x' = f(t, x, u, d, theta) + w,   d' = -d / tau + w,   theta' = w;   y = h(t, x, u, d, theta) + v
+#pragma once
+
+#include "base/arena.hpp"
+#include "observer/plant.hpp"
+
+#include <cstdint>
+
+namespace hnav::observer {
+
+constexpr int max_estimated = 64;
+constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
+constexpr int max_size = 1000;        // of anything
+
+// As the caller gives it; null where a default stands for it. Widths: N, unknown inputs, known inputs, outputs.
+struct Statistics {
+    const double* start;           // N; null: zero
+    const double* start_sigma;     // N
+    const double* noise;           // N, density: unit / sqrt(s); null: none
+    const double* nominal;         // N; null: one
+    const double* ready_sigma;     // N, above 0; null: no limit
+    const double* time_constant_s; // unknown inputs; 0 and null: random walk
+    const double* input_start;     // known inputs; null: zero
+    const double* sensor_sigma;    // outputs
+    const double* gate_nis;        // outputs; 0 and null: no gate
+};
+
+// What is wrong with a plant or with what is said of it.
+struct Refusal {
+    enum Kind { null, size, non_finite, impossible, plant } kind = impossible;
+    char text[320] = "";
+
+    __attribute__((format(printf, 3, 4))) bool refuse(Kind why, const char* format, ...);
+};
+
+class Problem {
+public:
+    // Counts on an arena without memory.
+    Problem(Arena& arena, const PlantSizes& sizes);
+
+    static bool sizes_fit(const PlantSizes& sizes, Refusal& why);
+    bool assign(const Statistics& given, Refusal& why);
+    std::uint64_t fingerprint(std::uint64_t start) const;
+
+    const PlantSizes sizes;
+    const int n, moving, N, known, sensors; // states; with unknown inputs; with parameters; known inputs; outputs
+
+    double *start, *start_variance, *noise, *scale, *ready_sigma, *decay_1_s, *input_start; // noise: squared density
+    double *sensor_variance, *gate_nis;
+    double* noise_scale; // of the tolerances of the noise, unit / sqrt(s)
+
+private:
+    bool check(const Statistics& given, Refusal& why) const;
+    void set_scales(const Statistics& given);
+};
+
+// Where the numbers of a state stand: first what flows.
+struct Layout {
+    explicit Layout(const Problem& p)
+        : S(p.moving),
+          Qd(S + p.moving * p.N),
+          clock(Qd + triangle(p.N)),
+          nx(clock + 1),
+          parameters(nx),
+          P(parameters + p.sizes.parameters),
+          inputs(P + triangle(p.N)),
+          information(inputs + p.known),
+          t(information + p.N),
+          usual(t + 1),
+          begun(t + 2),
+          broken(t + 3),
+          ready(t + 4),
+          doubts(t + 5),
+          events(t + 6),
+          corrections(t + 7),
+          sensors(t + 8),
+          numbers(sensors + per_sensor * p.sensors) {}
+
+    static constexpr int triangle(int n) { return n * (n + 1) / 2; }
+    enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, per_sensor };
+    int of_sensor(int i, OfSensor what) const { return sensors + per_sensor * i + what; }
+
+    // x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual` seconds; the time since the event.
+    int S, Qd, clock, nx;
+    int parameters, P, inputs, information;
+    // Of the newest event; about as long as intervals are; flags and counts.
+    int t, usual, begun, broken, ready, doubts, events, corrections, sensors;
+    int numbers;
+};
+
+} // namespace hnav::observer

@@ -1,0 +1,755 @@
+// The observer by its C functions: a Kalman filter where the plant is linear, the same bits however samples come, honest
+// where it is not linear, and steadfast with plants that lie, fail or remember.
+#include "hnav/hnav.h"
+
+#include "counted_heap.hpp"
+#include "laws.hpp"
+#include "maths/discretise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+using hnav::test::Random;
+
+namespace {
+
+using Numbers = std::vector<double>;
+using Bytes = std::vector<unsigned char>;
+
+// What create needs, with numbers that live as long.
+struct Given {
+    hnav_plant plant = hnav_sized<hnav_plant>();
+    hnav_observer_options options = hnav_observer_defaults();
+    Numbers start, start_sigma, noise, nominal, ready_sigma, time_constant, sensor_sigma, gate_nis;
+
+    hnav_observer_statistics known() const {
+        auto k = hnav_sized<hnav_observer_statistics>();
+        const auto data = [](const Numbers& n) { return n.empty() ? nullptr : n.data(); };
+        k.start = data(start);
+        k.start_sigma = data(start_sigma);
+        k.noise = data(noise);
+        k.nominal = data(nominal);
+        k.ready_sigma = data(ready_sigma);
+        k.time_constant_s = data(time_constant);
+        k.sensor_sigma = data(sensor_sigma);
+        k.gate_nis = data(gate_nis);
+        return k;
+    }
+
+    // The message of a refusal, "" for none.
+    std::string refusal(hnav_status expected) const {
+        char message[320] = "";
+        hnav_observer* o = nullptr;
+        const auto k = known();
+        EXPECT_EQ(hnav_observer_create(&o, &options, &plant, &k, message, sizeof message), expected) << message;
+        hnav_observer_destroy(o);
+        return message;
+    }
+};
+
+class Observer {
+public:
+    explicit Observer(const Given& given) {
+        char message[320] = "";
+        const auto known = given.known();
+        EXPECT_EQ(hnav_observer_create(&o_, &given.options, &given.plant, &known, message, sizeof message), HNAV_OK) << message;
+        N_ = info().n_estimated;
+    }
+    Observer(const Observer&) = delete;
+    Observer& operator=(const Observer&) = delete;
+    ~Observer() { hnav_observer_destroy(o_); }
+
+    operator hnav_observer*() const { return o_; }
+    hnav_observer_info info() const {
+        auto info = hnav_sized<hnav_observer_info>();
+        EXPECT_EQ(hnav_observer_get_info(o_, &info), HNAV_OK);
+        return info;
+    }
+    Numbers x() const {
+        Numbers x(N_);
+        EXPECT_EQ(hnav_observer_estimate(o_, x.data(), nullptr), HNAV_OK);
+        return x;
+    }
+    Numbers sigma() const {
+        Numbers sigma(N_);
+        EXPECT_EQ(hnav_observer_estimate(o_, nullptr, sigma.data()), HNAV_OK);
+        return sigma;
+    }
+    Numbers P() const {
+        Numbers P(N_ * N_);
+        EXPECT_EQ(hnav_observer_covariance(o_, P.data()), HNAV_OK);
+        return P;
+    }
+    // e' P^-1 e
+    double nees(const Numbers& truth) const {
+        const Numbers x = this->x(), P = this->P();
+        const Eigen::VectorXd e =
+            Eigen::Map<const Eigen::VectorXd>(x.data(), N_) - Eigen::Map<const Eigen::VectorXd>(truth.data(), N_);
+        return e.dot(Eigen::Map<const Eigen::MatrixXd>(P.data(), N_, N_).ldlt().solve(e));
+    }
+    hnav_observer_innovation_of innovation(int sensor) const {
+        auto out = hnav_sized<hnav_observer_innovation_of>();
+        EXPECT_EQ(hnav_observer_innovation(o_, sensor, &out), HNAV_OK);
+        return out;
+    }
+    hnav_observer_block_proof proof(hnav_plant_block block) const {
+        auto out = hnav_sized<hnav_observer_block_proof>();
+        EXPECT_EQ(hnav_observer_proof(o_, block, &out), HNAV_OK);
+        return out;
+    }
+    Bytes saved() const {
+        size_t bytes = 0;
+        EXPECT_EQ(hnav_observer_state_size(o_, &bytes), HNAV_OK);
+        Bytes state(bytes);
+        EXPECT_EQ(hnav_observer_save(o_, state.data(), bytes), HNAV_OK);
+        return state;
+    }
+    std::string message() const { return hnav_observer_message(o_); }
+
+private:
+    hnav_observer* o_ = nullptr;
+    int N_ = 0;
+};
+
+// ------------------------------------------------------------------------------------------------ plants
+
+// A mass on a spring beside a slow first-order lag, driven by a force: linear.
+constexpr double spring = 4, friction = 0.3, lag_1_s = 0.2;
+
+int linear_derivatives(void*, double, const double* x, const double* u, const double*, double* dx) {
+    dx[0] = x[1];
+    dx[1] = -spring * x[0] - friction * x[1] + u[0];
+    dx[2] = lag_1_s * (x[0] - x[2]);
+    return 0;
+}
+
+int linear_outputs(void*, double, const double* x, const double* u, const double*, double* y) {
+    y[0] = x[0];
+    y[1] = x[2] + 0.5 * u[0];
+    return 0;
+}
+
+Given linear() {
+    Given g;
+    g.plant.n_states = 3;
+    g.plant.n_inputs = 1;
+    g.plant.n_outputs = 2;
+    g.plant.derivatives = linear_derivatives;
+    g.plant.outputs = linear_outputs;
+    g.start = {1, 0, 0.3};
+    g.start_sigma = {0.5, 0.7, 0.2};
+    g.noise = {0, 0.3, 0.02};
+    g.sensor_sigma = {0.05, 0.1};
+    return g;
+}
+
+int van_der_pol(void*, double, const double* x, const double*, const double*, double* dx) {
+    dx[0] = x[1];
+    dx[1] = (1 - x[0] * x[0]) * x[1] - x[0];
+    return 0;
+}
+
+int van_der_pol_jacobian(void*, double, const double* x, const double*, const double*, double* J) {
+    J[0] = 0;
+    J[1] = 1;
+    J[2] = -2 * x[0] * x[1] - 1;
+    J[3] = 1 - x[0] * x[0];
+    return 0;
+}
+
+int first_state(void*, double, const double* x, const double*, const double*, double* y) {
+    y[0] = x[0];
+    return 0;
+}
+
+Given oscillator() {
+    Given g;
+    g.plant.n_states = 2;
+    g.plant.n_outputs = 1;
+    g.plant.derivatives = van_der_pol;
+    g.plant.outputs = first_state;
+    g.start = {2, 0};
+    g.start_sigma = {1, 1};
+    g.noise = {0.01, 0.1};
+    g.sensor_sigma = {0.05};
+    return g;
+}
+
+// The truth by Heun's method with noise, twenty steps to a sample.
+struct VanDerPol {
+    explicit VanDerPol(unsigned seed) : random(seed) {}
+
+    void step(double T) {
+        for (int k = 0; k < 20; ++k) {
+            const double d = T / 20;
+            double f1[2], f2[2];
+            van_der_pol(nullptr, 0, x.data(), nullptr, nullptr, f1);
+            const double y[2] = {x[0] + d * f1[0], x[1] + d * f1[1]};
+            van_der_pol(nullptr, 0, y, nullptr, nullptr, f2);
+            x[0] += d / 2 * (f1[0] + f2[0]) + random.normal(0.01 * std::sqrt(d));
+            x[1] += d / 2 * (f1[1] + f2[1]) + random.normal(0.1 * std::sqrt(d));
+        }
+    }
+
+    Random random;
+    Numbers x{2, 0};
+};
+
+// ------------------------------------------------------------------------------------------------ samples
+
+struct Sample {
+    double t_s;
+    bool input;
+    int index;
+    double value;
+};
+
+// Two sensors with intervals of their own and an input that is held between: as a recording has them.
+std::vector<Sample> samples_of_linear(double duration_s, unsigned seed = 3) {
+    Random random(seed);
+    std::vector<Sample> samples;
+    for (int k = 0; 0.05 * k <= duration_s; ++k) {
+        const double t_s = 0.05 * k;
+        if (k % 8 == 0) samples.push_back({t_s, true, 0, std::sin(t_s)});
+        samples.push_back({t_s, false, 0, std::cos(2 * t_s) + random.normal(0.05)});
+        if (k % 3 == 0) samples.push_back({t_s + (k % 2 ? 0.0 : 0.013), false, 1, 0.2 + random.normal(0.1)});
+    }
+    std::stable_sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.t_s < b.t_s; });
+    return samples;
+}
+
+hnav_status push(hnav_observer* o, const Sample& s) {
+    return s.input ? hnav_observer_push_input(o, s.index, s.t_s, s.value) : hnav_observer_push(o, s.index, s.t_s, s.value);
+}
+
+void go_through(hnav_observer* o, const std::vector<Sample>& samples) {
+    for (const Sample& s : samples) {
+        ASSERT_EQ(push(o, s), HNAV_OK);
+        ASSERT_EQ(hnav_observer_advance(o, s.t_s), HNAV_OK) << hnav_observer_message(o);
+    }
+}
+
+// The Kalman filter of the linear plant, discretised exactly.
+struct KalmanFilter {
+    Eigen::Vector3d x{1, 0, 0.3};
+    Eigen::Matrix3d P = Eigen::Vector3d(0.25, 0.49, 0.04).asDiagonal();
+    double t_s = 0, u = 0;
+
+    void flow(double to_s) {
+        if (to_s == t_s) return;
+        hnav::Small A(3, 3), B(3, 1), Q = hnav::Small::Zero(3, 3);
+        A << 0, 1, 0, -spring, -friction, 0, lag_1_s, 0, -lag_1_s;
+        B << 0, 1, 0;
+        Q(1, 1) = 0.09;
+        Q(2, 2) = 4e-4;
+        const hnav::Discrete d = hnav::discretise(A, B, Q, to_s - t_s);
+        x = (d.A * x + d.B * u).eval();
+        P = (d.A * P * d.A.transpose() + d.Q).eval();
+        t_s = to_s;
+    }
+
+    void use(const Sample& s) {
+        flow(s.t_s);
+        if (s.input) {
+            u = s.value;
+            return;
+        }
+        Eigen::RowVector3d H = s.index == 0 ? Eigen::RowVector3d(1, 0, 0) : Eigen::RowVector3d(0, 0, 1);
+        const double R = s.index == 0 ? 0.0025 : 0.01, S = H * P * H.transpose() + R;
+        const Eigen::Vector3d K = P * H.transpose() / S;
+        x += K * (s.value - H * x - (s.index == 1 ? 0.5 * u : 0));
+        P = (P - K * H * P).eval();
+    }
+};
+
+} // namespace
+
+// ------------------------------------------------------------------------------------------------ laws
+
+TEST(Observer, OfALinearPlantIsAKalmanFilter) {
+    Given given = linear();
+    given.options.queue_capacity = 1000;
+    Observer observer(given);
+    KalmanFilter exact;
+    for (const Sample& s : samples_of_linear(20)) {
+        ASSERT_EQ(push(observer, s), HNAV_OK);
+        exact.use(s);
+    }
+    ASSERT_EQ(hnav_observer_advance(observer, 20.3), HNAV_OK);
+    exact.flow(20.3);
+    for (int i = 0; i < 3; ++i) {
+        const double sigma = std::sqrt(exact.P(i, i));
+        EXPECT_NEAR(observer.x()[i], exact.x[i], 1e-5 * sigma);
+        EXPECT_NEAR(observer.sigma()[i], sigma, 1e-5 * sigma);
+        for (int j = 0; j < 3; ++j) EXPECT_NEAR(observer.P()[3 * i + j], exact.P(i, j), 1e-5 * sigma * std::sqrt(exact.P(j, j)));
+    }
+}
+
+TEST(Observer, TimesThatAreAskedForDoNotChangeTheEstimate) {
+    const Given given = linear();
+    const auto samples = samples_of_linear(5);
+    Observer reference(given);
+    go_through(reference, samples);
+    ASSERT_EQ(hnav_observer_advance(reference, 5.5), HNAV_OK);
+    for (const double step : {0.0037, 0.02, 0.31, 5.5}) {
+        Given roomy = given;
+        roomy.options.queue_capacity = 1000;
+        Observer observer(step > 1 ? roomy : given);
+        std::size_t next = 0;
+        for (double t = step; next < samples.size(); t += step) {
+            while (next < samples.size() && samples[next].t_s <= t) ASSERT_EQ(push(observer, samples[next++]), HNAV_OK);
+            ASSERT_EQ(hnav_observer_advance(observer, std::min(t, 5.5)), HNAV_OK);
+        }
+        ASSERT_EQ(hnav_observer_advance(observer, 5.5), HNAV_OK);
+        EXPECT_EQ(observer.x(), reference.x());
+        EXPECT_EQ(observer.P(), reference.P());
+    }
+}
+
+TEST(Observer, ArraysAreTheSameStepsBitForBit) {
+    const Given given = oscillator();
+    Observer steps(given), arrays(given);
+    VanDerPol truth(1);
+    const std::size_t n = 100;
+    Numbers t(n), y(n), x(2 * n), sigma(2 * n), nis(n);
+    std::vector<std::uint8_t> ready(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        truth.step(0.05);
+        t[k] = 0.05 * (k + 1);
+        y[k] = k % 7 == 3 ? NAN : truth.x[0] + truth.random.normal(0.05);
+    }
+    auto in = hnav_sized<hnav_observer_run_input>();
+    auto out = hnav_sized<hnav_observer_run_output>();
+    in.t_s = t.data();
+    in.sensors = y.data();
+    out.x = x.data();
+    out.sigma = sigma.data();
+    out.nis = nis.data();
+    out.ready = ready.data();
+    size_t done = 0;
+    ASSERT_EQ(hnav_observer_run(arrays, n, &in, &out, &done), HNAV_OK);
+    EXPECT_EQ(done, n);
+    for (std::size_t k = 0; k < n; ++k) {
+        if (!std::isnan(y[k])) {
+            ASSERT_EQ(hnav_observer_push(steps, 0, t[k], y[k]), HNAV_OK);
+        }
+        ASSERT_EQ(hnav_observer_advance(steps, t[k]), HNAV_OK);
+        EXPECT_EQ(steps.x(), Numbers(&x[2 * k], &x[2 * k] + 2));
+        EXPECT_EQ(steps.sigma(), Numbers(&sigma[2 * k], &sigma[2 * k] + 2));
+        EXPECT_EQ(std::isnan(nis[k]), std::isnan(y[k]));
+    }
+    EXPECT_EQ(steps.info().ready, ready.back());
+    EXPECT_TRUE(ready.back());
+}
+
+TEST(Observer, LateSamplesWithinTheHorizonGiveTheSameBits) {
+    Given given = linear();
+    given.options.horizon_s = 0.5;
+    const auto samples = samples_of_linear(4);
+    Observer in_order(given), late(given);
+    go_through(in_order, samples);
+    // Sensor 1 comes 0.2 s late.
+    std::vector<Sample> waiting;
+    for (const Sample& s : samples) {
+        while (!waiting.empty() && waiting.front().t_s + 0.2 <= s.t_s) {
+            ASSERT_EQ(push(late, waiting.front()), HNAV_OK);
+            waiting.erase(waiting.begin());
+        }
+        if (!s.input && s.index == 1) {
+            waiting.push_back(s);
+            continue;
+        }
+        ASSERT_EQ(push(late, s), HNAV_OK);
+        ASSERT_EQ(hnav_observer_advance(late, s.t_s), HNAV_OK);
+    }
+    for (const Sample& s : waiting) ASSERT_EQ(push(late, s), HNAV_OK);
+    for (hnav_observer* o : {static_cast<hnav_observer*>(late), static_cast<hnav_observer*>(in_order)})
+        ASSERT_EQ(hnav_observer_advance(o, 4.1), HNAV_OK);
+    EXPECT_EQ(late.x(), in_order.x());
+    EXPECT_EQ(late.P(), in_order.P());
+    EXPECT_EQ(hnav_observer_push(late, 1, 1.0, 0), HNAV_ERROR_LATE_SAMPLE);
+    EXPECT_EQ(late.info().late, 1u);
+}
+
+TEST(Observer, GoesOnFromASavedStateBitForBit) {
+    Given given = linear();
+    given.options.horizon_s = 0.1;
+    const auto samples = samples_of_linear(4);
+    const std::vector<Sample> first(samples.begin(), samples.begin() + 70), rest(samples.begin() + 70, samples.end());
+    Observer whole(given), saved(given), loaded(given);
+    go_through(whole, samples);
+    go_through(saved, first);
+    const Bytes state = saved.saved();
+    ASSERT_EQ(hnav_observer_load(loaded, state.data(), state.size()), HNAV_OK);
+    EXPECT_EQ(loaded.saved(), state);
+    go_through(loaded, rest);
+    EXPECT_EQ(loaded.x(), whole.x());
+    EXPECT_EQ(loaded.P(), whole.P());
+    EXPECT_EQ(loaded.saved(), whole.saved());
+
+    Given other = given;
+    other.sensor_sigma[0] = 0.06;
+    Observer stranger(other);
+    EXPECT_EQ(hnav_observer_load(stranger, state.data(), state.size()), HNAV_ERROR_STATE_CORRUPT);
+    EXPECT_EQ(hnav_observer_load(loaded, state.data(), state.size() - 8), HNAV_ERROR_SIZE);
+
+    ASSERT_EQ(hnav_observer_reset(saved), HNAV_OK);
+    go_through(saved, samples);
+    EXPECT_EQ(saved.saved(), whole.saved());
+}
+
+// Fifty runs of ten seconds from a far start.
+TEST(Observer, StatesItsErrorsOfVanDerPol) {
+    double nees = 0, nis = 0, count = 0;
+    for (unsigned seed = 0; seed < 50; ++seed) {
+        VanDerPol truth(seed);
+        Given given = oscillator();
+        given.options.start_mode = HNAV_OBSERVER_START_GIVEN;
+        if (seed % 2) given.plant.derivatives_jacobian = van_der_pol_jacobian;
+        for (double& start : given.start) start += truth.random.normal();
+        Observer observer(given);
+        for (int k = 0; k < 200; ++k) {
+            truth.step(0.05);
+            ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * (k + 1), truth.x[0] + truth.random.normal(0.05)), HNAV_OK);
+            ASSERT_EQ(hnav_observer_advance(observer, 0.05 * (k + 1)), HNAV_OK) << observer.message();
+            if (k < 20) continue;
+            nees += observer.nees(truth.x);
+            nis += observer.innovation(0).nis;
+            ++count;
+        }
+    }
+    EXPECT_NEAR(nees / count / 2, 1, 0.07);
+    EXPECT_NEAR(nis / count, 1, 0.05);
+}
+
+TEST(Observer, OwnDerivativesAndDifferencesAgree) {
+    Given told = oscillator(), differences = oscillator();
+    told.plant.derivatives_jacobian = van_der_pol_jacobian;
+    Observer a(told), b(differences);
+    EXPECT_TRUE(a.proof(HNAV_DERIVATIVES_BY_STATES).exact);
+    EXPECT_FALSE(b.proof(HNAV_DERIVATIVES_BY_STATES).offered);
+    VanDerPol truth(5);
+    for (int k = 0; k < 100; ++k) {
+        truth.step(0.05);
+        for (hnav_observer* o : {static_cast<hnav_observer*>(a), static_cast<hnav_observer*>(b)}) {
+            ASSERT_EQ(hnav_observer_push(o, 0, 0.05 * k, truth.x[0]), HNAV_OK);
+            ASSERT_EQ(hnav_observer_advance(o, 0.05 * k), HNAV_OK);
+        }
+        for (int i = 0; i < 2; ++i) EXPECT_NEAR(a.x()[i], b.x()[i], 1e-7);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ what is not a state
+
+// A cup that cools at an unknown rate: x' = -p (x - 20).
+TEST(Observer, LearnsAParameter) {
+    Given g;
+    g.plant.n_states = g.plant.n_parameters = g.plant.n_outputs = 1;
+    g.plant.derivatives = [](void*, double, const double* x, const double*, const double* p, double* dx) {
+        dx[0] = -p[0] * (x[0] - 20);
+        return 0;
+    };
+    g.plant.outputs = first_state;
+    g.start = {80, 0.02};
+    g.start_sigma = {5, 0.02};
+    g.sensor_sigma = {0.5};
+    double normalised = 0;
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        Random random(seed);
+        const double rate = 0.03 + random.normal(0.003), start = 80 + random.normal(5);
+        Observer observer(g);
+        for (int k = 0; k <= 60; ++k) {
+            const double t_s = 2.0 * k;
+            ASSERT_EQ(hnav_observer_push(observer, 0, t_s, 20 + (start - 20) * std::exp(-rate * t_s) + random.normal(0.5)),
+                      HNAV_OK);
+            ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+        }
+        EXPECT_NEAR(observer.x()[1], rate, 5 * observer.sigma()[1]);
+        EXPECT_LT(observer.sigma()[1], 3e-4);
+        normalised += std::pow((observer.x()[1] - rate) / observer.sigma()[1], 2) / 20;
+    }
+    EXPECT_GT(normalised, 0.35);
+    EXPECT_LT(normalised, 2.2);
+}
+
+// A cart that an unknown force pushes: x'' = u + d; the force is known up to its own noise.
+TEST(Observer, LearnsAnUnknownInput) {
+    Given g;
+    g.plant.n_states = 2;
+    g.plant.n_inputs = 2;
+    g.plant.n_unknown_inputs = g.plant.n_outputs = 1;
+    g.plant.derivatives = [](void*, double, const double* x, const double* u, const double*, double* dx) {
+        dx[0] = x[1];
+        dx[1] = u[0] + u[1];
+        return 0;
+    };
+    g.plant.outputs = first_state;
+    g.start_sigma = {1, 1, 2};
+    g.noise = {0, 0, 0.1};
+    g.sensor_sigma = {0.01};
+    for (const double tau : {0.0, 100.0}) {
+        g.time_constant = {tau};
+        Observer observer(g);
+        ASSERT_EQ(hnav_observer_push_input(observer, 0, 0, 0.5), HNAV_OK);
+        EXPECT_EQ(hnav_observer_push_input(observer, 1, 0, 0.5), HNAV_ERROR_OUT_OF_RANGE);
+        Random random(1);
+        for (int k = 0; k <= 200; ++k) {
+            const double t_s = 0.05 * k;
+            ASSERT_EQ(hnav_observer_push(observer, 0, t_s, 0.5 * (0.5 - 1.5) * t_s * t_s + random.normal(0.01)), HNAV_OK);
+            ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+        }
+        EXPECT_NEAR(observer.x()[2], -1.5, 4 * observer.sigma()[2]);
+        EXPECT_LT(observer.sigma()[2], 0.3);
+        // Alone, the force decays to nothing, or stays.
+        ASSERT_EQ(hnav_observer_advance(observer, 1010), HNAV_OK) << observer.message();
+        EXPECT_NEAR(observer.x()[2], tau > 0 ? 0 : -1.5, tau > 0 ? 1e-3 : 1);
+    }
+}
+
+TEST(Observer, TimeOfThePlantIsTimeOfTheSamples) {
+    Given g = oscillator();
+    g.plant.n_states = 1;
+    g.plant.derivatives = [](void*, double t_s, const double*, const double*, const double*, double* dx) {
+        dx[0] = std::cos(t_s);
+        return 0;
+    };
+    g.start = {std::sin(100.0)};
+    g.start_sigma = {1e-3};
+    g.noise = {};
+    g.options.start_mode = HNAV_OBSERVER_START_GIVEN;
+    g.options.start_time_s = 100;
+    Observer observer(g);
+    ASSERT_EQ(hnav_observer_push(observer, 0, 99, 5), HNAV_OK); // before the start: not used
+    for (const double t_s : {101.0, 103.5, 117.25}) {
+        ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+        EXPECT_NEAR(observer.x()[0], std::sin(t_s), 1e-5);
+    }
+    EXPECT_EQ(observer.info().corrections, 0u);
+}
+
+// ------------------------------------------------------------------------------------------------ gates, readiness
+
+TEST(Observer, AGateInflatesWhatIsFarOffOnceReady) {
+    Given g = oscillator();
+    g.gate_nis = {10.8};
+    g.ready_sigma = {0.1, 0.5};
+    Observer observer(g);
+    VanDerPol truth(8);
+    const auto sample = [&](int k, double error) {
+        truth.step(0.05);
+        EXPECT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.x[0] + truth.random.normal(0.05) + error), HNAV_OK);
+        EXPECT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK);
+    };
+    sample(0, 0);
+    EXPECT_FALSE(observer.info().ready);
+    for (int k = 1; k < 100; ++k) sample(k, 0);
+    EXPECT_TRUE(observer.info().ready);
+    sample(100, 3);
+    EXPECT_EQ(observer.innovation(0).inflated, 1u);
+    EXPECT_GT(observer.innovation(0).nis, 100);
+    EXPECT_NEAR(observer.x()[0], truth.x[0], 0.15);
+    // A sensor that stays off is no outlier: the mean says so, and the estimate is not ready any more.
+    for (int k = 101; k < 140; ++k) sample(k, 3);
+    EXPECT_FALSE(observer.info().ready);
+}
+
+// ------------------------------------------------------------------------------------------------ hostile plants
+
+namespace {
+
+struct Hostile {
+    enum Kind { none, nan, elsewhere, broken } derivatives = none, outputs = none;
+    double calls = 0;
+};
+
+int hostile(Hostile::Kind kind, double* value) {
+    if (kind == Hostile::nan) *value = NAN;
+    return kind == Hostile::elsewhere ? 1 : kind == Hostile::broken ? -1 : 0;
+}
+
+Given hostile_plant(Hostile* context) {
+    Given g = oscillator();
+    g.plant.context = context;
+    g.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
+        van_der_pol(nullptr, t_s, x, u, p, dx);
+        return hostile(static_cast<Hostile*>(c)->derivatives, dx + 1);
+    };
+    g.plant.outputs = [](void* c, double t_s, const double* x, const double* u, const double* p, double* y) {
+        first_state(nullptr, t_s, x, u, p, y);
+        return hostile(static_cast<Hostile*>(c)->outputs, y);
+    };
+    return g;
+}
+
+} // namespace
+
+TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
+    for (const Hostile::Kind kind : {Hostile::nan, Hostile::elsewhere, Hostile::broken})
+        for (const bool in_outputs : {false, true}) {
+            Hostile context;
+            Observer observer(hostile_plant(&context)), undisturbed(hostile_plant(&context));
+            const auto step = [&](hnav_observer* o, double t_s) {
+                EXPECT_EQ(hnav_observer_push(o, 0, t_s, 2), HNAV_OK);
+                return hnav_observer_advance(o, t_s);
+            };
+            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(undisturbed)})
+                for (double t_s : {0.0, 0.1, 0.2}) ASSERT_EQ(step(o, t_s), HNAV_OK);
+            const Numbers before = observer.x();
+            (in_outputs ? context.outputs : context.derivatives) = kind;
+            EXPECT_EQ(step(observer, 0.3), HNAV_ERROR_SOLVER);
+            EXPECT_NE(observer.message().find(in_outputs ? "outputs" : "derivatives"), std::string::npos) << observer.message();
+            EXPECT_EQ(observer.info().dropped, 1u);
+            context = {};
+            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(undisturbed)})
+                ASSERT_EQ(step(o, 0.4), HNAV_OK);
+            EXPECT_EQ(observer.x(), undisturbed.x()) << "kind " << kind;
+        }
+}
+
+TEST(Observer, FindsDerivativesThatLie) {
+    Given g = linear();
+    g.plant.derivatives_jacobian = [](void*, double, const double*, const double*, const double*, double* J) {
+        const double told[9] = {0, 1, 0, -spring, friction, 0, lag_1_s, 0, -lag_1_s}; // the sign of the friction is wrong
+        std::copy_n(told, 9, J);
+        return 0;
+    };
+    g.plant.outputs_jacobian = [](void*, double, const double*, const double*, const double*, double*) { return -1; };
+    Observer lies(g), honest(linear());
+    const auto proof = lies.proof(HNAV_DERIVATIVES_BY_STATES);
+    EXPECT_TRUE(proof.offered);
+    EXPECT_FALSE(proof.exact);
+    EXPECT_EQ(proof.row, 1);
+    EXPECT_EQ(proof.column, 1);
+    EXPECT_EQ(proof.told, friction);
+    EXPECT_NEAR(proof.measured, -friction, 1e-6);
+    EXPECT_TRUE(lies.proof(HNAV_OUTPUTS_BY_STATES).offered);
+    EXPECT_FALSE(lies.proof(HNAV_OUTPUTS_BY_STATES).exact);
+    const auto samples = samples_of_linear(2);
+    go_through(lies, samples);
+    go_through(honest, samples);
+    EXPECT_EQ(lies.x(), honest.x());
+}
+
+TEST(Observer, RefusesAPlantThatRemembers) {
+    Hostile context;
+    Given g = hostile_plant(&context);
+    g.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
+        van_der_pol(nullptr, t_s, x, u, p, dx);
+        dx[0] += 1e-6 * static_cast<Hostile*>(c)->calls++;
+        return 0;
+    };
+    EXPECT_NE(g.refusal(HNAV_ERROR_UNSUPPORTED).find("remembers"), std::string::npos);
+    // What differs in the last digits alone is taken, and said.
+    g.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
+        van_der_pol(nullptr, t_s, x, u, p, dx);
+        dx[1] *= 1 + 1e-15 * static_cast<Hostile*>(c)->calls++;
+        return 0;
+    };
+    Observer observer(g);
+    EXPECT_FALSE(observer.info().repeatable);
+    EXPECT_TRUE(Observer(oscillator()).info().repeatable);
+}
+
+TEST(Observer, AStiffPlantIsGivenUpAfterSoManySteps) {
+    Given g = oscillator();
+    g.plant.n_states = 1;
+    g.plant.derivatives = [](void*, double t_s, const double* x, const double*, const double*, double* dx) {
+        dx[0] = -1e6 * (x[0] - std::cos(t_s));
+        return 0;
+    };
+    g.start = g.start_sigma = {1};
+    g.noise = {0.1};
+    g.options.max_steps = 1000;
+    Observer observer(g);
+    ASSERT_EQ(hnav_observer_push(observer, 0, 0, 1), HNAV_OK);
+    ASSERT_EQ(hnav_observer_push(observer, 0, 1, 1), HNAV_OK);
+    EXPECT_EQ(hnav_observer_advance(observer, 1), HNAV_ERROR_SOLVER);
+    EXPECT_NE(observer.message().find("stiff"), std::string::npos);
+
+    g.plant.derivatives = [](void*, double, const double* x, const double*, const double*, double* dx) {
+        dx[0] = -1e9 * (x[0] - 0.5);
+        return 0;
+    };
+    EXPECT_NE(g.refusal(HNAV_ERROR_SOLVER).find("stiff"), std::string::npos);
+}
+
+TEST(Observer, NothingAllocatesAfterCreate) {
+#ifndef HNAV_HEAP_IS_COUNTED
+    GTEST_SKIP() << "the heap is not counted here";
+#else
+    const auto samples = samples_of_linear(4);
+    Given given = linear();
+    given.options.horizon_s = 0.1;
+    Observer observer(given);
+    heap::allocations = 0;
+    heap::counting = true;
+    go_through(observer, samples);
+    heap::counting = false;
+    EXPECT_EQ(heap::allocations, 0);
+#endif
+}
+
+// ------------------------------------------------------------------------------------------------ refusals
+
+TEST(Observer, SaysWhatIsImpossible) {
+    const auto refused = [](hnav_status status, const char* word, void (*spoil)(Given&)) {
+        Given g = linear();
+        spoil(g);
+        EXPECT_NE(g.refusal(status).find(word), std::string::npos) << word << ": " << g.refusal(status);
+    };
+    refused(HNAV_ERROR_OPTION, "nothing to estimate", [](Given& g) { g.plant.n_states = 0; });
+    refused(HNAV_ERROR_OPTION, "sensor", [](Given& g) { g.plant.n_outputs = 0; });
+    refused(HNAV_ERROR_SIZE, "unknown", [](Given& g) { g.plant.n_unknown_inputs = 2; });
+    refused(HNAV_ERROR_SIZE, "64", [](Given& g) { g.plant.n_states = 65; });
+    refused(HNAV_ERROR_SIZE, "62", [](Given& g) { g.plant.n_outputs = 62; });
+    refused(HNAV_ERROR_SIZE, "not 0 to", [](Given& g) { g.plant.n_inputs = -1; });
+    refused(HNAV_ERROR_NULL_ARGUMENT, "derivatives", [](Given& g) { g.plant.derivatives = nullptr; });
+    refused(HNAV_ERROR_NULL_ARGUMENT, "outputs", [](Given& g) { g.plant.outputs = nullptr; });
+    refused(HNAV_ERROR_NULL_ARGUMENT, "start_sigma", [](Given& g) { g.start_sigma.clear(); });
+    refused(HNAV_ERROR_NULL_ARGUMENT, "sensor_sigma", [](Given& g) { g.sensor_sigma.clear(); });
+    refused(HNAV_ERROR_NON_FINITE, "start[1]", [](Given& g) { g.start[1] = NAN; });
+    refused(HNAV_ERROR_OPTION, "noise[2]", [](Given& g) { g.noise[2] = -1; });
+    refused(HNAV_ERROR_OPTION, "sensor_sigma[1]", [](Given& g) { g.sensor_sigma[1] = 0; });
+    refused(HNAV_ERROR_OPTION, "no noise", [](Given& g) { g.start_sigma = g.noise = {0, 0, 0}; });
+    refused(HNAV_ERROR_OPTION, "ready_sigma[0]", [](Given& g) { g.ready_sigma = {0, 1, 1}; });
+    refused(HNAV_ERROR_OPTION, "rtol", [](Given& g) { g.options.rtol = 1; });
+    refused(HNAV_ERROR_OPTIONS_STAMP, "hnav_observer_defaults", [](Given& g) { g.options = {}; });
+    refused(HNAV_ERROR_SIZE, "plant.size", [](Given& g) { g.plant.size = 3; });
+    refused(HNAV_ERROR_SOLVER, "answered -1", [](Given& g) {
+        g.plant.derivatives = [](void*, double, const double*, const double*, const double*, double*) { return -1; };
+    });
+    refused(HNAV_ERROR_SOLVER, "outputs[0]", [](Given& g) {
+        g.plant.outputs = [](void*, double, const double*, const double*, const double*, double* y) {
+            y[0] = y[1] = NAN;
+            return 0;
+        };
+    });
+}
+
+TEST(Observer, AnswersBadCallsAndGoesOn) {
+    Observer observer(linear());
+    auto innovation = hnav_sized<hnav_observer_innovation_of>();
+    EXPECT_EQ(hnav_observer_innovation(observer, 0, &innovation), HNAV_ERROR_NO_DATA);
+    EXPECT_EQ(hnav_observer_innovation(observer, 2, &innovation), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_observer_push(observer, 2, 0, 1), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_observer_push(observer, -1, 0, 1), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_observer_push(observer, 0, NAN, 1), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_observer_push(observer, 0, 0, INFINITY), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_observer_push(observer, 0, 1e13, 1), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_observer_advance(observer, NAN), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_observer_proof(observer, static_cast<hnav_plant_block>(6), nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_observer_covariance(observer, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_observer_advance(nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(observer.info().non_finite, 2u);
+    // Before any sample the start is shown.
+    EXPECT_EQ(observer.x(), (Numbers{1, 0, 0.3}));
+    EXPECT_FALSE(observer.info().begun);
+    go_through(observer, samples_of_linear(1));
+    EXPECT_TRUE(observer.info().begun);
+    EXPECT_EQ(hnav_observer_advance(observer, 0.5), HNAV_ERROR_TIME_BACKWARDS);
+    EXPECT_EQ(hnav_observer_push(observer, 0, 0.5, 1), HNAV_ERROR_LATE_SAMPLE);
+}
