@@ -51,13 +51,7 @@ function(hnav_fmu_binary binary version name model)
   set_target_properties(${binary} PROPERTIES PREFIX "" OUTPUT_NAME ${name} LINKER_LANGUAGE CXX
     LIBRARY_OUTPUT_DIRECTORY ${folder} RUNTIME_OUTPUT_DIRECTORY ${folder} ARCHIVE_OUTPUT_DIRECTORY ${folder})
   target_link_libraries(${binary} PRIVATE hnav_flags hnav::hnav_static hnav_sundials)
-  # Self-contained, and visible by its FMI functions alone: of a DLL these are what the FMI headers export.
-  target_link_options(${binary} PRIVATE -Wl,--gc-sections)
-  if(NOT WIN32)
-    set(visible ${hnav_fmu_folder}/adapter/fmi${version}.map)
-    target_link_options(${binary} PRIVATE -Wl,-z,defs -Wl,-z,now -Wl,--version-script=${visible})
-    set_property(TARGET ${binary} PROPERTY LINK_DEPENDS ${visible})
-  endif()
+  hnav_self_contained(${binary} ${hnav_fmu_folder}/adapter/fmi${version}.map -Wl,-z,now)
   # zig's libc++ is static anyway.
   if(NOT HNAV_ZIG_TARGET)
     target_link_options(${binary} PRIVATE -static-libstdc++ -static-libgcc)

@@ -1,4 +1,4 @@
-"""What a binary asks of the machine it runs on, and what it shows of itself: for ELF files and DLLs alike.
+"""What a binary asks of the machine it runs on, and what it shows of itself: for ELF files, DLLs and Mach-O files alike.
 
     python release/binaries.py DIST
 
@@ -15,6 +15,7 @@ import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import lief
 import pefile
 from elftools.elf.dynamic import DynamicSection
 from elftools.elf.elffile import ELFFile
@@ -23,7 +24,8 @@ from elftools.elf.sections import SymbolTableSection
 
 TOP = Path(__file__).resolve().parents[1]
 GLIBC = (2, 17)
-# What Windows 10 brings itself; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
+MACOS = (11, 0, 0)
+# What Windows 10 and macOS bring themselves; of Linux, the C library (threads were a file of their own until 2.34) and its loader.
 SYSTEM = (
     "libc.so.6",
     "libm.so.6",
@@ -34,25 +36,37 @@ SYSTEM = (
     "ntdll.dll",
     "ucrtbase.dll",
     "api-ms-win-crt-",
+    "/usr/lib/libSystem.B.dylib",
 )
+
+# zig's linker shows its own marks, and C++'s new and delete, which macOS makes one with those of the program that loads the file.
+OF_EVERY_DYLIB = ("__mh_dylib_header", "___dso_handle", "__Zn", "__Zd")
 
 
 @dataclass(frozen=True)
 class Needs:
-    """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None.
+    """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None; macos: the
+    first that takes it, or None. signed: None where nobody asks for it; Macs with Apple silicon load nothing that is not.
 
     paths: whether the place of this checkout is written in it.
     """
 
     exports: tuple[str, ...]
     libraries: tuple[str, ...]
-    glibc: tuple[int, ...] | None
+    glibc: tuple[int, ...] | None = None
+    macos: tuple[int, ...] | None = None
+    signed: bool | None = None
     paths: bool = False
 
 
 def needs(content: bytes) -> Needs:
-    """content: of an ELF file or a DLL."""
-    what = _needs_of_elf(content) if content.startswith(b"\x7fELF") else _needs_of_dll(content)
+    """content: of an ELF file, a DLL or a Mach-O file for one processor."""
+    if content.startswith(b"\x7fELF"):
+        what = _needs_of_elf(content)
+    elif content.startswith(b"\xcf\xfa\xed\xfe"):
+        what = _needs_of_mach_o(content)
+    else:
+        what = _needs_of_dll(content)
     return replace(what, paths=str(TOP).encode() in content)
 
 
@@ -74,7 +88,20 @@ def _needs_of_elf(content: bytes) -> Needs:
 def _needs_of_dll(content: bytes) -> Needs:
     dll = pefile.PE(data=content)
     exports = [s.name.decode() for s in dll.DIRECTORY_ENTRY_EXPORT.symbols]
-    return Needs(tuple(exports), tuple(entry.dll.decode().lower() for entry in dll.DIRECTORY_ENTRY_IMPORT), None)
+    return Needs(tuple(exports), tuple(entry.dll.decode().lower() for entry in dll.DIRECTORY_ENTRY_IMPORT))
+
+
+def _needs_of_mach_o(content: bytes) -> Needs:
+    lief.logging.disable()  # it speaks of every list that is empty
+    file = lief.MachO.parse(list(content))
+    binary = file.at(0)
+    # C names have an underscore before them.
+    exports = [s.name.removeprefix("_") for s in binary.exported_symbols if not s.name.startswith(OF_EVERY_DYLIB)]
+    # The name of the file itself stands among the libraries.
+    own = lief.MachO.LoadCommand.TYPE.ID_DYLIB
+    libraries = [library.name for library in binary.libraries if library.command != own]
+    signed = binary.has_code_signature if binary.header.cpu_type == lief.MachO.Header.CPU_TYPE.ARM64 else None
+    return Needs(tuple(exports), tuple(libraries), macos=tuple(binary.build_version.minos), signed=signed)
 
 
 def faults(what: Needs, prefix: str) -> list[str]:
@@ -85,6 +112,10 @@ def faults(what: Needs, prefix: str) -> list[str]:
     found += [f"needs {library}" for library in what.libraries if not library.startswith(SYSTEM)]
     if what.glibc and what.glibc > GLIBC:
         found.append(f"needs glibc {'.'.join(map(str, what.glibc))}")
+    if what.macos and what.macos > MACOS:
+        found.append(f"needs macOS {'.'.join(map(str, what.macos))}")
+    if what.signed is False:
+        found.append("is not signed")
     if what.paths:
         found.append(f"holds the path {TOP}")
     return found
@@ -127,7 +158,8 @@ def main(dist: Path) -> None:
     if not released:
         sys.exit(f"binaries: nothing in {dist}")
     print(
-        f"{len(released)} binaries: nothing beside the system's C library needed, highest glibc symbol {'.'.join(map(str, highest))}"
+        f"{len(released)} binaries: nothing beside the system's C library needed, highest glibc symbol "
+        f"{'.'.join(map(str, highest))}, macOS {MACOS[0]} and newer"
     )
 
 

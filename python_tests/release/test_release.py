@@ -5,6 +5,7 @@ import shutil
 import sys
 import tomllib
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from checkout import BUILD, TOP
 
 pytest.importorskip("elftools", reason="pyelftools is not installed")
 pytest.importorskip("pefile", reason="pefile is not installed")
+pytest.importorskip("lief", reason="lief is not installed")
 pytest.importorskip("cyclonedx", reason="cyclonedx-python-lib is not installed")
 
 import binaries
@@ -40,7 +42,14 @@ def test_a_foreign_export_a_foreign_library_and_a_new_glibc_are_named():
     what = binaries.Needs(("fmi3GetVersion", "helper"), ("libc.so.6", "libstdc++.so.6"), (2, 34))
     assert binaries.faults(what, "fmi3") == ["exports helper", "needs libstdc++.so.6", "needs glibc 2.34"]
     assert binaries.faults(binaries.Needs((), (), None), "fmi3") == ["exports nothing"]
-    assert binaries.faults(binaries.Needs(("fmi3Reset",), (), None, True), "fmi3") == [f"holds the path {TOP}"]
+    assert binaries.faults(binaries.Needs(("fmi3Reset",), (), paths=True), "fmi3") == [f"holds the path {TOP}"]
+
+
+def test_a_mac_takes_only_what_is_signed_and_not_newer_than_itself():
+    good = binaries.Needs(("fmi3Reset",), ("/usr/lib/libSystem.B.dylib",), macos=(11, 0, 0), signed=True)
+    assert binaries.faults(good, "fmi3") == []
+    assert binaries.faults(replace(good, macos=(13, 1, 0), signed=False), "fmi3") == ["needs macOS 13.1.0", "is not signed"]
+    assert binaries.faults(replace(good, libraries=("/usr/lib/libc++.1.dylib",)), "fmi3") == ["needs /usr/lib/libc++.1.dylib"]
 
 
 def test_the_tolerance_of_trajectories_sees_a_value_a_shape_and_a_nan():
@@ -83,14 +92,18 @@ def test_a_system_takes_the_released_fmus(tmp_path):
 
 
 def test_an_emulator_that_is_not_here_is_named_with_its_package(tmp_path):
-    absent = Platform("x", "x", "x", ".so", "x", "x", ("no-such-emulator", "nor-this"), (), "some-package")
+    absent = Platform("x", "x", "x", ".so", "x", "x", emulators=("no-such-emulator", "nor-this"), debian="some-package")
     assert absent.runner() is None
     assert absent.advice() == "no-such-emulator or nor-this is missing (Debian, Ubuntu: apt-get install some-package)"
-    half = Platform("x", "x", "x", ".so", "x", "x", (sys.executable,), ("-L", str(tmp_path / "libraries")), "some-package")
+    arguments = ("-L", str(tmp_path / "libraries"))
+    half = replace(absent, emulators=(sys.executable,), emulator_arguments=arguments)
     assert half.runner() is None
     (tmp_path / "libraries").mkdir()
     assert half.runner() == [sys.executable, "-L", str(tmp_path / "libraries")]
     assert PLATFORMS[0].runner() == []
+    mac = next(p for p in PLATFORMS if p.name == "aarch64-macos")
+    assert mac.runner() is None
+    assert "on such a machine only" in mac.advice()
 
 
 @pytest.mark.parametrize("version", [2, 3])
