@@ -2,12 +2,6 @@
 include(${PROJECT_SOURCE_DIR}/cmake/aircraft_data.cmake)
 include(${PROJECT_SOURCE_DIR}/fmu/adapter/sources.cmake)
 set(hnav_fmu_folder ${PROJECT_SOURCE_DIR}/fmu)
-if(SKBUILD AND NOT HNAV_FMI_HEADERS)
-  # fmpy is among what pip builds with.
-  execute_process(COMMAND ${PYTHON_EXECUTABLE} -c "import importlib.util as u; print(u.find_spec('fmpy').submodule_search_locations[0])"
-                  OUTPUT_VARIABLE hnav_fmpy OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-  set(HNAV_FMI_HEADERS "${hnav_fmpy}/c-code")
-endif()
 if(NOT EXISTS "${HNAV_FMI_HEADERS}/fmi3Functions.h" OR NOT EXISTS "${HNAV_FMI_HEADERS}/fmi2Functions.h")
   message(FATAL_ERROR "HNAV_FMI_HEADERS = \"${HNAV_FMI_HEADERS}\" does not hold fmi2Functions.h and fmi3Functions.h; "
                       "the Python package fmpy has them in its folder c-code.")

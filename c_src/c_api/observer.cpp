@@ -16,16 +16,6 @@ namespace {
 
 constexpr double max_time_s = 1e12; // beyond, an interval is lost in the rounding
 
-hnav_status status_of(const Refusal& why) {
-    switch (why.kind) {
-    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
-    case Refusal::size: return HNAV_ERROR_SIZE;
-    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
-    case Refusal::plant: return HNAV_ERROR_SOLVER;
-    default: return HNAV_ERROR_OPTION;
-    }
-}
-
 hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
     return {k.start,           k.start_sigma, k.noise,        k.nominal, k.ready_sigma,
             k.time_constant_s, k.input_start, k.sensor_sigma, k.gate_nis};
@@ -57,7 +47,7 @@ hnav_status prove(hnav_observer* o, hnav::observer::Plant& prover, double start_
     if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
     const bool answers = hnav::observer::prove(prover, *o->problem, o->work->linearisation, start_s, work, &o->proof, why);
     hnav::release_block(work);
-    if (!answers) return caller.fail(status_of(why), "%s", why.text);
+    if (!answers) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (!o->proof.memoryless)
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
@@ -95,7 +85,7 @@ hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hna
                      const hnav::observer::Statistics& known, std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
-    if (!o->problem->assign(known, why)) return caller.fail(status_of(why), "%s", why.text);
+    if (!o->problem->assign(known, why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = options.start_time_s;
     hnav_status status = prove(o, prover, options.start_time_s, caller);
     if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
@@ -142,6 +132,16 @@ hnav_status no_estimate(const hnav_observer* o, double t_s) {
 } // namespace
 
 namespace hnav {
+
+hnav_status status_of(const Refusal& why) {
+    switch (why.kind) {
+    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
+    case Refusal::size: return HNAV_ERROR_SIZE;
+    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
+    case Refusal::plant: return HNAV_ERROR_SOLVER;
+    default: return HNAV_ERROR_OPTION;
+    }
+}
 
 hnav_status make_observer(hnav_observer** observer, const hnav_observer_options& options, observer::Plant* plant,
                           observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
@@ -198,7 +198,7 @@ hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_o
     Refusal why;
     if (!Problem::sizes_fit(made->sizes, why)) {
         made->destroy();
-        return caller.fail(status_of(why), "%s", why.text);
+        return caller.fail(hnav::status_of(why), "%s", why.text);
     }
     return hnav::make_observer(observer, *options, made, *made, statistics_of(hnav::take_in(*known)),
                                hnav::fingerprint(hnav::observer_options, options), caller);

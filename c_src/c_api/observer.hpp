@@ -45,6 +45,8 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
                           observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
                           const CallersMessage& caller);
 
+hnav_status status_of(const observer::Refusal& why);
+
 hnav_status advance(hnav_observer* observer, double t_s);
 
 } // namespace hnav

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <initializer_list>
 
 namespace hnav::observer {
 namespace {
@@ -17,14 +18,15 @@ struct Row {
     const char* name;
     const double* values;
     int count;
-    enum Range { any, not_negative, positive } range;
+    enum Range { any, not_negative, positive, limit } range; // limit: above 0, infinite for none
 
     bool check(Refusal& why) const {
         for (int i = 0; values && i < count; ++i) {
+            if (range == limit && values[i] == HUGE_VAL) continue;
             if (!std::isfinite(values[i]))
                 return why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, i, values[i]);
             const double square = values[i] * values[i];
-            const char* bound = range == positive && !(values[i] > 0 && square > 0) ? "above 0"
+            const char* bound = range >= positive && !(values[i] > 0 && square > 0) ? "above 0"
                                 : range == not_negative && values[i] < 0            ? "at least 0"
                                 : !std::isfinite(square)                            ? "below 1e154"
                                                                                     : nullptr;
@@ -88,7 +90,7 @@ bool Problem::check(const Statistics& g, Refusal& why) const {
         {"start_sigma", g.start_sigma, N, Row::not_negative},
         {"noise", g.noise, N, Row::not_negative},
         {"nominal", g.nominal, N, Row::not_negative},
-        {"ready_sigma", g.ready_sigma, N, Row::positive},
+        {"ready_sigma", g.ready_sigma, N, Row::limit},
         {"time_constant_s", g.time_constant_s, sizes.unknown_inputs, Row::not_negative},
         {"input_start", g.input_start, known, Row::any},
         {"sensor_sigma", g.sensor_sigma, sensors, Row::positive},

@@ -7,7 +7,7 @@
     run.to_dataframe()
     run.report("walk.html", recording)
 
-filters     attitude and heading, linear models with coloured INS errors, magnetometer calibration
+filters     attitude and heading, linear models with coloured INS errors, observers of any model, magnetometer calibration
 simulation  plants and sensors that drive filters
 io          recordings of real sensors
 fmi         the same filters as FMUs
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
     from hnav.filters.linear_model import LinearModel
+    from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
+    from hnav.filters.observer_plan import Plan, read_plan
+    from hnav.filters.plant import Plant
     from hnav.io.readers import read
     from hnav.io.recordings import Recording
     from hnav.reports.recording_page import report_run
@@ -50,7 +53,12 @@ __all__ = [
     "InsErrorRun",
     "LinearModel",
     "MagnetometerCalibration",
+    "Observer",
+    "ObserverOptions",
+    "ObserverRun",
     "Options",
+    "Plan",
+    "Plant",
     "Recording",
     "Run",
     "UnknownOptionError",
@@ -59,6 +67,7 @@ __all__ = [
     "plot_run",
     "read",
     "read_calibration",
+    "read_plan",
     "report_run",
     "write_calibration",
 ]
@@ -70,13 +79,19 @@ _HOME = {
     "InsErrorRun": "filters.ins_error",
     "LinearModel": "filters.linear_model",
     "MagnetometerCalibration": "filters.calibration",
+    "Observer": "filters.observer",
+    "ObserverOptions": "filters.observer",
+    "ObserverRun": "filters.observer",
     "Options": "filters.attitude",
+    "Plan": "filters.observer_plan",
+    "Plant": "filters.plant",
     "Recording": "io.recordings",
     "Run": "filters.attitude",
     "calibrate_magnetometer": "filters.calibration",
     "plot_run": "reports.recording_picture",
     "read": "io.readers",
     "read_calibration": "filters.calibration",
+    "read_plan": "filters.observer_plan",
     "report_run": "reports.recording_page",
     "write_calibration": "filters.calibration",
 }

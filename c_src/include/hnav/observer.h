@@ -64,7 +64,7 @@ typedef struct hnav_observer_statistics {
     const double* start_sigma;     /* its standard deviations, at least 0; not null */
     const double* noise;           /* white noise that drives X, unit / sqrt(s), at least 0; null: none */
     const double* nominal;         /* usual sizes, beside start and start_sigma the scale of tolerances; null: 1 */
-    const double* ready_sigma;     /* see hnav_observer_info.ready; above 0; null: no limit */
+    const double* ready_sigma;     /* see hnav_observer_info.ready; above 0; infinite and null: no limit */
     const double* time_constant_s; /* n_unknown_inputs: d' = -d / tau + w; 0 and null: random walk */
     const double* input_start;     /* known inputs before their first sample; null: zero */
     const double* sensor_sigma;    /* n_outputs: white noise of a sample, above 0; not null */
@@ -78,6 +78,14 @@ typedef struct hnav_observer_statistics {
  * its start. */
 HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_options* options, const hnav_plant* plant,
                                           const hnav_observer_statistics* known, char* message, size_t message_size);
+/* The same for an FMU of FMI 2 or 3 in Model Exchange, unpacked into a folder, where a plan stands beside its modelDescription.xml:
+ * observer.plan, a text that says which variables are states, inputs and sensors, and what is known of them (hnav.Plan of the
+ * Python package writes it; c_src/observer/plan.hpp lists its lines). FMUs are native code: one runs with all rights of the
+ * program. It must be without events. Proof and restarts use instances of their own. Refused besides: a plan that is damaged or
+ * an FMU that cannot be loaded (OPTION, with its sentence), a library built without the headers of FMI (UNSUPPORTED). Memory that
+ * the FMU takes is the FMU's. */
+HNAV_API hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+                                        char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_observer_destroy(hnav_observer* observer);
 /* Back to the start, no samples. */
@@ -103,21 +111,21 @@ HNAV_API hnav_status hnav_observer_estimate(const hnav_observer* observer, doubl
 HNAV_API hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P); /* N x N */
 
 typedef struct hnav_observer_innovation_of {
-    size_t size;       /* of this struct; set by the caller */
+    size_t size; /* of this struct; set by the caller */
     double innovation; /* of the newest used sample: measured minus expected */
-    double sigma;      /* that it was expected to have */
-    double nis;        /* its normalised square: 1 in the mean */
-    double mean_nis;   /* over about the last 50 */
-    uint64_t samples;  /* used */
+    double sigma; /* that it was expected to have */
+    double nis; /* its normalised square: 1 in the mean */
+    double mean_nis; /* over about the last 50 */
+    uint64_t samples; /* used */
     uint64_t inflated; /* by the gate */
 } hnav_observer_innovation_of;
 /* Errors: OUT_OF_RANGE, NO_DATA before its first sample. */
 HNAV_API hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sensor, hnav_observer_innovation_of* out);
 
 typedef struct hnav_observer_info {
-    size_t size;    /* of this struct; set by the caller */
+    size_t size; /* of this struct; set by the caller */
     int32_t n_estimated; /* N */
-    int32_t begun;  /* the estimate has begun */
+    int32_t begun; /* the estimate has begun */
     /* Every sigma is below its ready_sigma, by samples that brought as much information as that stands for, and the mean NIS of
      * every sensor that was heard lies where 99.9 % of such means do. Three corrections that deny it end it. */
     int32_t ready;

@@ -1,0 +1,111 @@
+// FMI 3.0, Model Exchange.
+#include "base/memory.hpp"
+#include "observer/fmi_instance.hpp"
+
+#include <fmi3FunctionTypes.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+namespace hnav::observer {
+namespace {
+
+// The last line that an instance logs is kept for messages.
+void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String text) {
+    auto* instance = static_cast<FmiInstance*>(environment);
+    if (instance && text) std::snprintf(instance->said, sizeof instance->said, "%s", text);
+}
+
+class Fmi3Instance final : public FmiInstance {
+public:
+    bool find(const SharedLibrary& library, const char** missing) override {
+        directional_ = library.function<fmi3GetDirectionalDerivativeTYPE>("fmi3GetDirectionalDerivative");
+        indicators_ = library.function<fmi3GetNumberOfEventIndicatorsTYPE>("fmi3GetNumberOfEventIndicators");
+        const bool found[] = {take(library, instantiate_, "fmi3InstantiateModelExchange", missing),
+                              take(library, free_, "fmi3FreeInstance", missing),
+                              take(library, enter_init_, "fmi3EnterInitializationMode", missing),
+                              take(library, exit_init_, "fmi3ExitInitializationMode", missing),
+                              take(library, event_mode_, "fmi3EnterEventMode", missing),
+                              take(library, iterate_, "fmi3UpdateDiscreteStates", missing),
+                              take(library, continuous_, "fmi3EnterContinuousTimeMode", missing),
+                              take(library, set_, "fmi3SetFloat64", missing),
+                              take(library, get_, "fmi3GetFloat64", missing),
+                              take(library, set_time_, "fmi3SetTime", missing),
+                              take(library, set_states_, "fmi3SetContinuousStates", missing),
+                              take(library, get_states_, "fmi3GetContinuousStates", missing),
+                              take(library, nominals_, "fmi3GetNominalsOfContinuousStates", missing),
+                              take(library, derivatives_, "fmi3GetContinuousStateDerivatives", missing)};
+        return std::all_of(std::begin(found), std::end(found), [](bool is) { return is; });
+    }
+
+    bool instantiate(const char* token, const char* resources) override {
+        instance_ = instantiate_("plant", token, resources, false, false, this, log);
+        return instance_ != nullptr;
+    }
+
+    void free() override {
+        if (instance_ && !dead) free_(instance_);
+        instance_ = nullptr;
+    }
+
+    Answer enter_initialization(double start_s) override { return answer(enter_init_(instance_, false, 0, start_s, false, 0)); }
+    Answer exit_initialization() override { return answer(exit_init_(instance_)); }
+    int indicators(int declared) override {
+        std::size_t count = 0;
+        return indicators_ && answer(indicators_(instance_, &count)) == Answer::ok ? static_cast<int>(count) : declared;
+    }
+
+    Answer enter_event_mode() override { return answer(event_mode_(instance_)); }
+    Answer iterate(Iteration* found) override {
+        bool again = false, terminate = false, nominals = false, values = false, defined = false;
+        double next_s = 0;
+        const Answer done = answer(iterate_(instance_, &again, &terminate, &nominals, &values, &defined, &next_s));
+        *found = {again, terminate, defined, next_s};
+        return done;
+    }
+    Answer enter_continuous_time_mode() override { return answer(continuous_(instance_)); }
+
+    Answer set(const Reference* references, int count, const double* values) override {
+        return answer(set_(instance_, references, count, values, count));
+    }
+    Answer get(const Reference* references, int count, double* values) override {
+        return answer(get_(instance_, references, count, values, count));
+    }
+    Answer set_time(double t_s) override { return answer(set_time_(instance_, t_s)); }
+    Answer set_states(const double* x, int count) override { return answer(set_states_(instance_, x, count)); }
+    Answer get_states(double* x, int count) override { return answer(get_states_(instance_, x, count)); }
+    Answer get_nominals(double* x, int count) override { return answer(nominals_(instance_, x, count)); }
+    Answer get_derivatives(double* dx, int count) override { return answer(derivatives_(instance_, dx, count)); }
+    Answer directional(const Reference* unknown, int rows, Reference known, double* column) override {
+        const double one = 1;
+        return directional_ ? answer(directional_(instance_, unknown, rows, &known, 1, &one, 1, column, rows)) : Answer::broken;
+    }
+
+    void destroy() override { destroy_object(this); }
+
+private:
+    fmi3Instance instance_ = nullptr;
+    fmi3InstantiateModelExchangeTYPE* instantiate_ = nullptr;
+    fmi3FreeInstanceTYPE* free_ = nullptr;
+    fmi3EnterInitializationModeTYPE* enter_init_ = nullptr;
+    fmi3ExitInitializationModeTYPE* exit_init_ = nullptr;
+    fmi3GetNumberOfEventIndicatorsTYPE* indicators_ = nullptr;
+    fmi3EnterEventModeTYPE* event_mode_ = nullptr;
+    fmi3UpdateDiscreteStatesTYPE* iterate_ = nullptr;
+    fmi3EnterContinuousTimeModeTYPE* continuous_ = nullptr;
+    fmi3SetFloat64TYPE* set_ = nullptr;
+    fmi3GetFloat64TYPE* get_ = nullptr;
+    fmi3SetTimeTYPE* set_time_ = nullptr;
+    fmi3SetContinuousStatesTYPE* set_states_ = nullptr;
+    fmi3GetContinuousStatesTYPE* get_states_ = nullptr;
+    fmi3GetNominalsOfContinuousStatesTYPE* nominals_ = nullptr;
+    fmi3GetContinuousStateDerivativesTYPE* derivatives_ = nullptr;
+    fmi3GetDirectionalDerivativeTYPE* directional_ = nullptr;
+};
+
+} // namespace
+
+FmiInstance* make_fmi3_instance() { return make_object<Fmi3Instance>(); }
+
+} // namespace hnav::observer

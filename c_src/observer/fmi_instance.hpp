@@ -1,0 +1,70 @@
+// One instance of an FMU in Model Exchange, in the calls that FMI 2 and FMI 3 share.
+#pragma once
+
+#include "observer/plant.hpp"
+#include "observer/shared_library.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace hnav::observer {
+
+using Reference = std::uint32_t;
+
+class FmiInstance {
+public:
+    struct Iteration {
+        bool again, terminate, next_event_defined;
+        double next_event_s;
+    };
+
+    // False: missing is the function that the library lacks.
+    virtual bool find(const SharedLibrary& library, const char** missing) = 0;
+    // resources: the folder, full and with / at its end.
+    virtual bool instantiate(const char* token, const char* resources) = 0;
+    virtual void free() = 0;
+    virtual Answer enter_initialization(double start_s) = 0;
+    virtual Answer exit_initialization() = 0;
+    virtual int indicators(int declared) = 0;
+
+    virtual Answer enter_event_mode() = 0;
+    virtual Answer iterate(Iteration* found) = 0;
+    virtual Answer enter_continuous_time_mode() = 0;
+
+    virtual Answer set(const Reference* references, int count, const double* values) = 0;
+    virtual Answer get(const Reference* references, int count, double* values) = 0;
+    virtual Answer set_time(double t_s) = 0;
+    virtual Answer set_states(const double* x, int count) = 0;
+    virtual Answer get_states(double* x, int count) = 0;
+    virtual Answer get_nominals(double* x, int count) = 0;
+    virtual Answer get_derivatives(double* dx, int count) = 0;
+    virtual Answer directional(const Reference* unknown, int rows, Reference known, double* column) = 0;
+
+    virtual void destroy() = 0;
+
+    char said[256] = "";
+    bool dead = false; // after a fatal error nothing may be called
+
+protected:
+    ~FmiInstance() = default;
+
+    // One function of the library.
+    template <class Function>
+    static bool take(const SharedLibrary& library, Function*& function, const char* name, const char** missing) {
+        function = library.function<Function>(name);
+        if (!function) *missing = name;
+        return function != nullptr;
+    }
+
+    // Statuses have the same numbers in both versions.
+    Answer answer(int status) {
+        if (status >= 4) dead = true;
+        return status <= 1 ? Answer::ok : status == 2 ? Answer::elsewhere : Answer::broken;
+    }
+};
+
+// Null: no memory.
+FmiInstance* make_fmi2_instance();
+FmiInstance* make_fmi3_instance();
+
+} // namespace hnav::observer

@@ -1,0 +1,239 @@
+#include "observer/fmu_plant.hpp"
+
+#include "base/memory.hpp"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <initializer_list>
+
+namespace hnav::observer {
+namespace {
+
+constexpr int max_iterations = 100; // of an event
+
+// Full, and with / between folders and at the end.
+bool full_path(const char* folder, char* to) {
+#ifdef _WIN32
+    if (!_fullpath(to, folder, max_path)) return false;
+    for (char* c = to; *c; ++c)
+        if (*c == '\\') *c = '/';
+#else
+    char resolved[PATH_MAX];
+    if (!realpath(folder, resolved) || std::strlen(resolved) + 2 > max_path) return false;
+    std::strcpy(to, resolved);
+#endif
+    const std::size_t length = std::strlen(to);
+    if (length + 2 > max_path) return false;
+    if (to[length - 1] != '/') std::strcat(to, "/");
+    return true;
+}
+
+} // namespace
+
+FmuPlant* FmuPlant::open(const char* folder, Plan& plan, double start_s, Refusal& why) {
+    auto* plant = make_object<FmuPlant>();
+    if (!plant) {
+        why.refuse(Refusal::plant, "no memory for a plant");
+        return nullptr;
+    }
+    plant->plan_ = plan;
+    plant->sizes = plan.sizes;
+    plant->start_s_ = start_s;
+    if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) return plant;
+    plant->destroy();
+    return nullptr;
+}
+
+bool FmuPlant::load(const char* folder, Refusal& why) {
+    char path[max_path], reason[200] = "";
+    const char* missing = "";
+    if (!full_path(folder, resources_)) return why.refuse(Refusal::impossible, "%.200s is no folder", folder);
+    if (std::snprintf(path, sizeof path, "%s%s", resources_, plan_.binary) >= max_path || std::strlen(resources_) + 12 > max_path)
+        return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
+    std::strcat(resources_, "resources/");
+    if (!library_.open(path, reason, sizeof reason))
+        return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", plan_.binary, reason);
+    fmi_ = plan_.fmi == 2 ? make_fmi2_instance() : make_fmi3_instance();
+    if (!fmi_) return why.refuse(Refusal::plant, "no memory for an instance");
+    if (!fmi_->find(library_, &missing))
+        return why.refuse(Refusal::impossible, "%.100s has no function %s: it does not offer Model Exchange of FMI %d",
+                          plan_.binary, missing, plan_.fmi);
+    return true;
+}
+
+bool FmuPlant::start(Refusal& why) {
+    fmi_->said[0] = '\0';
+    if (!fmi_->instantiate(plan_.token, resources_))
+        return why.refuse(Refusal::plant, "%s could not be instantiated%s%s", plan_.identifier, *fmi_->said ? ": " : "",
+                          fmi_->said);
+    running_ = initialise(why);
+    return running_;
+}
+
+bool FmuPlant::initialise(Refusal& why) {
+    Answer done = Answer::ok;
+    for (int i = 0; done == Answer::ok && i < plan_.set_count; ++i) done = fmi_->set(plan_.set + i, 1, plan_.set_value + i);
+    if (done == Answer::ok) done = fmi_->enter_initialization(start_s_);
+    if (done == Answer::ok) done = fmi_->exit_initialization();
+    if (done == Answer::ok) done = iterate();
+    if (done == Answer::ok) done = fmi_->enter_continuous_time_mode();
+    if (done != Answer::ok)
+        return why.refuse(Refusal::plant, "%s could not be initialised at t = %g s%s%s", plan_.identifier, start_s_,
+                          *fmi_->said || *said_ ? ": " : "", *said_ ? said_ : fmi_->said);
+    const int indicators = fmi_->indicators(plan_.indicators);
+    if (indicators > 0 && !plan_.memoryless)
+        return why.refuse(
+            Refusal::impossible,
+            "%s has %d event indicators: only plants without events are observed; if its events change nothing that "
+            "it remembers, say memoryless in the plan",
+            plan_.identifier, indicators);
+    // What it has now stands for what nobody has sampled or estimated yet.
+    done = fmi_->get(plan_.input, sizes.inputs, inputs_);
+    if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);
+    return keep(done, "get") == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+}
+
+bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
+    double own[max_estimated], nominal[max_estimated];
+    const int n = sizes.states, unknown = sizes.unknown_inputs, known = sizes.known_inputs();
+    Answer done = fmi_->get_states(own, n);
+    if (done == Answer::ok) done = fmi_->get_nominals(nominal, n);
+    if (done != Answer::ok)
+        return why.refuse(Refusal::plant, "%s does not tell its states%s%s", plan_.identifier, *fmi_->said ? ": " : "",
+                          fmi_->said);
+    for (int i = 0; i < n; ++i) plan.nominal[i] = std::max(plan.nominal[i], std::fabs(nominal[i]));
+    const auto fill = [](double* given, const double* from, int count) {
+        for (int i = 0; i < count; ++i)
+            if (std::isnan(given[i])) given[i] = from[i];
+    };
+    fill(plan.start, own, n);
+    fill(plan.start + n, inputs_ + known, unknown);
+    fill(plan.start + n + unknown, parameters_, sizes.parameters);
+    fill(plan.input_start, inputs_, known);
+    return true;
+}
+
+void FmuPlant::close() {
+    if (!fmi_) return;
+    fmi_->free();
+    fmi_->destroy();
+    fmi_ = nullptr;
+}
+
+void FmuPlant::destroy() { destroy_object(this); }
+
+// Keeps the sentence about a call that failed.
+Answer FmuPlant::keep(Answer answer, const char* call) {
+    if (answer != Answer::ok) std::snprintf(said_, sizeof said_, "%s failed%s%s", call, *fmi_->said ? ": " : "", fmi_->said);
+    return answer;
+}
+
+Answer FmuPlant::iterate() {
+    for (int i = 0; i < max_iterations; ++i) {
+        FmiInstance::Iteration found{};
+        const Answer done = keep(fmi_->iterate(&found), "the event iteration");
+        if (done != Answer::ok) return done;
+        if (found.terminate) {
+            std::snprintf(said_, sizeof said_, "it asks to terminate");
+            return Answer::broken;
+        }
+        if (found.next_event_defined && !plan_.memoryless) {
+            std::snprintf(said_, sizeof said_, "it has an event at t = %g s: only plants without events are observed",
+                          found.next_event_s);
+            return Answer::broken;
+        }
+        if (!found.again) return Answer::ok;
+    }
+    std::snprintf(said_, sizeof said_, "its event iteration does not end");
+    return Answer::broken;
+}
+
+// Parameters and discrete inputs may change in event mode only.
+Answer FmuPlant::change_discrete(const Point& at) {
+    bool changed = std::memcmp(at.p, parameters_, sizes.parameters * sizeof(double)) != 0;
+    for (int i = 0; i < sizes.inputs; ++i) changed = changed || (plan_.input_is_discrete[i] && at.u[i] != inputs_[i]);
+    if (!changed) return Answer::ok;
+    Answer done = keep(fmi_->enter_event_mode(), "EnterEventMode");
+    if (done == Answer::ok && sizes.parameters > 0)
+        done = keep(fmi_->set(plan_.parameter, sizes.parameters, at.p), "setting parameters");
+    for (int i = 0; done == Answer::ok && i < sizes.inputs; ++i)
+        if (plan_.input_is_discrete[i]) done = keep(fmi_->set(plan_.input + i, 1, at.u + i), "setting an input");
+    if (done == Answer::ok) done = iterate();
+    if (done == Answer::ok) done = keep(fmi_->enter_continuous_time_mode(), "EnterContinuousTimeMode");
+    if (done == Answer::ok) std::copy_n(at.p, sizes.parameters, parameters_);
+    return done;
+}
+
+Answer FmuPlant::move_to(const Point& at) {
+    if (!running_ && !restart()) return Answer::broken;
+    Answer done = change_discrete(at);
+    if (done == Answer::ok) done = keep(fmi_->set_time(at.t_s), "SetTime");
+    if (done == Answer::ok) done = keep(fmi_->set_states(at.x, sizes.states), "SetContinuousStates");
+    for (int i = 0; done == Answer::ok && i < sizes.inputs; ++i) {
+        if (at.u[i] == inputs_[i]) continue;
+        if (!plan_.input_is_discrete[i]) done = keep(fmi_->set(plan_.input + i, 1, at.u + i), "setting an input");
+        inputs_[i] = at.u[i];
+    }
+    if (done == Answer::broken) running_ = false;
+    return done;
+}
+
+// An instance that has answered an error is lost. Without a memory a new one is as good; after a fatal error there is none.
+bool FmuPlant::restart() {
+    if (fmi_->dead) return false;
+    fmi_->free();
+    Refusal why;
+    return start(why);
+}
+
+Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {
+    Answer done = move_to(at);
+    if (done != Answer::ok) return done;
+    fmi_->said[0] = said_[0] = '\0';
+    done = function == Function::derivatives ? keep(fmi_->get_derivatives(values, sizes.states), "GetDerivatives")
+                                             : keep(fmi_->get(plan_.sensor, sizes.outputs, values), "reading a sensor");
+    if (done == Answer::broken) running_ = false;
+    return done;
+}
+
+// The standards allow: of derivatives of states and of outputs, by states and inputs. FMI 3 tools may answer by parameters.
+bool FmuPlant::offers(Function function, Variable variable) const {
+    if (!plan_.derivatives || (variable == Variable::parameter && plan_.fmi == 2)) return false;
+    for (int i = 0; function == Function::outputs && i < sizes.outputs; ++i)
+        if (!plan_.sensor_is_output[i] && state_of_output(i) < 0) return false;
+    return true;
+}
+
+Answer FmuPlant::columns(Function function, Variable variable, double* J) {
+    const Reference* unknown = function == Function::derivatives ? plan_.derivative : plan_.sensor;
+    const Reference* known = variable == Variable::state           ? plan_.state
+                             : variable == Variable::unknown_input ? plan_.input + sizes.known_inputs()
+                                                                   : plan_.parameter;
+    const int rows = sizes.rows(function), first = sizes.first(variable), N = sizes.estimated();
+    for (int k = 0; k < sizes.count(variable); ++k) {
+        const Answer done = keep(fmi_->directional(unknown, rows, known[k], column_), "GetDirectionalDerivative");
+        if (done != Answer::ok) return done;
+        for (int i = 0; i < rows; ++i) J[i * N + first + k] = column_[i];
+    }
+    return Answer::ok;
+}
+
+Answer FmuPlant::jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) {
+    Answer done = move_to(at);
+    for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter})
+        if (done == Answer::ok && wanted[int(v)]) done = columns(function, v, J);
+    if (done == Answer::broken) running_ = false;
+    return done;
+}
+
+int FmuPlant::state_of_output(int output) const {
+    for (int i = 0; i < sizes.states; ++i)
+        if (plan_.sensor[output] == plan_.state[i]) return i;
+    return -1;
+}
+
+} // namespace hnav::observer

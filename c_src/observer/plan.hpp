@@ -1,0 +1,57 @@
+// The plan of an observer: which variables of an FMU are states, inputs and sensors, and what is known of them. A text in the
+// unpacked FMU, so that nothing here reads XML; whoever writes it has read modelDescription.xml. Its lines:
+//
+//     hnav_observer_plan 1                                        first
+//     fmi 2                                                       or 3
+//     identifier NAME                                             of the model, in Model Exchange
+//     token TEXT                                                  GUID or instantiation token
+//     binary PATH                                                 from the folder
+//     indicators N                                                event indicators that the FMU declares
+//     derivatives 1                                               it provides directional derivatives
+//     once 1                                                      one instance for each process
+//     memoryless 1                                                its user says so, in spite of indicators
+//     set REFERENCE VALUE                                         before initialisation
+//     state REFERENCE DERIVATIVE START SIGMA NOISE NOMINAL READY  in the order of the FMU
+//     input REFERENCE DISCRETE START                              a known one; DISCRETE 1: may change at events only
+//     unknown REFERENCE START SIGMA NOISE NOMINAL READY TIME_CONSTANT
+//     parameter REFERENCE START SIGMA NOISE NOMINAL READY
+//     sensor REFERENCE OUTPUT SIGMA GATE                          OUTPUT 1: of that causality, its derivatives may be asked
+//     end                                                         last
+//
+// Each may end in a name, after its numbers. A START of nan is the FMU's own value, a READY of inf no limit.
+#pragma once
+
+#include "observer/problem.hpp"
+
+#include <cstdint>
+
+namespace hnav::observer {
+
+constexpr int max_inputs = 128, max_set = 1000, max_path = 1024, max_text = 256;
+
+struct Plan {
+    int fmi = 0, indicators = 0;
+    bool derivatives = false, once = false, memoryless = false;
+    char identifier[max_text] = "", token[max_text] = "", binary[max_path] = "";
+    PlantSizes sizes;
+
+    std::uint32_t state[max_estimated], derivative[max_estimated], input[max_inputs], parameter[max_estimated];
+    std::uint32_t sensor[max_channels_used], set[max_set];
+    bool input_is_discrete[max_inputs], sensor_is_output[max_channels_used];
+    double set_value[max_set];
+    int set_count = 0;
+
+    // In the order of what is estimated once the whole has been read.
+    double start[max_estimated], start_sigma[max_estimated], noise[max_estimated], nominal[max_estimated];
+    double ready_sigma[max_estimated], time_constant_s[max_estimated], input_start[max_inputs];
+    double sensor_sigma[max_channels_used], gate_nis[max_channels_used];
+
+    Statistics statistics() const {
+        return {start, start_sigma, noise, nominal, ready_sigma, time_constant_s, input_start, sensor_sigma, gate_nis};
+    }
+
+    // From folder/observer.plan. False: why says in which line.
+    bool read(const char* folder, Refusal& why);
+};
+
+} // namespace hnav::observer

@@ -1,0 +1,345 @@
+"""An estimator for a model of one's own: an FMU for Model Exchange, or functions in Python.
+
+    plan = hnav.Plan("oscillator.fmu").sensor("x0", noise=0.05).state("x0", start_sigma=1.0).state("x1", start_sigma=1.0, noise=0.1)
+    run = hnav.Observer(plan).run(t_s, {"x0": y})
+    run.x["x1"], run.sigma["x1"], run.nis["x0"], run.ready
+
+FMUs are native code: one runs with all your rights. Observers of different threads run in parallel; one serves one thread at a time.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import weakref
+import zipfile
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
+from hnav.filters.observer_plan import Estimated, Plan
+from hnav.filters.plant import Asked, Plant
+from hnav.io.model_description import ModelDescription
+from hnav.io.outputs import temporary_folder, writing
+from hnav.native.arrays import Array, Record, address, times
+from hnav.native.library import StatefulObject, enumerators, ffi, new
+from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
+
+BLOCKS = enumerators("hnav_plant_block", "HNAV_")
+"""What derivatives a plant may offer: derivatives_by_states, ..., outputs_by_parameters."""
+
+
+def option_table() -> Mapping[str, OptionInfo]:
+    """The options by name, in the library's order: unit, range, meaning."""
+    return option_rows("observer")
+
+
+class ObserverOptions(OptionSet):
+    """Options of the observer, as attributes; option_table() tells unit, range and meaning of each.
+
+        ObserverOptions(horizon_s=0.2)
+
+    Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
+    """
+
+    def __init__(self, **values: object):
+        super().__init__("observer", None, values)
+
+
+# --------------------------------------------------------------------------------------------- results
+
+
+@dataclass
+class ObserverRun:
+    """Arrays of a run, one row for each instant, by the names of what is estimated and of the sensors."""
+
+    t_s: Array
+    """The instants."""
+    x: dict[str, Array]
+    """The estimate, in the plant's units."""
+    sigma: dict[str, Array]
+    """Its standard deviations."""
+    covariance: Array
+    """n x N x N, in the order of x."""
+    innovation: dict[str, Array]
+    """By sensor, in its unit: measured minus expected; NaN in rows without a sample, or one that was not used."""
+    nis: dict[str, Array]
+    """By sensor: normalised square of the innovation, 1 in the mean."""
+    ready: npt.NDArray[np.bool_]
+    """As ObserverInfo.ready."""
+    proof: dict[str, BlockProof]
+    """What became of the derivatives that the plant offers."""
+    dropped: int
+    """Instants for which the plant had no answer."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverInfo(Record):
+    """Where the observer stands."""
+
+    begun: bool
+    """The estimate has begun."""
+    ready: bool
+    """Every sigma is below its ready_sigma by evidence, and innovations are as large as they are said to be."""
+    repeatable: bool
+    """The plant answers bit for bit the same; so does the observer."""
+    now_s: float
+    """Time of what is shown; -inf before the first advance."""
+    newest_s: float
+    """Of the newest used sample; -inf before the first."""
+    late_limit_s: float
+    """Older samples are refused."""
+    events: int
+    """Instants that were used."""
+    corrections: int
+    """Those with a sensor."""
+    late: int
+    """Samples that came too late."""
+    non_finite: int
+    """Samples that were no numbers."""
+    dropped: int
+    """Instants that led to no estimate."""
+    flow_evaluations: int
+    """How often the plant's derivatives were asked by the solver."""
+    steps: int
+    """Of the solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class BlockProof(Record):
+    """Derivatives that a plant offers, beside differences."""
+
+    offered: bool
+    """By the plant."""
+    exact: bool
+    """Confirmed at five points, and used; otherwise differences are."""
+    row: int
+    """Of the worst element: the derivative or sensor."""
+    column: int
+    """What is estimated."""
+    told: float
+    """There, by the plant."""
+    measured: float
+    """There, by differences."""
+
+
+# --------------------------------------------------------------------------------------------- the observer
+
+
+class Observer(StatefulObject):
+    """Estimates what a Plan names.
+
+        Observer(plan, horizon_s=0.2)
+        Observer(plan, ObserverOptions(horizon_s=0.2))
+
+    Options of the plan (a file may have some) hold where no others are given. Raises HnavValueError, with the reason, for plans and
+    plants that are impossible, HnavRuntimeError for a plant without an answer at its start.
+    """
+
+    KIND = "observer"
+
+    def __init__(self, plan: Plan, options: ObserverOptions | None = None, **values: object):
+        self.plan = plan
+        self._options = complete(ObserverOptions, options, values if options is not None else {**plan.options, **values})
+        self._asked: Asked | None = None
+        if isinstance(plan.plant, Plant):
+            self._create_of_functions(plan.plant)
+        else:
+            self._open(plan.plant)
+
+    def _open(self, fmu: ModelDescription) -> None:
+        if fmu.once and fmu.token in _ONLY_ONES:
+            raise HnavRuntimeError(
+                "unsupported",
+                f"{fmu.path.name} can exist only once in a process, and an observer of it is there: delete that first",
+            )
+        folder = _unpack(fmu, self.plan.text())
+        try:
+            super().__init__("hnav_observer_open", self._options.struct, str(folder).encode())
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        if fmu.once:
+            _ONLY_ONES[fmu.token] = self
+
+    def _create_of_functions(self, plant: Plant) -> None:
+        plan = self.plan
+        asked = self._asked = Asked(plant, [*plan.sensors], [*plan.inputs, *plan.unknown_inputs], [*plan.parameters])
+        struct = new(
+            "hnav_plant", n_states=len(plan.states), n_inputs=len(plan.inputs) + len(plan.unknown_inputs),
+            n_unknown_inputs=len(plan.unknown_inputs), n_parameters=len(plan.parameters), n_outputs=len(plan.sensors), **asked.functions,
+        )  # fmt: skip
+        rows = _statistics(plan, plant)
+        known = new("hnav_observer_statistics", **{name: address(row) for name, row in rows.items() if len(row)})
+        try:
+            super().__init__("hnav_observer_create", self._options.struct, struct, known)
+        except HnavError:
+            asked.raise_kept()
+            raise
+        asked.raise_kept()
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        try:
+            super()._call(name, *arguments)
+        except HnavError:
+            if self._asked is not None:
+                self._asked.raise_kept()
+            raise
+
+    @property
+    def options(self) -> ObserverOptions:
+        """A copy of the options that the observer was made with."""
+        return copy(self._options)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all that is estimated: states, unknown inputs, parameters; the order of covariance()."""
+        return self.plan.estimated
+
+    def push(self, sensor: str, t_s: float, value: float) -> None:
+        """A sample of a sensor, in its unit. Raises HnavRuntimeError for one that is late."""
+        index, known = self._index(sensor, self.plan.sensors, "sensor"), self.plan.sensors[sensor]
+        self._call("push", index, t_s, known.factor * value + known.offset)
+
+    def push_input(self, input: str, t_s: float, value: float) -> None:
+        """A known input has this value from t_s on."""
+        self._call("push_input", self._index(input, self.plan.inputs, "input"), t_s, value)
+
+    def advance(self, t_s: float) -> None:
+        """Uses the samples up to t_s and shows the estimate there. Raises HnavRuntimeError where the plant had no answer: those samples
+        are dropped, and what a function in Python has raised is raised again."""
+        self._call("advance", t_s)
+
+    def estimate(self) -> tuple[dict[str, float], dict[str, float]]:
+        """The estimate at the time of the last advance, and its standard deviations, by name."""
+        x, sigma = np.empty((2, len(self.names)))
+        self._call("estimate", address(x), address(sigma))
+        return dict(zip(self.names, x.tolist())), dict(zip(self.names, sigma.tolist()))
+
+    def covariance(self) -> Array:
+        """N x N."""
+        P = np.empty((len(self.names),) * 2)
+        self._call("covariance", address(P))
+        return P
+
+    def info(self) -> ObserverInfo:
+        """Where the observer stands."""
+        info = new("hnav_observer_info")
+        self._call("get_info", info)
+        return ObserverInfo.read(info)
+
+    def proof(self) -> dict[str, BlockProof]:
+        """What became of the derivatives that the plant offers, by block; blocks that it does not offer are left out."""
+        found = {}
+        for index, name in enumerate(BLOCKS):
+            struct = new("hnav_observer_block_proof")
+            self._call("proof", index, struct)
+            if struct.offered:
+                found[name] = BlockProof.read(struct)
+        return found
+
+    def lies(self) -> list[str]:
+        """A sentence for each block of derivatives that differences contradict; differences are used in its place."""
+        sentences = []
+        for name, block in self.proof().items():
+            if not block.exact:
+                of = [*self.plan.sensors] if name.startswith("outputs") else [f"der({state})" for state in self.plan.states]
+                pair = f"d {of[block.row]} / d {self.names[block.column]}"
+                sentences.append(
+                    f"{name.replace('_', ' ')}: the plant says {pair} = {block.told:.6g}, differences {block.measured:.6g}; differences are used"
+                )
+        return sentences
+
+    def run(
+        self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None
+    ) -> ObserverRun:
+        """Row after row, bit for bit as push and advance: t_s is n, each array n with NaN where there is no sample. Sensors that are
+        not given have none. An instant for which the plant has no answer is dropped and counted."""
+        plan, t = self.plan, times(t_s)
+        n, N, m = len(t), len(self.names), len(plan.sensors)
+        seen = _columns(sensors, plan.sensors, n, "sensor")
+        scale = np.array([s.factor for s in plan.sensors.values()])
+        seen = seen * scale + np.array([s.offset for s in plan.sensors.values()])
+        held = _columns(inputs or {}, plan.inputs, n, "input")
+        x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
+        innovation, nis, ready = np.empty((n, m)), np.empty((n, m)), np.empty(n, np.uint8)
+        given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
+        wanted = new(
+            "hnav_observer_run_output", x=address(x), sigma=address(sigma), covariance=address(covariance),
+            innovation=address(innovation), nis=address(nis), ready=address(ready),
+        )  # fmt: skip
+        before = self.info().dropped
+        self._call("run", n, given, wanted, ffi.NULL)
+        if self._asked is not None:
+            self._asked.raise_kept()
+        return ObserverRun(
+            t_s=t,
+            x=dict(zip(self.names, x.T)),
+            sigma=dict(zip(self.names, sigma.T)),
+            covariance=covariance,
+            innovation=dict(zip(plan.sensors, (innovation / scale).T)),
+            nis=dict(zip(plan.sensors, nis.T)),
+            ready=ready.astype(bool),
+            proof=self.proof(),
+            dropped=self.info().dropped - before,
+        )
+
+    def _index(self, name: str, names: Mapping[str, object], kind: str) -> int:
+        if name not in names:
+            raise HnavValueError("out of range", f"the plan has no {kind} {name!r}; it has {', '.join(names) or 'none'}", name)
+        return list(names).index(name)
+
+
+# Observers of FMUs that a process can hold once, by token.
+_ONLY_ONES: weakref.WeakValueDictionary[str, Observer] = weakref.WeakValueDictionary()
+
+
+def _columns(given: Mapping[str, npt.ArrayLike], names: Mapping[str, object], n: int, kind: str) -> Array:
+    for name in given:
+        if name not in names:
+            raise HnavValueError("option", f"the plan has no {kind} {name!r}; it has {', '.join(names) or 'none'}", name)
+    columns = np.full((n, len(names)), math.nan)
+    for index, name in enumerate(names):
+        if name in given:
+            values = np.asarray(given[name], float)
+            if values.shape != (n,):
+                raise HnavValueError("size", f"{name} has the shape {values.shape}, expected ({n},)", name)
+            columns[:, index] = values
+    return columns
+
+
+def _statistics(plan: Plan, plant: Plant) -> dict[str, Array]:
+    """The rows of hnav_observer_statistics; a start that is not told is the plant's."""
+    own = {**plant.states, **plant.inputs, **plant.parameters}
+    known: dict[str, Estimated] = {**plan.states, **plan.unknown_inputs, **plan.parameters}
+    start = {name: own[name] if math.isnan(told.start) else told.start for name, told in known.items()}
+    inputs = {name: own[name] if math.isnan(told) else told for name, told in plan.inputs.items()}
+    rows = dict(
+        start=start.values(), start_sigma=[k.start_sigma for k in known.values()], noise=[k.noise for k in known.values()],
+        nominal=[k.nominal or 1.0 for k in known.values()], ready_sigma=[k.ready_sigma for k in known.values()], time_constant_s=[k.time_constant_s for k in plan.unknown_inputs.values()],
+        input_start=inputs.values(), sensor_sigma=[s.noise for s in plan.sensors.values()],
+        gate_nis=[s.gate_nis for s in plan.sensors.values()],
+    )  # fmt: skip
+    return {name: np.array(list(values), float) for name, values in rows.items()}
+
+
+def _unpack(fmu: ModelDescription, plan: str) -> Path:
+    """What of an FMU is needed at run time, in a folder of its own, and the plan beside it."""
+    folder = temporary_folder("hnav_observer_")
+    try:
+        with writing(f"{folder} (unpacking {fmu.path.name})"), zipfile.ZipFile(fmu.path) as archive:
+            wanted = [name for name in archive.namelist() if name.startswith((fmu.binary.rsplit("/", 1)[0] + "/", "resources/"))]
+            archive.extractall(folder, wanted)
+            (folder / "resources").mkdir(exist_ok=True)
+            (folder / "observer.plan").write_text(plan, encoding="utf-8")
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return folder

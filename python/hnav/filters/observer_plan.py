@@ -1,0 +1,335 @@
+"""What an observer is to estimate, by which sensors, and what is known beforehand: a Plan, in Python or as a TOML file."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from hnav.errors import HnavValueError
+from hnav.filters.plant import Plant
+from hnav.io.model_description import ModelDescription, Unit, Variable, read_model_description
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """What is known of a state, an unknown input or a parameter, in its unit."""
+
+    start: float = math.nan
+    """NaN: the plant's own."""
+    start_sigma: float = 0.0
+    """Its standard deviation."""
+    noise: float = 0.0
+    """White noise that drives it, unit / sqrt(s)."""
+    ready_sigma: float = math.inf
+    """Below it is ready."""
+    time_constant_s: float = 0.0
+    """Of an unknown input that decays; 0: a random walk."""
+    nominal: float = 0.0
+    """Usual size, where start and start_sigma do not tell it."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What is known of a sensor, in its own unit: value of the plant = factor * value + offset."""
+
+    noise: float
+    """Sigma of a sample."""
+    gate_nis: float = 0.0
+    """NIS beyond which a sample is used with more noise; 0: never."""
+    factor: float = 1.0
+    """From its unit to the plant's."""
+    offset: float = 0.0
+    """In the plant's unit."""
+
+
+class Plan:
+    """A plant, FMU or Plant, and what is known of its states, inputs and sensors.
+
+        plan = hnav.Plan("oscillator.fmu").sensor("x0", noise=0.05).state("x1", start_sigma=1.0, noise=0.1)
+
+    The plant needs one sensor at least, and a start_sigma or noise somewhere. Each call returns the plan; it raises HnavValueError
+    for names that the plant does not have, and for what its FMU does not let one do. memoryless: the FMU has event indicators or
+    discrete variables, but remembers nothing: its answers depend on time, states, inputs and parameters alone.
+    """
+
+    def __init__(self, plant: str | Path | Plant, memoryless: bool = False):
+        self.plant = plant if isinstance(plant, Plant) else read_model_description(plant)
+        self.memoryless = memoryless
+        self.states: dict[str, Estimated] = dict.fromkeys(self._state_names(), Estimated())
+        self.unknown_inputs: dict[str, Estimated] = {}
+        self.parameters: dict[str, Estimated] = {}
+        self.inputs: dict[str, float] = {}
+        self.sensors: dict[str, Sensor] = {}
+        self.set_values: dict[str, float] = {}
+        self.options: dict[str, Any] = {}
+        if isinstance(self.plant, ModelDescription) and not memoryless:
+            _refuse_events(self.plant)
+
+    @property
+    def estimated(self) -> tuple[str, ...]:
+        """Names of all that is estimated, in the order of the library: states, unknown inputs, parameters."""
+        return (*self.states, *self.unknown_inputs, *self.parameters)
+
+    def state(
+        self, name: str, *, start: float = math.nan, start_sigma: float = 0.0, noise: float = 0.0, ready_sigma: float = math.inf,
+        nominal: float = 0.0,
+    ) -> Self:  # fmt: skip
+        """start: NaN for the plant's own; noise: white noise that drives the state, unit / sqrt(s); ready_sigma: sigma below which it is
+        ready; nominal: its usual size, where start and start_sigma do not tell it."""
+        if name not in self.states:
+            raise _unknown(name, "state", self.states)
+        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
+        self.states[name] = Estimated(start, start_sigma, noise, ready_sigma, nominal=nominal)
+        return self
+
+    def parameter(
+        self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, ready_sigma: float = math.inf
+    ) -> Self:
+        """A parameter that is estimated; of an FMU it must be tunable. noise: random walk, unit / sqrt(s)."""
+        if isinstance(self.plant, Plant):
+            _among(name, "parameter", self.plant.parameters)
+        else:
+            variable = self._real(name, "a parameter")
+            if variable.variability != "tunable" or variable.causality != "parameter":
+                raise _impossible(
+                    self.plant, name, f"{name} is {variable.variability}: it cannot be estimated; export it as tunable"
+                )
+        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
+        self.parameters[name] = Estimated(start, start_sigma, noise, ready_sigma)
+        return self
+
+    def unknown_input(
+        self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, time_constant_s: float = 0.0,
+        ready_sigma: float = math.inf,
+    ) -> Self:  # fmt: skip
+        """An input that nobody measures, estimated as a random walk, or, with a time constant, as one that decays to 0."""
+        self._input(name)
+        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma, time_constant_s=time_constant_s)
+        self.inputs.pop(name, None)
+        self.unknown_inputs[name] = Estimated(start, start_sigma, noise, ready_sigma, time_constant_s)
+        return self
+
+    def input(self, name: str, *, start: float = math.nan) -> Self:
+        """An input that is sampled; start: before its first sample, NaN for the plant's own. Others stay at their start."""
+        self._input(name)
+        self.unknown_inputs.pop(name, None)
+        self.inputs[name] = start
+        return self
+
+    def sensor(self, name: str, *, noise: float, gate_nis: float = 0.0, unit: str = "") -> Self:
+        """noise: sigma of a sample, in unit; unit: of the samples, the plant's if none is told; gate_nis: NIS beyond which a sample is
+        used with more noise, once the estimate is ready, 0 for never."""
+        factor, offset = 1.0, 0.0
+        if isinstance(self.plant, Plant):
+            _among(name, "sensor", self.plant.sensors)
+        else:
+            variable = self._real(name, "a sensor")
+            factor, offset = _conversion(self.plant, variable, unit)
+        _check(name, sensor_noise=noise, gate_nis=gate_nis)
+        self.sensors[name] = Sensor(noise, gate_nis, factor, offset)
+        return self
+
+    def set(self, name: str, value: float) -> Self:
+        """A start value of the FMU, or of a parameter that is not estimated."""
+        if isinstance(self.plant, Plant):
+            _among(name, "parameter", self.plant.parameters)
+            self.plant.parameters[name] = float(value)
+        else:
+            variable = self._real(name, "a start value")
+            if variable.causality not in ("parameter", "input") and math.isnan(variable.start):
+                raise _impossible(self.plant, name, f"{name} has no start value that could be set: it is {variable.causality}")
+        self.set_values[name] = float(value)
+        return self
+
+    def _state_names(self) -> list[str]:
+        return list(self.plant.states) if isinstance(self.plant, Plant) else [state.name for state, _ in self.plant.states]
+
+    def _input(self, name: str) -> None:
+        if isinstance(self.plant, Plant):
+            _among(name, "input", self.plant.inputs)
+            return
+        variable = self._real(name, "an input")
+        if variable.causality != "input":
+            inputs = [v.name for v in self.plant.variables.values() if v.causality == "input"]
+            raise _impossible(
+                self.plant, name, f"{name} is no input but {variable.causality}; inputs: {', '.join(inputs) or 'none'}"
+            )
+
+    def _real(self, name: str, role: str) -> Variable:
+        """A variable of the FMU that can have this role."""
+        assert isinstance(self.plant, ModelDescription)
+        variable = self.plant.variable(name)
+        if variable.is_array:
+            raise _impossible(self.plant, name, f"{name} is an array: {role} must be a scalar")
+        if not variable.is_real:
+            raise _impossible(self.plant, name, f"{name} is {variable.type}: {role} must be real")
+        return variable
+
+    def text(self) -> str:
+        """The plan as the library reads it, observer.plan in the folder of the unpacked FMU."""
+        assert isinstance(self.plant, ModelDescription)
+        fmu, lines = self.plant, ["hnav_observer_plan 1"]
+        lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {fmu.binary}"]
+        lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
+        lines += [f"memoryless {self.memoryless:d}"]
+        lines += [f"set {fmu.variables[name].reference} {value!r} {name}" for name, value in self.set_values.items()]
+        for (state, derivative), known in zip(fmu.states, self.states.values()):
+            lines.append(f"state {state.reference} {derivative.reference} {_numbers(known)} {state.name}")
+        for name, start in self.inputs.items():
+            variable = fmu.variables[name]
+            lines.append(f"input {variable.reference} {variable.variability == 'discrete':d} {start!r} {name}")
+        for name, known in self.unknown_inputs.items():
+            lines.append(f"unknown {fmu.variables[name].reference} {_numbers(known)} {known.time_constant_s!r} {name}")
+        lines += [f"parameter {fmu.variables[n].reference} {_numbers(known)} {n}" for n, known in self.parameters.items()]
+        for name, sensor in self.sensors.items():
+            variable = fmu.variables[name]
+            noise = abs(sensor.factor) * sensor.noise
+            lines.append(f"sensor {variable.reference} {variable.causality == 'output':d} {noise!r} {sensor.gate_nis!r} {name}")
+        return "\n".join([*lines, "end", ""])
+
+
+def _numbers(known: Estimated) -> str:
+    return " ".join(repr(float(v)) for v in (known.start, known.start_sigma, known.noise, known.nominal, known.ready_sigma))
+
+
+_ABOVE_0 = ("sensor_noise", "ready_sigma")
+
+
+def _check(name: str, **values: float) -> None:
+    for key, value in values.items():
+        if not (value > 0 if key in _ABOVE_0 else value >= 0):
+            bound = "above 0" if key in _ABOVE_0 else "at least 0"
+            raise HnavValueError("option", f"{key.removeprefix('sensor_')} of {name} is {value:g}: it must be {bound}", key)
+
+
+def _refuse_events(fmu: ModelDescription) -> None:
+    remedy = (
+        "only plants without events are observed; export one without them, or say memoryless if its answers depend on "
+        "time, states, inputs and parameters alone"
+    )
+    if fmu.indicators:
+        raise _impossible(fmu, "fmu", f"it has {fmu.indicators} state event{'s' * (fmu.indicators > 1)}: {remedy}")
+    if fmu.discrete:
+        shown = ", ".join(fmu.discrete[:3]) + (", ..." if len(fmu.discrete) > 3 else "")
+        raise _impossible(fmu, "fmu", f"it has discrete variables ({shown}): {remedy}")
+
+
+def _impossible(fmu: ModelDescription | Plant, argument: str, reason: str) -> HnavValueError:
+    where = f"{fmu.path.name}: " if isinstance(fmu, ModelDescription) else ""
+    return HnavValueError("option", where + reason, argument)
+
+
+def _unknown(name: str, kind: str, names: Iterable[str]) -> HnavValueError:
+    known = list(names)
+    near = difflib.get_close_matches(name, known, n=3) or known[:8]
+    return HnavValueError("option", f"the plant has no {kind} {name!r}; it has {', '.join(near) or 'none'}", name)
+
+
+def _among(name: str, kind: str, names: Iterable[str]) -> None:
+    if name not in names:
+        raise _unknown(name, kind, names)
+
+
+def _conversion(fmu: ModelDescription, variable: Variable, unit: str) -> tuple[float, float]:
+    """Factor and offset from a unit of samples to that of a variable."""
+    if unit in ("", variable.unit):
+        return 1.0, 0.0
+    own, given = fmu.units.get(variable.unit), fmu.units.get(unit)
+    if own is None or given is None:
+        raise _impossible(
+            fmu, variable.name, f"{variable.name} is in {variable.unit or 'no unit'}, and the FMU does not say what {unit} is: convert "
+            f"the samples; it knows {', '.join(sorted(fmu.units)) or 'no units'}"
+        )  # fmt: skip
+    if own.dimensions != given.dimensions:
+        raise _impossible(fmu, variable.name, f"{variable.name} is in {variable.unit}, which {unit} cannot be converted to")
+    return _factor(own, given)
+
+
+def _factor(own: Unit, given: Unit) -> tuple[float, float]:
+    return given.factor / own.factor, (given.offset - own.offset) / own.factor
+
+
+# --------------------------------------------------------------------------------------------- files
+
+
+_TABLES: Mapping[str, frozenset[str]] = {
+    "sensor": frozenset({"noise", "gate_nis", "unit"}),
+    "input": frozenset({"start"}),
+    "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal"}),
+    "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma"}),
+    "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma"}),
+}
+_NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
+
+
+def read_plan(path: Path | str, fmu: Path | str | None = None) -> Plan:
+    """A plan from TOML.
+
+        [plant]
+        fmu = "oscillator.fmu"        # beside this file; not read when fmu is given
+        set = {mu = 1.5}
+        [sensor.x0]
+        noise = 0.05
+        [state.x1]
+        start_sigma = 1.0
+        noise = 0.1
+        [options]
+        horizon_s = 0.2
+
+    Raises HnavValueError that names the file and the entry.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise HnavValueError("file", f"{path}: no TOML: {error}") from None
+    try:
+        return _plan_of(data, path.parent, fmu)
+    except HnavValueError as error:
+        raise HnavValueError(error.status, f"{path.name}: {error}", error.argument) from None
+
+
+def _plan_of(data: dict[str, Any], folder: Path, fmu: Path | str | None) -> Plan:
+    unknown = next((name for name in data if name not in {"plant", "options", *_TABLES}), None)
+    if unknown is not None:
+        raise HnavValueError(
+            "option", f"[{unknown}] is no table of a plan; there are plant, {', '.join(_TABLES)}, options", unknown
+        )
+    plant = data.get("plant", {})
+    if fmu is None and "fmu" not in plant:
+        raise HnavValueError("option", "[plant] names no fmu", "fmu")
+    plan = Plan(fmu if fmu is not None else folder / str(plant["fmu"]), memoryless=bool(plant.get("memoryless", False)))
+    for name, value in plant.get("set", {}).items():
+        plan.set(name, _number(value, f"plant.set.{name}"))
+    for table in _TABLES:
+        for name, entry in data.get(table, {}).items():
+            getattr(plan, table)(name, **_entry(table, name, entry))
+    plan.options = dict(data.get("options", {}))
+    return plan
+
+
+def _entry(table: str, name: str, entry: object) -> dict[str, Any]:
+    """The arguments of a plan's call."""
+    names = _TABLES[table]
+    if not isinstance(entry, dict):
+        raise HnavValueError("option", f'[{table}] has no tables: write [{table}."{name}"]', name)
+    wrong = next((key for key in entry if key not in names), None)
+    if wrong is not None:
+        raise HnavValueError("option", f'[{table}."{name}"] has no {wrong}; it has {", ".join(sorted(names))}', wrong)
+    needed = _NEEDED.get(table)
+    if needed is not None and needed not in entry:
+        raise HnavValueError("option", f'[{table}."{name}"] needs {needed}', name)
+    return {key: value if key == "unit" else _number(value, f"{table}.{name}.{key}") for key, value in entry.items()}
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise HnavValueError("option", f"{name} = {value!r} is no number", name)
+    return float(value)

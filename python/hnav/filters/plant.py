@@ -1,0 +1,115 @@
+"""A plant in Python: the model of what is observed, as functions. Slow beside C or an FMU, and quick to write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hnav.errors import HnavValueError
+from hnav.native.arrays import Array
+from hnav.native.library import ffi
+
+Function = Callable[[float, Array, Array, Array], npt.ArrayLike]
+"""Of time, states, inputs and parameters."""
+
+_FUNCTION = "int(void *, double, const double *, const double *, const double *, double *)"
+
+
+class Plant:
+    """x' = derivatives(t, x, u, p), y = outputs(t, x, u, p).
+
+        def derivatives(t, x, u, p):
+            return x[1], -p[0] * np.sin(x[0]) - 0.2 * x[1] + u[0]
+
+        plant = hnav.Plant(derivatives, lambda t, x, u, p: x[0], states={"angle": 0.1, "rate": 0.0}, sensors=["angle"],
+                           inputs={"torque": 0.0}, parameters={"g_over_l": 9.81})
+
+    x, u and p are arrays in the order of states, inputs and parameters, whose values are where they start; sensors names what
+    outputs answers. jacobian(t, x, u, p): derivatives by x, rows of derivatives; without it, or where it is found
+    wrong, differences are taken. The functions must depend on their arguments alone.
+    """
+
+    def __init__(
+        self,
+        derivatives: Function,
+        outputs: Function,
+        *,
+        states: Mapping[str, float],
+        sensors: Sequence[str],
+        inputs: Mapping[str, float] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        jacobian: Function | None = None,
+    ):
+        self.derivatives, self.outputs, self.jacobian = derivatives, outputs, jacobian
+        self.states, self.sensors = dict(states), tuple(sensors)
+        self.inputs, self.parameters = dict(inputs or {}), dict(parameters or {})
+        names = [*self.states, *self.inputs, *self.parameters]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise HnavValueError(
+                "option", f"{twice} is the name of two things: states, inputs and parameters need names of their own", twice
+            )
+
+
+class Asked:
+    """A plant as the C library asks it: some of its inputs, parameters and outputs, in another order.
+
+    What the functions raise is kept, and raised again by whoever called the library.
+    """
+
+    def __init__(self, plant: Plant, sensors: Sequence[str], inputs: Sequence[str], parameters: Sequence[str]):
+        self.plant = plant
+        self.error: BaseException | None = None
+        self._rows = [plant.sensors.index(name) for name in sensors]
+        self._inputs = [list(plant.inputs).index(name) for name in inputs]
+        self._parameters = [list(plant.parameters).index(name) for name in parameters]
+        n, free = len(plant.states), len(inputs) + len(parameters)
+        self._sizes = (n, len(inputs), len(parameters))
+        self.functions = {
+            "derivatives": self._function(lambda *at: self._vector(plant.derivatives, at, n, "derivatives")),
+            "outputs": self._function(lambda *at: self._vector(plant.outputs, at, len(plant.sensors), "outputs")[self._rows]),
+        }
+        jacobian = plant.jacobian
+        if jacobian is not None and free == 0:
+            self.functions["derivatives_jacobian"] = self._function(
+                lambda *at: _shaped(jacobian(*self._full(*at)), (n, n), "jacobian").ravel()
+            )
+
+    def raise_kept(self) -> None:
+        """What a function has raised since the last time."""
+        error, self.error = self.error, None
+        if error is not None:
+            raise error
+
+    def _full(self, t: float, x: Array, u: Array, p: Array) -> tuple[float, Array, Array, Array]:
+        inputs, parameters = np.array([*self.plant.inputs.values()], float), np.array([*self.plant.parameters.values()], float)
+        inputs[self._inputs], parameters[self._parameters] = u, p
+        return t, x, inputs, parameters
+
+    def _vector(self, function: Function, at: Any, length: int, name: str) -> Array:
+        return _shaped(np.atleast_1d(np.asarray(function(*self._full(*at)), float)), (length,), name)
+
+    def _function(self, answer: Callable[..., Array]) -> Any:
+        sizes = self._sizes
+
+        def called(_: Any, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
+            try:
+                at = [np.array(ffi.unpack(pointer, size)) if size else np.zeros(0) for pointer, size in zip((x, u, p), sizes)]
+                told = answer(t, *at)
+                values[0 : len(told)] = told.tolist()
+            except BaseException as error:
+                self.error = error
+                return -1
+            return 0
+
+        return ffi.callback(_FUNCTION, called, error=-1)
+
+
+def _shaped(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    array = np.asarray(values, float)
+    if array.shape != shape:
+        raise HnavValueError("size", f"{name} of the plant has the shape {array.shape}, expected {shape}", name)
+    return array

@@ -1,0 +1,251 @@
+"""What an FMU for Model Exchange says of itself: modelDescription.xml of FMI 2 and 3, as far as an observer asks.
+
+Own reading, because tools write what readers refuse (FMI 3 by Dymola) or overlook (providesDirectionalDerivatives).
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import platform
+import sys
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+from xml.etree import ElementTree
+
+from hnav.errors import HnavValueError
+
+REALS = ("Real", "Float64")
+_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
+_DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_TOO_LARGE = 200_000_000  # bytes of a description: larger than any that a tool has written
+
+
+@dataclass(frozen=True)
+class Unit:
+    """value in SI base units = factor * value + offset."""
+
+    factor: float
+    offset: float
+    dimensions: tuple[int, ...]
+    """Exponents of kg, m, s, A, K, mol, cd, rad."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of an FMU."""
+
+    name: str
+    reference: int
+    type: str
+    """"Real", "Float64", "Boolean", ..."""
+    causality: str
+    variability: str
+    unit: str
+    """Of the variable or of its declared type; empty if none is told."""
+    description: str
+    start: float
+    """NaN: none is told."""
+    is_array: bool
+    derivative_of: int | None
+    """FMI 2: number of the state in the list, from 1; FMI 3: reference of the state."""
+
+    @property
+    def is_real(self) -> bool:
+        """Of type Real or Float64, and no array."""
+        return self.type in REALS and not self.is_array
+
+
+@dataclass(frozen=True)
+class ModelDescription:
+    """An FMU for Model Exchange. read_model_description makes it."""
+
+    path: Path
+    fmi: int
+    """2 or 3."""
+    name: str
+    identifier: str
+    """Of the model in Model Exchange: the name of its binary."""
+    token: str
+    """GUID or instantiation token."""
+    variables: dict[str, Variable]
+    """By name, in the order of the file."""
+    states: tuple[tuple[Variable, Variable], ...]
+    """State and derivative, in the order in which the FMU has them."""
+    indicators: int
+    """Event indicators that the file declares; of FMI 3 all that are listed."""
+    offers_derivatives: bool
+    once: bool
+    """Only one instance for each process."""
+    discrete: tuple[str, ...]
+    """Names of what it remembers from event to event."""
+    binary: str
+    """Path inside the FMU of the binary for this machine."""
+    units: dict[str, Unit] = field(default_factory=dict)
+
+    def variable(self, name: str) -> Variable:
+        """Raises HnavValueError that proposes the nearest names."""
+        found = self.variables.get(name)
+        if found is None:
+            near = difflib.get_close_matches(name, self.variables, n=3)
+            raise HnavValueError(
+                "option", f"{self.path.name} has no variable {name!r}" + (f"; nearest: {', '.join(near)}" if near else ""), name
+            )
+        return found
+
+
+def read_model_description(path: Path | str) -> ModelDescription:
+    """Raises HnavValueError with a sentence and a cure for an FMU that an observer cannot take."""
+    path = Path(path)
+    root, names = _read(path)
+    fmi = {"2": 2, "3": 3}.get(root.get("fmiVersion", "")[:1])
+    if fmi is None:
+        _refuse(path, f"FMI {root.get('fmiVersion', 'of an unknown version')}: export it for FMI 2 or 3")
+    exchange = root.find("ModelExchange")
+    if exchange is None:
+        offered = "Co-Simulation only" if root.find("CoSimulation") is not None else "no Model Exchange"
+        _refuse(path, f"offers {offered}: the observer integrates by itself, export it for Model Exchange")
+    if exchange.get("needsExecutionTool") == "true":
+        _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
+    variables, order = _variables(root, fmi)
+    states = _states(path, root, fmi, variables, order)
+    identifier = exchange.get("modelIdentifier", "")
+    return ModelDescription(
+        path=path,
+        fmi=fmi,
+        name=root.get("modelName", path.stem),
+        identifier=identifier,
+        token=root.get("guid" if fmi == 2 else "instantiationToken", ""),
+        variables={variable.name: variable for variable in variables},
+        states=states,
+        indicators=_indicators(root, fmi),
+        offers_derivatives="true"
+        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives")),
+        once=exchange.get("canBeInstantiatedOnlyOncePerProcess") == "true",
+        discrete=tuple(v.name for v in variables if v.variability == "discrete" and v.causality in ("local", "output")),
+        binary=_binary(path, names, identifier, fmi),
+        units=_units(root),
+    )
+
+
+def _refuse(path: Path, reason: str) -> NoReturn:
+    raise HnavValueError("option", f"{path.name} {reason}", "fmu") from None
+
+
+def _read(path: Path) -> tuple[ElementTree.Element, list[str]]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            info = archive.getinfo("modelDescription.xml")
+            if info.file_size > _TOO_LARGE:
+                _refuse(path, "has a modelDescription.xml beyond all sense")
+            return ElementTree.fromstring(archive.read(info)), archive.namelist()
+    except OSError as error:
+        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror or error}", "fmu") from None
+    except zipfile.BadZipFile:
+        _refuse(path, "is no FMU: it is no zip archive")
+    except KeyError:
+        _refuse(path, "is no FMU: it holds no modelDescription.xml")
+    except (ElementTree.ParseError, RuntimeError, ValueError) as error:
+        _refuse(path, f"has a modelDescription.xml that cannot be read: {error}")
+
+
+def _number(text: str | None) -> float:
+    try:
+        return float((text or "nan").split()[0])
+    except (ValueError, IndexError):
+        return math.nan
+
+
+def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dict[int, Variable]]:
+    """All of them, and those that are real by their number from 1 (FMI 2) or reference (FMI 3)."""
+    declared = {
+        kind.get("name"): (kind if fmi == 3 else next(iter(kind), kind)).get("unit", "")
+        for kind in root.findall("TypeDefinitions/*")
+    }
+    variables, order = list[Variable](), dict[int, Variable]()
+    for number, element in enumerate(root.findall("ModelVariables/*"), 1):
+        typed = element if fmi == 3 else next((child for child in element if child.tag in _TYPES), element)
+        derivative = typed.get("derivative")
+        variable = Variable(
+            name=element.get("name", ""),
+            reference=int(element.get("valueReference", "0")),
+            type=typed.tag,
+            causality=element.get("causality", "local"),
+            variability=element.get("variability", "continuous" if typed.tag in REALS else "discrete"),
+            unit=typed.get("unit") or declared.get(typed.get("declaredType"), ""),
+            description=element.get("description", ""),
+            start=_number(typed.get("start")) if typed.tag in REALS else math.nan,
+            is_array=element.find("Dimension") is not None,
+            derivative_of=int(derivative) if derivative is not None else None,
+        )
+        variables.append(variable)
+        order[number if fmi == 2 else variable.reference] = variable
+    return variables, order
+
+
+def _states(
+    path: Path, root: ElementTree.Element, fmi: int, variables: list[Variable], order: dict[int, Variable]
+) -> tuple[tuple[Variable, Variable], ...]:
+    structure = root.find("ModelStructure")
+    if structure is None:
+        _refuse(path, "has no ModelStructure: export it with a tool that writes one")
+    unknowns = structure.findall("Derivatives/Unknown") if fmi == 2 else structure.findall("ContinuousStateDerivative")
+    attribute = "index" if fmi == 2 else "valueReference"
+    states = []
+    for unknown in unknowns:
+        derivative = order.get(int(unknown.get(attribute, "-1")))
+        state = order.get(derivative.derivative_of) if derivative and derivative.derivative_of is not None else None
+        if derivative is None or state is None:
+            _refuse(path, "names a derivative whose state cannot be found: its modelDescription.xml is wrong")
+        if state.is_array:
+            _refuse(path, f"has an array for a state ({state.name}): export it with scalar states")
+        states.append((state, derivative))
+    if not states:
+        _refuse(path, "has no continuous states: there is nothing to estimate")
+    return tuple(states)
+
+
+def _indicators(root: ElementTree.Element, fmi: int) -> int:
+    if fmi == 2:
+        return int(root.get("numberOfEventIndicators") or 0)
+    return len(root.findall("ModelStructure/EventIndicator"))
+
+
+def _platform(fmi: int) -> tuple[str, str]:
+    """The folder of binaries for this machine, and how they end."""
+    system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    ending = {"windows": ".dll", "darwin": ".dylib"}.get(system, ".so")
+    if fmi == 3:
+        return f"{machine}-{system}", ending
+    bits = {"x86_64": "64"}.get(machine, "")
+    return ({"windows": "win", "darwin": "darwin", "linux": "linux"}[system] + bits if bits else f"{machine}-{system}"), ending
+
+
+def _binary(path: Path, names: list[str], identifier: str, fmi: int) -> str:
+    folder, ending = _platform(fmi)
+    binary = f"binaries/{folder}/{identifier}{ending}"
+    if binary not in names:
+        has = sorted({name.split("/")[1] for name in names if name.startswith("binaries/") and name.count("/") > 1})
+        _refuse(path, f"has no binary for {folder} (it has {', '.join(has) or 'none'}): export or compile it for this machine")
+    return binary
+
+
+def _units(root: ElementTree.Element) -> dict[str, Unit]:
+    units = {}
+    for unit in root.findall("UnitDefinitions/Unit"):
+        base: Any = unit.find("BaseUnit")
+        told = {} if base is None else base.attrib
+        dimensions = tuple(int(told.get(name, "0")) for name in _DIMENSIONS)
+        if base is not None:
+            units[unit.get("name", "")] = Unit(float(told.get("factor", "1")), float(told.get("offset", "0")), dimensions)
+            # What people read: its numbers are factor * number + offset of the unit.
+            for shown in unit.findall("DisplayUnit"):
+                own = units[unit.get("name", "")]
+                factor, offset = float(shown.get("factor", "1")), float(shown.get("offset", "0"))
+                if shown.get("inverse") != "true" and factor != 0:
+                    scale = own.factor / factor
+                    units.setdefault(shown.get("name", ""), Unit(scale, own.offset - scale * offset, dimensions))
+    return units

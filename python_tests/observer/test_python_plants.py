@@ -1,0 +1,108 @@
+"""Plants that are functions in Python."""
+
+import numpy as np
+import pytest
+
+import hnav
+from hnav.filters.observer import Observer, option_table
+from hnav.filters.observer_plan import Plan
+from observer.test_fmu_plants import T_S, samples, spring, spring_plan
+
+
+def pendulum(derivatives=lambda t, x, u, p: (x[1], -9.81 * np.sin(x[0])), outputs=lambda t, x, u, p: x[0], **more):
+    plant = hnav.Plant(derivatives, outputs, states={"angle": 0.3, "rate": 0.0}, sensors=["angle"], **more)
+    return Plan(plant).sensor("angle", noise=0.01).state("rate", start_sigma=0.5, noise=0.02)
+
+
+def test_rows_and_calls_are_the_same_bits():
+    run = Observer(spring_plan()).run(T_S, {"x": samples()}, {"u": np.sin(T_S)})
+    observer = Observer(spring_plan())
+    for k, t in enumerate(T_S):
+        observer.push_input("u", t, np.sin(t))
+        observer.push("x", t, samples()[k])
+        observer.advance(t)
+        estimate, sigma = observer.estimate()
+        assert estimate == {name: x[k] for name, x in run.x.items()}
+        assert sigma == {name: s[k] for name, s in run.sigma.items()}
+        assert np.array_equal(observer.covariance(), run.covariance[k])
+
+
+def test_an_unknown_input_and_a_parameter_are_learnt():
+    plan = spring_plan().sensor("y", noise=0.02).unknown_input("d", start_sigma=0.5).parameter("k", start_sigma=1)
+    run = Observer(plan).run(T_S, {"x": samples(k=5.0), "y": samples(2, k=5.0, offset=0.3)})
+    assert list(run.x) == ["x", "v", "d", "k"]
+    assert abs(run.x["k"][-1] - 5) < 4 * run.sigma["k"][-1] < 0.6
+    assert abs(run.x["d"][-1] - 0.3) < 4 * run.sigma["d"][-1] < 0.1
+
+
+def test_a_jacobian_is_used_when_it_is_right():
+    right = Observer(pendulum(jacobian=lambda t, x, u, p: [[0, 1], [-9.81 * np.cos(x[0]), 0]]))
+    wrong = Observer(pendulum(jacobian=lambda t, x, u, p: [[0, 1], [9.81 * np.cos(x[0]), 0]]))
+    assert right.lies() == []
+    assert "d der(rate) / d angle" in wrong.lies()[0]
+    t = np.arange(0, 1, 0.1)
+    a, b = (o.run(t, {"angle": 0.3 * np.cos(3 * t)}).x["rate"] for o in (right, wrong))
+    assert np.abs(a - b).max() < 1e-6
+
+
+def test_what_a_function_raises_is_raised_again():
+    def breaks(t, x, u, p):
+        if t > 0.5:
+            raise ZeroDivisionError("no such place")
+        return x[1], -x[0]
+
+    observer = Observer(pendulum(breaks))
+    observer.push("angle", 0.0, 0.3)
+    observer.advance(0.4)
+    with pytest.raises(ZeroDivisionError, match="no such place"):
+        observer.advance(1.0)
+    observer.push("angle", 0.45, 0.28)
+    observer.advance(0.45)
+    assert observer.info().corrections == 2
+    with pytest.raises(ZeroDivisionError, match="no such place"):
+        observer.run(np.array([0.6]), {"angle": np.array([0.2])})
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Observer(pendulum(lambda t, x, u, p: x[1])), r"derivatives of the plant has the shape \(1,\), expected \(2,\)"),
+        (lambda: Observer(pendulum(lambda t, x, u, p: (np.nan, 0))), r"derivatives\[0\] of the plant is nan at the start"),
+        (lambda: pendulum(inputs={"rate": 0.0}), "rate is the name of two things"),
+        (lambda: pendulum().sensor("speed", noise=1), "the plant has no sensor 'speed'; it has angle"),
+        (lambda: pendulum().parameter("g", start_sigma=1), "the plant has no parameter 'g'; it has none"),
+        (lambda: pendulum().input("torque"), "the plant has no input 'torque'"),
+        (lambda: pendulum().set("g", 1), "the plant has no parameter 'g'"),
+        (lambda: Observer(pendulum()).push("speed", 0, 0), "the plan has no sensor 'speed'; it has angle"),
+        (lambda: Observer(pendulum()).run([0.0], {"speed": [0.0]}), "the plan has no sensor 'speed'"),
+        (lambda: Observer(pendulum()).run([0.0], {"angle": [0.0, 1.0]}), r"angle has the shape \(2,\), expected \(1,\)"),
+        (lambda: Observer(pendulum(), horizon_s=-1), "horizon_s = -1"),
+    ],
+)
+def test_what_is_wrong_is_said(make, said):
+    with pytest.raises(hnav.HnavError, match=said):
+        make()
+
+
+def test_parameters_that_are_not_estimated_hold_their_value():
+    plan = spring_plan().set("k", 5.0)
+    assert plan.plant.parameters == {"k": 5.0}
+    run = Observer(plan).run(T_S, {"x": samples(k=5.0)})
+    assert run.nis["x"].mean() < 2
+    assert spring(0, [1, 0], [0], [5.0]) == (0, -5.0)
+
+
+def test_the_observer_says_where_it_stands():
+    observer = Observer(spring_plan(), horizon_s=0.1)
+    info = observer.info()
+    assert (info.begun, info.now_s, info.newest_s, info.events) == (False, -np.inf, -np.inf, 0)
+    observer.push("x", 1.0, 0.9)
+    observer.advance(1.5)
+    info = observer.info()
+    assert (info.begun, info.ready, info.repeatable, info.now_s, info.newest_s) == (True, False, True, 1.5, 1.0)
+    assert info.late_limit_s == 0.9 and info.corrections == info.events == 1
+    assert info.flow_evaluations > 0 and info.steps > 0 and info.late == info.non_finite == info.dropped == 0
+
+
+def test_options_are_those_of_the_list():
+    assert Observer(pendulum()).options.rtol == option_table()["rtol"].default
