@@ -5,7 +5,6 @@ import os
 import re
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -211,9 +210,9 @@ def test_a_shell_completes_systems_and_what_they_have(systems):
 
 
 def test_a_gamma_that_is_infeasible_at_most_corrections_is_said_once():
-    def result(raised: int, corrections: int) -> SimpleNamespace:
-        return SimpleNamespace(counts={"gamma_raised": raised, "corrections": corrections})
+    def counts(raised: int, corrections: int) -> dict[str, int]:
+        return {"gamma_raised": raised, "corrections": corrections}
 
-    (line,) = infeasible_gamma(result(90, 100))
+    (line,) = infeasible_gamma(counts(90, 100))
     assert "90 of 100 corrections" in line and "larger --set gamma=" in line
-    assert not infeasible_gamma(result(10, 100)) and not infeasible_gamma(result(0, 0))
+    assert not infeasible_gamma(counts(10, 100)) and not infeasible_gamma(counts(0, 0))

@@ -89,6 +89,18 @@ def test_the_mark_goes_before_the_first_file_and_comes_after_the_last(tmp_path, 
     assert mark.read_bytes() == NEW
 
 
+def test_pieces_make_a_file_and_one_that_cannot_be_made_leaves_the_old_one(target):
+    def pieces(last):
+        yield NEW
+        yield last()
+
+    write_files({target: pieces(lambda: b"more")})
+    assert target.read_bytes() == NEW + b"more"
+    with pytest.raises(ZeroDivisionError):
+        write_files({target: pieces(lambda: bytes(1 // 0))})
+    assert target.read_bytes() == NEW + b"more" and list(target.parent.iterdir()) == [target]
+
+
 def test_what_is_no_file_is_written_to(tmp_path):
     read, write = os.pipe()
     write_files({Path(f"/dev/fd/{write}"): b"through"})
@@ -115,7 +127,7 @@ def test_what_a_killed_process_has_left_goes_with_the_next_attempt(target):
 
 
 def test_a_file_that_another_process_is_writing_is_left_alone(target):
-    with outputs._written_beside(target, NEW) as other:
+    with outputs._written_beside(target, [NEW]) as other:
         write_files({target: b"mine"})
         assert other.read_bytes() == NEW
     assert target.read_bytes() == b"mine"

@@ -36,7 +36,8 @@ def test_a_command_that_is_interrupted_leaves_the_old_output_or_the_new_one(name
 
 def test_a_command_that_writes_bit_by_bit_is_found_out(tmp_path, monkeypatch):
     def write_slowly(contents):
-        for path, text in contents.items():
+        for path, pieces in contents.items():
+            text = b"".join(pieces)
             with path.open("wb") as file:
                 for part in range(10):
                     file.write(text[part * len(text) // 10 : (part + 1) * len(text) // 10])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -11,12 +13,14 @@ from hnav.cli.console import bar, say
 from hnav.cli.parameters import Engine, FilterName, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
+from hnav.filters.attitude import Options, Run
 from hnav.filters.calibration import read_calibration
-from hnav.filters.health import Finding, findings
-from hnav.filters.run_files import write_table
-from hnav.fmi.engines import run_recording
+from hnav.filters.health import Finding, Tally, findings
+from hnav.filters.run_files import write_pieces, write_table
+from hnav.fmi.engines import LibraryRun, run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
+from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.renamed import new_name
 
@@ -53,26 +57,71 @@ def command(
         Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
     ] = None,
 ) -> None:
+    chosen = {"navigation_frame": frame} | parse_settings(settings)
+    check_names(recording, out, report, calibration)
+    iron = None if calibration is None else read_calibration(calibration)
+    made = made_of(recording, engine, smooth, calibration)
+    # What needs all rows at once is a page, hindsight, and the loop of an FMU.
+    table = None if report or smooth or engine != "c" or step else reading.long_table(recording, iron)
+    if table is not None and out is not None:
+        doubts = warnings_of(recording, table.findings, strict)
+        outcome = filter_pieces(table, out, Options(filter, preset, **chosen), made)
+    else:
+        data = reading.read(recording)
+        if iron is not None:
+            data = iron.apply_to(data)
+        found = reading.check(data)
+        doubts = warnings_of(recording, found, strict)
+        result = filtered(data, filter, engine, chosen, preset, step, smooth)
+        if out is not None:
+            write_table(out, result, made)
+        if report is not None:
+            write_page(report, result, data, lines_of(found))
+        outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
+    tell(outcome, engine, out, report)
+    warn(doubts)
+
+
+def check_names(recording: Path, out: Path | None, report: Path | None, calibration: Path | None) -> None:
+    """Raises HnavError or UsageError for files that are not to be read or written."""
     if new := new_name(str(recording), "filter"):
         raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
-    chosen = {"navigation_frame": frame} | parse_settings(settings)
     if out is None and report is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     refuse_overwriting([out, report], [recording, calibration])
-    data = reading.read(recording)
-    if calibration is not None:
-        data = read_calibration(calibration).apply_to(data)
-    found = reading.check(data)
-    doubts = warnings_of(recording, found, strict)
-    result = filtered(data, filter, engine, chosen, preset, step, smooth)
-    if out is not None:
-        write_table(out, result, made_of(recording, engine, smooth, calibration))
-    if report is not None:
-        write_page(report, result, data, lines_of(found))
-    say(summary(result, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
-    for warning in [*warnings(result), *infeasible_gamma(result)]:
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run has to say, whether its rows were ever together or not."""
+
+    rows: int
+    us_per_sample: float
+    counts: Mapping[str, int]
+    findings: list[Finding]
+
+
+def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]) -> Outcome:
+    """A long table, never as a whole: memory does not grow with it. The file is the same. With a progress bar."""
+    run, tally = LibraryRun(options, gates=True), Tally()
+
+    def parts() -> Iterator[Run]:
+        with bar() as progress:
+            task = progress.add_task(table.name, total=table.rows)
+            for piece in table:
+                part = run.go_on(piece)
+                tally.add(part.t_s, part.health)
+                yield part
+                progress.advance(task, len(part.t_s))
+
+    write_pieces(out, parts(), made)
+    return Outcome(table.rows, run.us_per_sample, run.counts, tally.findings())
+
+
+def tell(outcome: Outcome, engine: str, out: Path | None, report: Path | None) -> None:
+    say(summary(outcome, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
+    for warning in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts)]:
         say(warning)
-    warn(doubts)
 
 
 def filtered(
@@ -97,10 +146,10 @@ def write_page(file: Path, result: Result, data: Recording, doubts: list[str]) -
     return write_recording_report(recording_run(result, data, doubts), file)
 
 
-def summary(result: Result, engine: str, written: str) -> str:
+def summary(outcome: Outcome, engine: str, written: str) -> str:
     """What was done, in a line."""
-    counts = ", ".join(f"{name} {n}" for name, n in result.counts.items() if n)
-    return f"{len(result.t_s)} rows to {written}; {result.us_per_sample:.2f} us/sample by {engine}; {counts}"
+    counts = ", ".join(f"{name} {n}" for name, n in outcome.counts.items() if n)
+    return f"{outcome.rows} rows to {written}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}"
 
 
 def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None) -> list[str]:
@@ -110,9 +159,8 @@ def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None
     return lines + ([f"field corrected by {calibration}"] if calibration else [])
 
 
-def warnings(result: Result) -> list[str]:
+def warnings(found: list[Finding]) -> list[str]:
     """A line for each sensor that was not ok for more than WARNED_S in all, with the cure of what lasted longest."""
-    found = findings(result.t_s, result.health)
     lines = []
     for sensor in dict.fromkeys(finding.sensor for finding in found):
         own = [finding for finding in found if finding.sensor == sensor]
@@ -122,9 +170,9 @@ def warnings(result: Result) -> list[str]:
     return lines
 
 
-def infeasible_gamma(result: Result) -> list[str]:
+def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:
     """A line when the gamma that was asked was infeasible at most corrections: then the limit acts, not what was asked."""
-    raised, corrections = (result.counts.get(name, 0) for name in ("gamma_raised", "corrections"))
+    raised, corrections = (counts.get(name, 0) for name in ("gamma_raised", "corrections"))
     if not raised > 0.5 * corrections > 0:
         return []
     return [

@@ -12,8 +12,10 @@ from typing import Any, get_type_hints
 
 from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
 from hnav.cli.words import UsageError, told
+from hnav.filters.calibration import MagnetometerCalibration
 from hnav.io.plausibility import Finding
 from hnav.io.readers import read
+from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.recordings import Recording
 
 
@@ -44,9 +46,17 @@ class Reading:
     hemisphere: Hemisphere = None
 
     def read(self, path: Path) -> Recording:
-        """The recording, with the options by the arguments of hnav.read. Raises HnavError."""
+        """The recording. Raises HnavError."""
+        return read(path, **self._arguments())
+
+    def long_table(self, path: Path, iron: MagnetometerCalibration | None) -> LongTable | None:
+        """The pieces of a long table of text, their field corrected; None for what has to be read as a whole. Raises HnavError."""
+        return long_table(path, self.hemisphere, iron.apply_to if iron else None, **self._arguments())
+
+    def _arguments(self) -> dict[str, Any]:
+        """The options by the arguments of hnav.read."""
         arguments = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "hemisphere"}
-        return read(path, **{**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}})
+        return {**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}}
 
     def check(self, data: Recording) -> list[Finding]:
         """What is not plausible in it."""

@@ -40,19 +40,46 @@ def findings(t_s: Array, health: npt.NDArray[np.integer]) -> list[Finding]:
 
     A sensor of which no row has anything is not there, and no finding; nor is one that sends its first sample within a second.
     """
-    lasts_s = np.minimum(np.diff(t_s, append=t_s[-1:]), LONGEST_ROW_S).clip(0)
-    missing = SENSOR_STATES.index("missing")
-    found: list[Finding] = []
-    for name, states in zip(HEALTH_SENSORS, health.T):
-        if (states == missing).all():
-            continue
-        of_sensor = [
-            Finding(name, state, float(lasts_s[rows].sum()), float(t_s[np.argmax(rows)]))
-            for number, state in enumerate(SENSOR_STATES)
-            if number and (rows := states == number).any()
-        ]
-        found += sorted(of_sensor, key=lambda finding: -finding.lasted_s)
-    return [f for f in found if f.state != SENSOR_STATES[missing] or f.lasted_s > STARTING_S]
+    tally = Tally()
+    tally.add(t_s, health)
+    return tally.findings()
+
+
+class Tally:
+    """The findings of a run that comes in pieces."""
+
+    def __init__(self) -> None:
+        shape = len(HEALTH_SENSORS), len(SENSOR_STATES)
+        self._lasted_s, self._first_s = np.zeros(shape), np.full(shape, np.nan)
+        self._last: tuple[float, npt.NDArray[np.integer]] | None = None  # time and states of the newest row
+
+    def add(self, t_s: Array, health: npt.NDArray[np.integer]) -> None:
+        """t_s: n, 1 or more; health: n x 3. They go on from the rows of the last call."""
+        if self._last is not None:
+            before_s, states = self._last
+            self._lasted_s[np.arange(len(states)), states] += min(max(float(t_s[0]) - before_s, 0.0), LONGEST_ROW_S)
+        lasts_s = np.minimum(np.diff(t_s, append=t_s[-1:]), LONGEST_ROW_S).clip(0)
+        for sensor, states in enumerate(health.T):
+            for state in np.unique(states):
+                rows = states == state
+                self._lasted_s[sensor, state] += lasts_s[rows].sum()
+                if np.isnan(self._first_s[sensor, state]):
+                    self._first_s[sensor, state] = t_s[np.argmax(rows)]
+        self._last = float(t_s[-1]), health[-1]
+
+    def findings(self) -> list[Finding]:
+        """As of the whole run."""
+        missing = SENSOR_STATES.index("missing")
+        found: list[Finding] = []
+        for name, lasted_s, first_s in zip(HEALTH_SENSORS, self._lasted_s, self._first_s):
+            seen = np.flatnonzero(~np.isnan(first_s))
+            if [*seen] == [missing]:
+                continue
+            of_sensor = [
+                Finding(name, SENSOR_STATES[state], float(lasted_s[state]), float(first_s[state])) for state in seen if state
+            ]
+            found += sorted(of_sensor, key=lambda finding: -finding.lasted_s)
+        return [f for f in found if f.state != SENSOR_STATES[missing] or f.lasted_s > STARTING_S]
 
 
 def spells(t_s: Array, states: npt.NDArray[np.integer]) -> Iterator[tuple[str, float, float]]:

@@ -10,8 +10,10 @@ what made the file: version, filter, and the options that differ from the preset
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from hnav.native.arrays import Array
 
 PARQUET = (".parquet", ".pq")
 ROWS = 50_000  # that become text at once
+ROW_GROUP = 2**17  # of Parquet
 
 
 def columns(run: Run) -> dict[str, np.ndarray]:
@@ -86,25 +89,61 @@ def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
 
     more: lines for the head. Parquet needs pyarrow, and keeps the comments as metadata of the table under "hnav".
     """
-    path = Path(path)
-    said = [line.replace("\n", " ") for line in comments(run, more)]
-    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, columns(run), said)})
+    write_pieces(path, [run], more)
 
 
-def _csv(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
-    formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
-    # The shortest text that has the bits of the number.
-    line = ",".join((formats | {"t_s": "%r"}).values()) + "\n"
-    head = [*(f"# {text}" for text in said), ",".join(table)]
-    parts = ["\n".join([*head, ""]).encode()]
-    # In pieces: as objects of Python the numbers take many times their room.
-    for begin in range(0, len(table["t_s"]), ROWS):
-        piece = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))
-        parts.append("".join([line % row for row in piece]).encode())
-    return b"".join(parts)
+def write_pieces(path: str | Path, runs: Iterable[Run], more: Sequence[str] = ()) -> None:
+    """Writes a run that comes in pieces, one or more, each the rows after those of the one before: the same file as write_table
+    of the whole, if every piece but the last has a multiple of ROW_GROUP rows. What the making of a run raises leaves the old
+    file."""
+    path, runs = Path(path), iter(runs)
+    first = next(runs)
+    said = [line.replace("\n", " ") for line in comments(first, more)]
+    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, map(columns, chain([first], runs)), said)})
 
 
-def _parquet(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes:
+Columns = dict[str, np.ndarray]
+
+
+def _csv(path: Path, pieces: Iterator[Columns], said: list[str]) -> Iterator[bytes]:
+    head = [f"# {text}" for text in said]
+    for table in pieces:
+        if head:
+            yield "\n".join([*head, ",".join(table), ""]).encode()
+            head = []
+        formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
+        # The shortest text that has the bits of the number.
+        line = ",".join((formats | {"t_s": "%r"}).values()) + "\n"
+        # A part at a time: as objects of Python the numbers take many times their room.
+        for begin in range(0, len(table["t_s"]), ROWS):
+            rows = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))
+            yield "".join([line % row for row in rows]).encode()
+
+
+class _Sink(io.RawIOBase):
+    """What is written, until it is taken."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        self._parts.append(bytes(data))
+        self._size += len(self._parts[-1])
+        return len(self._parts[-1])
+
+    def tell(self) -> int:
+        return self._size
+
+    def taken(self) -> list[bytes]:
+        parts, self._parts = self._parts, []
+        return parts
+
+
+def _parquet(path: Path, pieces: Iterator[Columns], said: list[str]) -> Iterator[bytes]:
     try:
         import pyarrow
         from pyarrow import parquet
@@ -112,7 +151,12 @@ def _parquet(path: Path, table: dict[str, np.ndarray], said: list[str]) -> bytes
         raise HnavValueError(
             "option", f"{path}: Parquet needs pyarrow: python -m pip install pyarrow (the extra 'logs')"
         ) from None
-    made = pyarrow.table(table).replace_schema_metadata({"hnav": "\n".join(said)})
-    file = io.BytesIO()
-    parquet.write_table(made, file)
-    return file.getvalue()
+    sink, writer = _Sink(), None
+    for columns_of_piece in pieces:
+        table = pyarrow.table(columns_of_piece).replace_schema_metadata({"hnav": "\n".join(said)})
+        writer = writer or parquet.ParquetWriter(sink, table.schema)
+        writer.write_table(table, row_group_size=ROW_GROUP)
+        yield from sink.taken()
+    if writer:
+        writer.close()
+    yield from sink.taken()

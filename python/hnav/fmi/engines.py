@@ -69,29 +69,51 @@ def _check(recording: Recording, filter: str, engine: str, step_s: float | None,
         raise HnavRuntimeError("unsupported", f"engine = {engine}: late samples need engine c", "engine")
 
 
-def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool, gates: bool) -> Result:
-    attitude_filter, watched = Filter(options), Filter(options)
-    n = len(recording.t_s)
-    chunk = n if smooth or progress is None else CHUNK
-    batch = attitude_filter.smooth if smooth else attitude_filter.run
-    parts: list[Run] = []
-    seconds = 0.0
-    for i in range(0, n, chunk):
-        rows = slice(i, i + chunk)
-        field_rows = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
-        samples = (recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows], field_rows)
+class LibraryRun:
+    """A filter of the library and a recording that comes in pieces.
+
+    gates: fill Run.accepted of each piece. Raises HnavError for impossible options.
+    """
+
+    def __init__(self, options: Options, gates: bool = False):
+        self.options, self._seconds, self._rows = options, 0.0, 0
+        self._filter, self._watched = Filter(options), Filter(options) if gates else None
+
+    def go_on(self, recording: Recording, rows: slice = slice(None), smooth: bool = False) -> Run:
+        """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
+        t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
+        field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
         begin = time.perf_counter()
-        parts.append(batch(*samples))
-        seconds += time.perf_counter() - begin
-        if gates and not smooth:
+        run = (self._filter.smooth if smooth else self._filter.run)(t_s, rate, force, field)
+        self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)
+        if self._watched is not None and not smooth:
             # To watch the gates takes longer than the filter, whose time is wanted too.
-            parts[-1].accepted = watched.run(*samples, only=("accel_nis", "mag_nis"), gates=True).accepted
+            run.accepted = self._watched.run(t_s, rate, force, field, only=("accel_nis", "mag_nis"), gates=True).accepted
+        run.options = self.options
+        return run
+
+    @property
+    def us_per_sample(self) -> float:
+        return 1e6 * self._seconds / self._rows
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Used, gated, late, ... by name."""
+        return _counts(self._filter)
+
+
+def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool, gates: bool) -> Result:
+    library, n = LibraryRun(options, gates), len(recording.t_s)
+    chunk = n if smooth or progress is None else CHUNK
+    parts: list[Run] = []
+    for i in range(0, n, chunk):
+        parts.append(library.go_on(recording, slice(i, i + chunk), smooth))
         if progress:
             progress(min(i + chunk, n), n)
     arrays = {
         name: np.concatenate([vars(p)[name] for p in parts]) for name, a in vars(parts[0]).items() if isinstance(a, np.ndarray)
     }
-    return Result(**arrays, options=options, engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter))
+    return Result(**arrays, options=options, engine="c", us_per_sample=library.us_per_sample, counts=library.counts)
 
 
 def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Result:

@@ -47,8 +47,11 @@ def writing(path: Path | str) -> Iterator[None]:
         raise cannot_write(path, error) from None
 
 
-def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False, gone: Iterable[Path] = ()) -> None:
-    """Writes whole files; text as UTF-8. Raises OutputError; then, and after an interrupt, the old files are what they were.
+def write_files(
+    contents: Mapping[Path, bytes | str | Iterable[bytes]], make_folders: bool = False, gone: Iterable[Path] = ()
+) -> None:
+    """Writes whole files; text as UTF-8; pieces as they come. Raises OutputError, and whatever the making of a piece does; then,
+    and after an interrupt, the old files are what they were.
 
     Of several files the last is the mark that all are whole: every one is complete beside its target before the old mark
     goes, and the new mark comes last. A process that is killed in between leaves the new files without a mark.
@@ -61,8 +64,9 @@ def write_files(contents: Mapping[Path, bytes | str], make_folders: bool = False
             with writing(path):
                 if make_folders:
                     path.parent.mkdir(parents=True, exist_ok=True)
-                data = content.encode() if isinstance(content, str) else content
-                parts[path] = unfinished.enter_context(_written_beside(_target(path), data))
+                content = content.encode() if isinstance(content, str) else content
+                pieces = [content] if isinstance(content, bytes) else content
+                parts[path] = unfinished.enter_context(_written_beside(_target(path), pieces))
         *_, mark = contents
         if len(parts) > 1:
             with writing(mark):
@@ -108,12 +112,12 @@ def _target(path: Path) -> Path:
 
 
 @contextmanager
-def _written_beside(target: Path, data: bytes) -> Iterator[Path | None]:
+def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | None]:
     """The path of a complete file that may take the target's place, and is gone at the end if it did not. None: what is no
     file, such as a pipe, has no place to take and was written to."""
     if target.exists() and not target.is_file():
         with target.open("wb") as file:
-            file.write(data)
+            file.writelines(pieces)
         yield None
         return
     if target.exists() and not os.access(target, os.W_OK):
@@ -129,7 +133,7 @@ def _written_beside(target: Path, data: bytes) -> Iterator[Path | None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if target.exists():
                 os.fchmod(descriptor, target.stat().st_mode & 0o7777)
-            file.write(data)
+            file.writelines(pieces)
             file.flush()
             os.fsync(descriptor)
             yield part

@@ -9,10 +9,10 @@ from __future__ import annotations
 import csv
 import io
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 HEADER_WITHIN, HEAD_CHARACTERS = 60, 100_000  # lines; the header, and the first rows
 SHOWN_CHARACTERS = 40
 DELIMITERS = ",;\t"
+ENCODINGS = ("utf-8-sig", "cp1252")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
+NOT_DIGESTED = (ValueError, OverflowError, Warning)
+"""What frames_of may end with."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,26 @@ class Layout:
     names: list[str]
     delimiter: str
     decimal: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a text is to be read, by its first lines."""
+
+    encoding: str
+    layout: Layout
+    columns: Mapping[str, Column]
+    instants: bool
+    """The times are instants of a calendar."""
+
+    @property
+    def used(self) -> list[int]:
+        """Places of the columns that are read."""
+        return sorted({column.place for column in self.columns.values()})
+
+    def kind(self, place: int) -> type:
+        """What the cells of a column are."""
+        return str if self.instants and place == self.columns["t_s"].place else float
 
 
 @dataclass(frozen=True)
@@ -130,28 +153,38 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     """The columns of a text. sensor: the only one whose samples it holds. Raises RecordingError that names line and column."""
     encoding = encoding_of(shown, data)
     text = data.decode(encoding)
-    layout = layout_of(shown, text[:HEAD_CHARACTERS], wishes, sensor)
+    plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
+    frame = _read(shown, text, io.BytesIO(data), plan)
+    if frame.empty:
+        raise RecordingError(f"{shown}: no rows after the header")
+    return table_by(shown, frame, plan)
+
+
+def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | None = None) -> Plan:
+    """How to read a text that begins so. Raises RecordingError when no header is found, or one with a fault."""
+    layout = layout_of(shown, head, wishes, sensor)
     at = _at(shown, layout)
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
         raise RecordingError(
             f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
         )
-    frame = _read(shown, text, io.BytesIO(data), encoding, layout, columns)
-    if frame.empty:
-        raise RecordingError(f"{shown}: no rows after the header")
-    values = {role: frame[column.place].to_numpy() for role, column in columns.items()}
-    instants = "t_s" in values and not np.issubdtype(values["t_s"].dtype, np.number)
-    if instants:
-        values["t_s"] = _seconds(at, columns["t_s"].name, values["t_s"])
-    return Table(columns, values, layout, instants)
+    return Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
+
+
+def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
+    """The table that rows are, read by its plan. Raises RecordingError for times that are none."""
+    values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
+    if plan.instants:
+        values["t_s"] = _seconds(_at(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
+    return Table(plan.columns, values, plan.layout, plan.instants)
 
 
 def encoding_of(shown: str, data: bytes) -> str:
     """What the text of a file is written in. Raises RecordingError."""
     if not data.strip():
         raise RecordingError(f"{shown}: the file is empty")
-    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
+    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ENCODINGS
     if b"\0" not in data or len(encodings) == 1:
         for encoding in encodings:
             try:
@@ -217,46 +250,67 @@ def _decimal(text: str, layout: Layout) -> str:
     return "," if "," in rows and "." not in rows else "."
 
 
-def _read(
-    shown: str, text: str, stream: io.BytesIO, encoding: str, layout: Layout, columns: Mapping[str, Column]
-) -> pd.DataFrame:
-    import pandas
-
-    used = sorted({column.place for column in columns.values()})
-    kinds: dict[int, Any] = dict.fromkeys(used, float)
-    if "t_s" in columns and _is_instant(text, layout, columns["t_s"].place):
-        kinds[columns["t_s"].place] = str
+def _read(shown: str, text: str, stream: io.BytesIO, plan: Plan) -> pd.DataFrame:
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", pandas.errors.ParserWarning)
-            frame = pandas.read_csv(
-                stream, encoding=encoding, sep=layout.delimiter, skiprows=layout.line + 1, header=None,
-                names=[str(place) for place in range(len(layout.names))], usecols=[str(place) for place in used],
-                dtype={str(place): kind for place, kind in kinds.items()}, skipinitialspace=True, decimal=layout.decimal,
-                index_col=False,
-            )  # fmt: skip
-    except (ValueError, pandas.errors.ParserError, pandas.errors.ParserWarning, OverflowError):
-        if fault := _fault(shown, text, layout, columns):
+        (frame,) = frames_of(stream, plan)
+    except NOT_DIGESTED:
+        if fault := fault_of(shown, io.StringIO(text, newline=None), plan):
             raise RecordingError(fault) from None
-        return _read_slowly(shown, text, layout, used, kinds)
-    frame.columns = pandas.Index(used)
+        return _read_slowly(shown, text, plan)
     # A short line looks like one with empty cells at its end.
-    if len(frame) and frame.iloc[:, -1].isna().any() and (fault := _fault(shown, text, layout, columns)):
+    if len(frame) and frame.iloc[:, -1].isna().any() and (fault := fault_of(shown, io.StringIO(text, newline=None), plan)):
         raise RecordingError(fault)
     return frame
 
 
-def _read_slowly(shown: str, text: str, layout: Layout, used: list[int], kinds: dict[int, Any]) -> pd.DataFrame:
+def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator[pd.DataFrame]:
+    """The used columns by their places; of a text that the fast reader does not digest, one of NOT_DIGESTED.
+
+    rows: in each frame but the last; None: one frame with all.
+    """
+    import pandas
+
+    names = [str(place) for place in range(len(plan.layout.names))]
+    read = _strictly(
+        lambda: pandas.read_csv(
+            stream, encoding=plan.encoding, sep=plan.layout.delimiter, skiprows=plan.layout.line + 1, header=None, names=names,
+            usecols=[str(place) for place in plan.used], dtype={str(place): plan.kind(place) for place in plan.used},
+            skipinitialspace=True, decimal=plan.layout.decimal, index_col=False, chunksize=rows,
+        )
+    )  # fmt: skip
+    if rows is None:
+        read.columns = pandas.Index(plan.used)
+        yield read
+        return
+    while True:
+        try:
+            frame = _strictly(read.get_chunk)
+        except StopIteration:
+            return
+        frame.columns = pandas.Index(plan.used)
+        yield frame
+
+
+def _strictly(call: Callable[[], Any]) -> Any:
+    """What the fast reader only warns of is an error."""
+    import pandas
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pandas.errors.ParserWarning)
+        return call()
+
+
+def _read_slowly(shown: str, text: str, plan: Plan) -> pd.DataFrame:
     """Lines that end in a delimiter, and whatever else the fast reader does not digest though every cell is a number."""
     import pandas
 
-    rows = _rows(text, layout)
+    rows = _rows(io.StringIO(text, newline=None), plan.layout)
     try:
-        cells = [[row[place] if place < len(row) else "" for place in used] for _, row in rows]
-        frame = pandas.DataFrame(cells, columns=used, dtype=object)
-        for place in used:
-            if kinds[place] is float:
-                frame[place] = [_number(cell, layout.decimal) for cell in frame[place]]
+        cells = [[row[place] if place < len(row) else "" for place in plan.used] for _, row in rows]
+        frame = pandas.DataFrame(cells, columns=plan.used, dtype=object)
+        for place in plan.used:
+            if plan.kind(place) is float:
+                frame[place] = [_number(cell, plan.layout.decimal) for cell in frame[place]]
         return frame
     except (ValueError, csv.Error):
         raise RecordingError(f"{shown}: cannot be read as a table") from None
@@ -269,7 +323,7 @@ def _number(cell: str, decimal: str) -> float:
 
 def _is_instant(text: str, layout: Layout, place: int) -> bool:
     """Whether the first time is one of a calendar: 2026-01-31 12:00:00.01."""
-    for _, row in _rows(text[:HEAD_CHARACTERS], layout):
+    for _, row in _rows(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout):
         cell = row[place].strip() if place < len(row) else ""
         return cell.count(":") > 1 or cell.count("-") == 2
     return False
@@ -287,21 +341,21 @@ def _seconds(at: str, name: str, cells: np.ndarray) -> np.ndarray:
     return (instants - pandas.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
 
 
-def _rows(text: str, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+def _rows(lines: Iterable[str], layout: Layout) -> Iterator[tuple[int, list[str]]]:
     """Line from 1, and cells, of each row after the header."""
-    rows = csv.reader(io.StringIO(text, newline=None), delimiter=layout.delimiter)
+    rows = csv.reader(lines, delimiter=layout.delimiter)
     for number, row in enumerate(rows):
         if number > layout.line and row:
             yield number + 1, row
 
 
-def _fault(shown: str, text: str, layout: Layout, columns: Mapping[str, Column]) -> str | None:
+def fault_of(shown: str, lines: Iterable[str], plan: Plan) -> str | None:
     """The first fault of a table that the fast reader did not digest, found line by line."""
-    used = {column.place: column for column in columns.values()}
-    if "t_s" in columns and _is_instant(text, layout, columns["t_s"].place):
-        del used[columns["t_s"].place]
+    layout, used = plan.layout, {column.place: column for column in plan.columns.values()}
+    if plan.instants:
+        del used[plan.columns["t_s"].place]
     try:
-        for line, row in _rows(text, layout):
+        for line, row in _rows(lines, layout):
             cells = len(row) - sum(1 for _ in _empty_at_end(row[len(layout.names) :]))
             if cells > len(layout.names) or len(row) < len(layout.names):
                 return f"{shown}, line {line}: {len(row)} cells, the header has {len(layout.names)} columns"
