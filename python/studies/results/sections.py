@@ -57,6 +57,13 @@ SECTIONS = {
         "study readiness --starts 1200",
         False,
     ),
+    "hidden": Section(
+        "Heading ready: what cannot be known",
+        "The same with fields that look like a true one from inside: false and steady from the beginning, false and slowly growing, iron of "
+        "15 % of the field fixed to the body.",
+        "study readiness --hidden --starts 240",
+        True,
+    ),
     "speed": Section(
         "Cost of a sample beside VQF and Fusion",
         "All in C or C++ with equal outputs, over 70 s of BROAD trial 07 at 286 Hz. Instructions depend on the compiler alone; "
@@ -181,6 +188,16 @@ SECTIONS = {
         "the original; why, stands in python/studies/mutants/equivalent.csv. Those that live are listed. Tests were written for what this "
         "choice showed; before, at revision 37c890c, 118 of 146 were killed (81 %), so of another choice more will live than of this.",
         "study mutants",
+        False,
+    ),
+    "growth": Section(
+        "Growth",
+        "Time and memory with the rows of a file, with filters side by side, with the age of late samples, with workers.\n\n"
+        "![Time of a row and memory over the rows](images/growth_rows.png)\n"
+        "![Time of a sample over the number of filters](images/growth_filters.png)\n"
+        "![Cost of a late sample over its age](images/growth_late.png)\n"
+        "![Runs a second](images/growth_montecarlo.png)",
+        "study growth --pictures docs/images",
         False,
     ),
     "long": Section(

@@ -1,0 +1,159 @@
+"""What is measured: each function answers one row of its table for each size that it is given."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hnav.cli.words import UsageError
+from hnav.filters.attitude import Filter
+from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs, unload
+from studies.long import Motion, memory_mb
+
+HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz\n"
+INTERVAL_S = 0.01
+BLOCK_ROWS = 10  # that a filter gets at a time beside others
+HORIZON_S = 1.0
+SYSTEM, SCENARIO = "turntable", "nominal"
+
+
+class OfRows(NamedTuple):
+    """`hnav filter` on a file."""
+
+    rows: int
+    cpu_s: float
+    memory_mb: float  # largest of the process
+
+
+def of_rows(sizes: Sequence[int]) -> Iterator[OfRows]:
+    """Raises UsageError when the command fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, out = Path(folder) / "long.csv", Path(folder) / "out.csv"
+        for rows in sizes:
+            write_rows(source, rows)
+            yield OfRows(rows, *_cost([sys.executable, "-m", "hnav", "filter", str(source), "--out", str(out)]))
+
+
+def write_rows(path: Path, rows: int) -> None:
+    """A table of a body that turns about all axes, 100 Hz."""
+    motion = Motion()
+    samples = np.column_stack([motion.rate, motion.force, motion.field])
+    period = [",".join(f"{value:.9g}" for value in row) for row in samples[:rows].tolist()]
+    with path.open("w", encoding="ascii") as file:
+        file.write(HEADER)
+        for first in range(0, rows, len(period)):
+            count = min(len(period), rows - first)
+            file.writelines(f"{(first + k) * INTERVAL_S:.2f},{period[k]}\n" for k in range(count))
+
+
+def _cost(command: list[str]) -> tuple[float, float]:
+    """Seconds of the processor and the most memory in MB of a process. Raises UsageError when it fails."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise UsageError(f"{' '.join(command[2:])}: exit status {process.returncode}")
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+class OfFilters(NamedTuple):
+    """Filters that take turns."""
+
+    filters: int
+    us_per_sample: float
+    kb_per_filter: float
+
+
+def of_filters(sizes: Sequence[int], samples: int) -> Iterator[OfFilters]:
+    """samples: of all filters together, that each size is measured with."""
+    motion = Motion()
+    for count in sizes:
+        before_mb = memory_mb()
+        filters = [Filter("ahrs", solver="closed_form") for _ in range(count)]
+        rounds = max(2, samples // (count * BLOCK_ROWS))
+        seconds = []
+        for k in range(rounds):
+            rows = np.arange(k * BLOCK_ROWS, (k + 1) * BLOCK_ROWS)
+            rate, force, field = (values[rows % len(motion.rate)] for values in (motion.rate, motion.force, motion.field))
+            begin = time.thread_time()
+            for one in filters:
+                one.run(rows * INTERVAL_S, rate, force, field, only=("q_nb",))
+            seconds.append(time.thread_time() - begin)
+        # The first round finds the attitude and touches the memory.
+        us = 1e6 * float(np.sum(seconds[1:])) / ((rounds - 1) * count * BLOCK_ROWS)
+        yield OfFilters(count, us, 1024 * (memory_mb() - before_mb) / count)
+
+
+class OfAge(NamedTuple):
+    """Fields that come late, one in ten rows."""
+
+    late_s: float
+    us_per_late_sample: float
+
+
+def of_age(ages_s: Sequence[float], rows: int = 2000, repeats: int = 3) -> Iterator[OfAge]:
+    """What a late field costs above one that comes in time: the filter goes back to it and forward again."""
+    motion = Motion()
+    in_time = min(_seconds_with(motion, 0, rows) for _ in range(repeats))
+    for late_s in ages_s:
+        behind = round(late_s / INTERVAL_S)
+        seconds = min(_seconds_with(motion, behind, rows) for _ in range(repeats))
+        yield OfAge(late_s, 1e6 * (seconds - in_time) / (rows / 10))
+
+
+def _seconds_with(motion: Motion, behind: int, rows: int) -> float:
+    """Of the processor, for these rows after as many that are not counted; each tenth field, that many rows late."""
+    one = Filter("ahrs", solver="closed_form", horizon_s=HORIZON_S, queue_capacity=1024)
+    begin = 0.0
+    for k in range(2 * rows):
+        if k == rows:
+            begin = time.thread_time()
+        t_s, row = k * INTERVAL_S, k % len(motion.rate)
+        one.push_gyro(t_s, motion.rate[row])
+        one.push_accel(t_s, motion.force[row])
+        if k % 10 == 0 and k >= behind:
+            one.push_mag(t_s - behind * INTERVAL_S, motion.field[(k - behind) % len(motion.rate)])
+        one.advance(t_s)
+    return time.thread_time() - begin
+
+
+class OfWorkers(NamedTuple):
+    """Runs of the turntable system."""
+
+    how: str
+    runs_per_s: float  # of a worker's processor, or of the clock
+    per_worker: float
+
+
+def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -> Iterator[OfWorkers]:
+    """First by the processor's time: FMUs loaded for each run, and once. Then by the clock, from the first end of a run to the
+    last. Raises UsageError when a run fails."""
+    work = jobs(SYSTEM, [SCENARIO], runs, stop_s=stop_s)
+    for how, command in (("loaded for each run, by the processor", None), ("loaded once, by the processor", "growth")):
+        rows_of(work[0], command)
+        begin = time.thread_time()
+        for job in work:
+            if failure := rows_of(job, command)[0]["failure"]:
+                raise UsageError(f"seed {job.seed}: {failure}")
+        rate = runs / (time.thread_time() - begin)
+        yield OfWorkers(how, rate, rate)
+    unload("growth")
+    for count in workers:
+        ends = _ends(work * count, count)
+        rate = (len(ends) - 1) / (ends[-1] - ends[0])
+        yield OfWorkers(f"{count} worker{'s' if count > 1 else ''}, by the clock", rate, rate / count)
+
+
+def _ends(work: Sequence[Job], workers: int) -> list[float]:
+    """When each run ended, by the clock."""
+    ends: list[float] = []
+    run_jobs(work, workers, progress=lambda *_: ends.append(time.perf_counter()))
+    return ends
