@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    told_lost_ = false;
+    told_lost_ = judged_ = false;
     stale_ = 0;
     time_s_ = start_s_ = 0;
     stop_s_ = no_bound;
@@ -247,6 +247,7 @@ bool Instance::take_samples(double t_s) {
     const bool taken = model_->take_samples(values_, t_s);
     const double apart_s = t_s - seen_s_;
     seen_s_ = t_s;
+    if (Message what; !judged_ && (judged_ = model_->judge(&what)) && what.text[0]) warn("%s", what.text);
     if (told_lost_) return taken;
     const Lost lost = model_->lost();
     told_lost_ = lost.by != nullptr;

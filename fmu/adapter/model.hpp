@@ -78,6 +78,8 @@ public:
     virtual bool take_samples(double* values, double t_s) = 0;
     // The inputs of the first sensor that has lost a sample, and what it is sampled by; by is null when none has.
     virtual Lost lost() const { return {}; }
+    // What a user should know of the run so far, if anything, goes into what; false while it is too early to tell.
+    virtual bool judge(Message* /*what*/) { return true; }
     // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.
     virtual double next_sample_s(const double* values) const = 0;
     // Whether a step of Co-Simulation takes the held inputs again at each sample that is due inside it.

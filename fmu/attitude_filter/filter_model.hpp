@@ -109,6 +109,20 @@ public:
         return {Inputs::periods[s], memory_.clock[s].period_s};
     }
 
+    // A gamma that is infeasible from the first corrections on stays so.
+    bool judge(Message* what) override {
+        hnav_diagnostics seen{};
+        seen.size = sizeof seen;
+        if (hnav_filter_diagnostics(object_, &seen) != HNAV_OK || seen.corrections < judged_corrections) return false;
+        if (2 * seen.gamma_raised > seen.corrections)
+            std::snprintf(
+                what->text, sizeof what->text,
+                "robust.gamma was infeasible at %.0f of the first %.0f corrections and raised to the limit, where the filter "
+                "trusts its samples alone: give a larger one, or robust.gamma_mode = relative",
+                static_cast<double>(seen.gamma_raised), static_cast<double>(seen.corrections));
+        return true;
+    }
+
     // The estimate alone: the look-ahead costs as much again, and not everybody reads it at every step.
     bool advance(double t_s, Message* why) override {
         memory_.now_s = t_s;
@@ -155,6 +169,7 @@ public:
     void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
 private:
+    static constexpr std::uint64_t judged_corrections = 100;
     enum Command { command_reset = 1, command_realign = 2 };
 
     // What is no sample is refused and counted by the filter; that is no reason to stop a simulation.

@@ -273,6 +273,21 @@ def test_the_filter_of_an_ins_and_the_sensors_say_it_too(version):
             assert len(fmu.messages) == 1 and period in fmu.messages[0], name
 
 
+@filters
+@versions
+def test_a_gamma_that_is_raised_at_every_correction_is_said_once(name, version):
+    for gamma, lines in ((1e-4, 1), (10.0, 0)):
+        with Fmu(fmu_path(name, version)) as fmu:
+            fmu.set("robust.gamma_mode", "fixed")
+            fmu.set("robust.gamma", gamma)
+            fmu.set("sampling_mode", "held")
+            fmu.initialise()
+            run_steps(fmu, 0.01, 6)
+            assert fmu.get("count.corrections") > 100
+            assert len(fmu.messages) == lines == sum("robust.gamma was infeasible at" in line for line in fmu.messages)
+            assert (fmu.get("count.gamma_raised") > 0.9 * fmu.get("count.corrections")) == bool(lines)
+
+
 @versions
 def test_the_default_call_of_fmpy_does_not_lose_samples_in_silence(version):
     said = []
