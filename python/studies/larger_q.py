@@ -9,11 +9,6 @@ from hnav.systems.turntable_scenarios import SCENARIOS, hrekf_parameters
 NAME = "EKF, larger Q"
 WALK = "gyro_bias_walk_rad_s_per_sqrt_s"
 FACTOR = 100.0  # on the walk, 1e4 on Q
-WORTH = (
-    "The robust law wins against an EKF that nobody tuned and is sooner right after an over-confident start; where the model is wrong "
-    "for long an EKF with a larger Q wins, where it is right the EKF as told."
-)
-"""What every page says that shows such a table."""
 
 
 def larger_q(told: float) -> dict[str, Any]:

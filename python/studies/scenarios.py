@@ -14,13 +14,13 @@ from typing import Annotated
 import pandas as pd
 import typer
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import bar, show
 from hnav.cli.montecarlo import means_table
 from hnav.cli.words import UsageError
 from hnav.systems.montecarlo import jobs, run_jobs
 from hnav.systems.turntable_scenarios import SCENARIOS
 from studies.command import study
-from studies.larger_q import NAME, WORTH, in_turntable
+from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
 SHOWN = ("nominal", "gyro_drift", "outliers", "magnetic_disturbance", "iron_residual", "matched")
@@ -53,7 +53,6 @@ def command(
         if name not in SCENARIOS:
             raise UsageError(f"--scenarios {name}: choose from {', '.join(SCENARIOS)}")
     show(means_table(measured(chosen, runs, workers, stop)), width=200)
-    say(WORTH)
 
 
 main = study("scenarios", command)

@@ -17,14 +17,14 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import bar, show
 from hnav.errors import HnavRuntimeError
 from hnav.filters.rotations import euler_rad
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.statistics import mean_interval, ratio_interval
 from studies.command import study
-from studies.larger_q import NAME, WORTH, in_turntable
+from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
 FILTERS = {"HEKF": "hekf", "HREKF": "hrekf", NAME: "hekf"}  # the last in runs of its own, with the same samples
@@ -101,7 +101,6 @@ def command(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime"
         task = progress.add_task("Table 1", total=runs * len(REGIMES))
         found = experiment(runs, list(REGIMES), lambda: progress.advance(task))
     show(table(found), width=190)
-    say(WORTH)
 
 
 main = study("table1", command)
