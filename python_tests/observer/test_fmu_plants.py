@@ -12,7 +12,7 @@ T_S = np.arange(0, 4, 0.05)
 
 
 def little_plan(fmu, mode="sound"):
-    plan = Plan(fmu).set("mode", MODES.index(mode)).sensor("x", noise=0.02).input("u")
+    plan = Plan(fmu).set("mode", MODES.index(mode)).sensor("x", noise=np.float64(0.02)).input("u", start=np.float32(0))
     return plan.state("x", start_sigma=0.2).state("v", start_sigma=0.5, noise=0.1)
 
 

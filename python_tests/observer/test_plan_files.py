@@ -15,6 +15,7 @@ set = {mode = 0}
 [sensor.x]
 noise = 0.02
 [input.u]
+start = 0
 [state.x]
 start_sigma = 0.2
 [state.v]
@@ -44,7 +45,7 @@ def test_a_plan_of_a_file_is_the_same_plan(little_fmu, tmp_path):
         ("noise = 0.02", "", r'\[sensor."x"\] needs noise'),
         ("noise = 0.02", 'noise = "much"', "sensor.x.noise = 'much' is no number"),
         ("[state.v]", "[state.w]", "the plant has no state 'w'"),
-        ("[input.u]", "[input]\nu = 1", r'\[input\] has no tables: write \[input."u"\]'),
+        ("[input.u]\nstart = 0", "[input]\nu = 1", r'\[input\] has no tables: write \[input."u"\]'),
         ("[plant]", "[plant", "no TOML"),
         ("horizon_s", "horizn_s", "did you mean horizon_s"),
     ],

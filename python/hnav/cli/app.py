@@ -27,6 +27,7 @@ COMMANDS = {
     "report": "One self-contained HTML page about a recording or a simulation.",
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
     "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
+    "observe": "An estimator made of an FMU and a plan of its sensors. FMUs are native code: one runs with all your rights.",
     "demo": "Your own recording, or two of devices and a closed loop of FMUs: what the filter makes of it, and a page.",
 }
 MOVED = {"bench": "it is a study now: ./run study bench, in a checkout"}

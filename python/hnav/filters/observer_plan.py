@@ -177,24 +177,31 @@ class Plan:
         lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {fmu.binary}"]
         lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
         lines += [f"memoryless {self.memoryless:d}"]
-        lines += [f"set {fmu.variables[name].reference} {value!r} {name}" for name, value in self.set_values.items()]
+        lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]
         for (state, derivative), known in zip(fmu.states, self.states.values()):
             lines.append(f"state {state.reference} {derivative.reference} {_numbers(known)} {state.name}")
         for name, start in self.inputs.items():
             variable = fmu.variables[name]
-            lines.append(f"input {variable.reference} {variable.variability == 'discrete':d} {start!r} {name}")
+            lines.append(f"input {variable.reference} {variable.variability == 'discrete':d} {_text(start)} {name}")
         for name, known in self.unknown_inputs.items():
-            lines.append(f"unknown {fmu.variables[name].reference} {_numbers(known)} {known.time_constant_s!r} {name}")
+            lines.append(f"unknown {fmu.variables[name].reference} {_numbers(known)} {_text(known.time_constant_s)} {name}")
         lines += [f"parameter {fmu.variables[n].reference} {_numbers(known)} {n}" for n, known in self.parameters.items()]
         for name, sensor in self.sensors.items():
             variable = fmu.variables[name]
             noise = abs(sensor.factor) * sensor.noise
-            lines.append(f"sensor {variable.reference} {variable.causality == 'output':d} {noise!r} {sensor.gate_nis!r} {name}")
+            lines.append(
+                f"sensor {variable.reference} {variable.causality == 'output':d} {_text(noise)} {_text(sensor.gate_nis)} {name}"
+            )
         return "\n".join([*lines, "end", ""])
 
 
+def _text(number: float) -> str:
+    """In full, whatever kind of number it is."""
+    return repr(float(number))
+
+
 def _numbers(known: Estimated) -> str:
-    return " ".join(repr(float(v)) for v in (known.start, known.start_sigma, known.noise, known.nominal, known.ready_sigma))
+    return " ".join(_text(v) for v in (known.start, known.start_sigma, known.noise, known.nominal, known.ready_sigma))
 
 
 _ABOVE_0 = ("sensor_noise", "ready_sigma")

@@ -1,0 +1,200 @@
+"""hnav observe: an estimator made of an FMU: what it offers, a plan to start with, and estimates from a table of samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from hnav import __version__
+from hnav.cli.console import say
+from hnav.cli.words import UsageError
+from hnav.filters.observer import Observer, ObserverRun
+from hnav.filters.observer_plan import Plan, read_plan
+from hnav.io.model_description import ModelDescription, Variable, read_model_description
+from hnav.io.outputs import refuse_overwriting, write_files
+from hnav.io.sample_table import read_sample_table, sample_table
+from hnav.native.arrays import Array
+
+SHOWN = 12  # variables of a kind
+GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
+
+
+def command(
+    fmu: Annotated[
+        Path, typer.Argument(help="FMU for Model Exchange, FMI 2 or 3. It is native code: it runs with all your rights")
+    ],
+    plan: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.toml", help="What is estimated and by which sensors; without it a first one is printed"),
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Samples: a column t_s, and one for each sensor and input; an empty cell is none"),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Estimates to write, one row for each row of the samples")
+    ] = None,
+    prove: Annotated[bool, typer.Option("--prove", help="Say of each block of derivatives whether it is right")] = False,
+) -> None:
+    if (data is None) != (out is None):
+        raise UsageError("--data and --out belong together: samples in, estimates out")
+    if plan is None and data is not None:
+        raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
+    refuse_overwriting([out], [fmu, plan, data])
+    if plan is None:
+        tell(read_model_description(fmu), prove)
+        return
+    observer = Observer(read_plan(plan, fmu))
+    for sentence in observer.lies():
+        say(sentence)
+    if prove:
+        tell_proof(observer)
+    if data is not None and out is not None:
+        observe(observer, data, out)
+    elif not prove:
+        say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
+
+
+def observe(observer: Observer, data: Path, out: Path) -> None:
+    """Estimates from a table, into a table."""
+    plan = observer.plan
+    t_s, columns = read_sample_table(data)
+    wanted = {*plan.sensors, *plan.inputs}
+    if not any(name in columns for name in plan.sensors):
+        raise UsageError(
+            f"{data.name} has no column of a sensor: the plan names {', '.join(plan.sensors)}, it has {', '.join(columns)}"
+        )
+    sensors = {name: column for name, column in columns.items() if name in plan.sensors}
+    run = observer.run(t_s, sensors, {name: column for name, column in columns.items() if name in plan.inputs})
+    head = [
+        f"hnav {__version__}",
+        f"observer of {plan.plant.name if isinstance(plan.plant, ModelDescription) else ''}",
+        f"samples {data}",
+    ]
+    write_files({out: sample_table(head, table_of(run))})
+    unused = [name for name in columns if name not in wanted]
+    missing = sorted(wanted - {*columns})
+    if unused:
+        say(f"not in the plan, and not used: {', '.join(unused)}")
+    if missing:
+        say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
+    for line in summary(run):
+        say(line)
+    say(f"{len(t_s)} rows to {out}")
+
+
+def table_of(run: ObserverRun) -> dict[str, Array]:
+    """Columns by name."""
+    table = {"t_s": run.t_s, **run.x}
+    for prefix, rows in (("sigma", run.sigma), ("innovation", run.innovation), ("nis", run.nis)):
+        table |= {f"{prefix}.{name}": values for name, values in rows.items()}
+    return table | {"ready": run.ready.astype(float)}
+
+
+def summary(run: ObserverRun) -> list[str]:
+    """What the run says of itself, a line for each sensor and each estimate."""
+    lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
+    for name, nis in run.nis.items():
+        used = nis[np.isfinite(nis)]
+        if len(used) == 0:
+            lines.append(f"{name}: no sample was used")
+            continue
+        mean = float(used.mean())
+        verdict = "as large as told"
+        if mean > GOOD_NIS[1]:
+            verdict = "larger than told: more noise of the states, or of the sensor, or another model"
+        elif mean < GOOD_NIS[0]:
+            verdict = "smaller than told: less noise of the states or of the sensor"
+        lines.append(f"{name}: {len(used)} samples, mean NIS {mean:.2f}: innovations are {verdict}")
+    if run.dropped:
+        lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
+    return lines
+
+
+# --------------------------------------------------------------------------------------------- what there is
+
+
+def tell(fmu: ModelDescription, prove: bool) -> None:
+    """What there is, what its derivatives are worth, and a plan to start with."""
+    tell_variables(fmu)
+    plan = first_plan(fmu)
+    observer = Observer(plan)
+    for sentence in observer.lies():
+        say(sentence)
+    if prove:
+        tell_proof(observer)
+    for line in (
+        "",
+        "A plan to start with; put what you know of your sensors, of the start and of what disturbs the states:",
+        "",
+    ):
+        say(line)
+    for line in text_of(plan, fmu.path.name):
+        say(line)
+
+
+def tell_variables(fmu: ModelDescription) -> None:
+    """States, candidates for sensors, inputs and parameters."""
+    real = [v for v in fmu.variables.values() if v.is_real]
+    parameters = [v for v in real if v.causality == "parameter"]
+    fixed = [v for v in parameters if v.variability == "fixed"]
+    say(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} states")
+    say(f"states: {listed([state for state, _ in fmu.states])}")
+    say(f"sensors may be: {listed(candidates(fmu))}")
+    say(f"inputs: {listed([v for v in real if v.causality == 'input'])}")
+    say(f"parameters that may be estimated: {listed([v for v in parameters if v.variability == 'tunable'])}")
+    if fixed:
+        say(f"fixed, to be estimated only when exported as tunable: {listed(fixed)}")
+
+
+def tell_proof(observer: Observer) -> None:
+    """A line for each block of derivatives that the plant offers."""
+    found = observer.proof()
+    if not found:
+        say("it offers no derivatives: differences are used")
+    for name, block in found.items():
+        verdict = "right" if block.exact else "wrong, differences are used"
+        say(f"{name.replace('_', ' ')}: {verdict} (worst: told {block.told:.9g}, differences {block.measured:.9g})")
+
+
+def candidates(fmu: ModelDescription) -> list[Variable]:
+    """Outputs, then states that are none."""
+    outputs = [v for v in fmu.variables.values() if v.is_real and v.causality == "output"]
+    return outputs + [state for state, _ in fmu.states if state not in outputs]
+
+
+def listed(variables: list[Variable]) -> str:
+    names = [f"{v.name} [{v.unit}]" if v.unit else v.name for v in variables[:SHOWN]]
+    more = [f"and {len(variables) - SHOWN} more"] if len(variables) > SHOWN else []
+    return ", ".join([*names, *more]) or "none"
+
+
+def first_plan(fmu: ModelDescription) -> Plan:
+    """The first candidate for a sensor, and a tenth of each state for what is not known of it."""
+    plan, sensor = Plan(fmu.path), candidates(fmu)[0]
+    plan.sensor(sensor.name, noise=0.01 * size_of(sensor))
+    for state, _ in fmu.states:
+        plan.state(state.name, start_sigma=0.1 * size_of(state), noise=0.01 * size_of(state))
+    for variable in fmu.variables.values():
+        if variable.is_real and variable.causality == "input":
+            plan.input(variable.name)
+    return plan
+
+
+def size_of(variable: Variable) -> float:
+    return abs(variable.start) if abs(variable.start) > 0 else 1.0
+
+
+def text_of(plan: Plan, fmu: str) -> list[str]:
+    """A plan as TOML."""
+    lines = ["[plant]", f'fmu = "{fmu}"']
+    for name, sensor in plan.sensors.items():
+        lines += ["", f'[sensor."{name}"]', f"noise = {sensor.noise:g}"]
+    for name in plan.inputs:
+        lines += ["", f'[input."{name}"]']
+    for name, known in plan.states.items():
+        lines += ["", f'[state."{name}"]', f"start_sigma = {known.start_sigma:g}", f"noise = {known.noise:g}"]
+    return lines

@@ -1,0 +1,158 @@
+"""Whether the observer's sigmas are right: many runs with known truth, of a plant in Python and, where HNAV_PLANTS names the folder of
+the Reference FMUs and of a heated room, of FMUs.
+
+    ./run study observer [--runs 50]
+
+NEES/n is the normalised square of the error over the number of what is estimated, NIS that of the innovations: 1 where sigmas are right.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from scipy.linalg import cholesky, expm
+
+from hnav.cli.console import show
+from hnav.filters.observer import Observer
+from hnav.filters.observer_plan import Plan
+from hnav.filters.plant import Plant
+from hnav.native.arrays import Array
+from studies.command import study
+
+SETTLED = 20  # samples that a start far off is given
+
+
+@dataclass(frozen=True)
+class Result:
+    """Of all runs of one plant."""
+
+    plant: str
+    nees: float
+    nis: float
+    us_per_sample: float
+    """Of a processor."""
+
+
+def van_der_pol(rng: np.random.Generator, steps: int = 200, interval_s: float = 0.05) -> tuple[Array, Array]:
+    """The states at each sample, by Heun's method with noise, and the samples of the first."""
+    x, rows = np.array([2.0, 0.0]), []
+    noise, h = np.array([0.01, 0.1]), interval_s / 20
+    for _ in range(steps):
+        for _ in range(20):
+            slope = np.array([x[1], (1 - x[0] ** 2) * x[1] - x[0]])
+            y = x + h * slope
+            x = x + h / 2 * (slope + [y[1], (1 - y[0] ** 2) * y[1] - y[0]]) + noise * np.sqrt(h) * rng.standard_normal(2)
+        rows.append(x)
+    truth = np.array(rows)
+    return truth, truth[:, 0] + 0.05 * rng.standard_normal(steps)
+
+
+def oscillator(plant: Plant | Path, start: Array) -> Plan:
+    """A plan of the van der Pol oscillator."""
+    plan = Plan(plant).sensor("x0", noise=0.05)
+    for name, value, noise in zip(("x0", "x1"), start, (0.01, 0.1)):
+        plan.state(name, start=float(value), start_sigma=1.0, noise=noise)
+    plan.options = {"start_mode": "given"}
+    return plan
+
+
+def in_python() -> Plant:
+    """The same as functions."""
+    return Plant(
+        lambda t, x, u, p: (x[1], (1 - x[0] * x[0]) * x[1] - x[0]), lambda t, x, u, p: x[0], states={"x0": 2.0, "x1": 0.0},
+        sensors=["x0"], jacobian=lambda t, x, u, p: ((0, 1), (-2 * x[0] * x[1] - 1, 1 - x[0] * x[0])),
+    )  # fmt: skip
+
+
+def oscillators(plant: Plant | Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
+    """Of each run: normalised squares of errors and of innovations, and the time of a sample."""
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        start = np.array([2.0, 0.0]) + rng.standard_normal(2)
+        truth, y = van_der_pol(rng)
+        observer = Observer(oscillator(plant, start))
+        begin = time.thread_time()
+        run = observer.run(0.05 * np.arange(1, len(y) + 1), {"x0": y})
+        spent = time.thread_time() - begin
+        error = truth - np.stack([run.x["x0"], run.x["x1"]], axis=1)
+        yield normalised(error, run.covariance)[SETTLED:], run.nis["x0"][SETTLED:], spent / len(y)
+
+
+def rooms(fmu: Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
+    """A heated room whose loss G is learnt, for five hours: exact truth, a sample a minute. As oscillators."""
+    T, n = 60.0, 300
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        G = 8.0 + 2.5 * np.clip(rng.standard_normal(), -2, 2)
+        flow = np.zeros((4, 4))
+        flow[0] = -(25 + G) / 4000, 25 / 4000, G / 4000, 0
+        flow[1] = 25 / 400, -25 / 400, 0, 1 / 400
+        step = expm(flow * T)
+        A, Q = flow[:2, :2], np.diag([1e-6, 1e-5])
+        pair = expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * T)
+        root = cholesky(pair[2:, 2:].T @ pair[:2, 2:], lower=True)
+        x = np.array([15.0, 18.0]) + [2, 0.5] * rng.standard_normal(2)
+        power, outside = 400.0 * (np.arange(n) // 20 % 2), 5 + 4 * np.sin(2 * np.pi * np.arange(n) / 1440)
+        rows = []
+        for k in range(n):
+            x = step[:2] @ [*x, outside[k], power[k]] + root @ rng.standard_normal(2)
+            rows.append(x)
+        truth = np.column_stack([*np.array(rows).T, np.full(n, G)])
+        plan = Plan(fmu).sensor("T_air", noise=0.05).input("power", start=power[0]).input("T_out", start=outside[0])
+        plan.state("T_wall", start=15, start_sigma=2, noise=1e-3).state("T_air", start=18, start_sigma=0.5, noise=10**-2.5)
+        observer = Observer(plan.parameter("G", start_sigma=2.5), start_mode="given")
+        seen = truth[:, 1] + 0.05 * rng.standard_normal(n)
+        # What the inputs are from a sample on is what they were held at in the interval behind it.
+        held = {"power": np.append(power[1:], power[-1]), "T_out": np.append(outside[1:], outside[-1])}
+        begin = time.thread_time()
+        run = observer.run(T * np.arange(1, n + 1), {"T_air": seen}, held)
+        spent = time.thread_time() - begin
+        error = truth - np.column_stack([run.x[name] for name in observer.names])
+        yield normalised(error, run.covariance)[SETTLED::20], run.nis["T_air"][SETTLED:], spent / n
+
+
+def normalised(error: Array, covariance: Array) -> Array:
+    """e' P^-1 e over the number of states, row by row."""
+    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+    return np.asarray((error * solved).sum(axis=1) / error.shape[1])
+
+
+def measured(name: str, runs: Iterator[tuple[Array, Array, float]]) -> Result:
+    """The means over all runs."""
+    nees, nis, spent = zip(*runs)
+    return Result(name, float(np.mean(nees)), float(np.mean(nis)), 1e6 * float(np.median(spent)))
+
+
+def results(runs: int) -> list[Result]:
+    """Of all plants that there are."""
+    plants = [("van der Pol, functions in Python", oscillators(in_python(), runs))]
+    folder = os.environ.get("HNAV_PLANTS")
+    if folder:
+        for version in (2, 3):
+            fmu = Path(folder) / f"fmi{version}" / "VanDerPol.fmu"
+            plants.append((f"van der Pol, FMI {version}", oscillators(fmu, runs)))
+        plants.append(("heated room with unknown loss, FMI 3", rooms(Path(folder) / "fmi3/HeatedRoom.fmu", runs)))
+    return [measured(name, made) for name, made in plants]
+
+
+def command(runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50) -> None:
+    """Whether the observer's sigmas are right."""
+    from rich.table import Table
+
+    table = Table("plant", "NEES/n", "NIS", "us/sample")
+    for r in results(runs):
+        table.add_row(r.plant, f"{r.nees:.3f}", f"{r.nis:.3f}", f"{r.us_per_sample:.1f}")
+    show(table)
+
+
+main = study("observer", command)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+"""hnav observe: what an FMU offers, a first plan, and estimates from a table."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from command_line import hnav
+from hnav.filters.observer import Observer
+from observer.little_fmu import packed
+from observer.test_fmu_plants import T_S, little_plan, samples
+from observer.test_plan_files import TEXT
+
+
+@pytest.fixture
+def files(little_fmu, tmp_path):
+    """A plan, and samples of x at every second instant."""
+    plan, data = tmp_path / "plan.toml", tmp_path / "data.csv"
+    plan.write_text(TEXT)
+    x = np.where(np.arange(len(T_S)) % 2 == 0, samples(), np.nan)
+    pd.DataFrame({"t_s": T_S, "x": x, "u": np.sin(T_S), "other": 1}).to_csv(data, index=False)
+    return plan, data, tmp_path / "out.csv"
+
+
+def test_an_fmu_is_told_and_its_first_plan_is_one(little_fmu, tmp_path):
+    told = hnav("observe", little_fmu)
+    assert told.returncode == 0
+    for line in (
+        "little.fmu: Little, FMI 2, 2 states", "states: x [m], v", "sensors may be: x [m], y [m], v", "inputs: u, d",
+        "parameters that may be estimated: k", "exported as tunable: mode",
+    ):  # fmt: skip
+        assert line in told.stdout
+    plan = tmp_path / "plan.toml"
+    plan.write_text(told.stdout[told.stdout.index("[plant]") :])
+    fits = hnav("observe", little_fmu, "--plan", plan)
+    assert (fits.returncode, fits.stdout) == (0, "little.fmu and plan.toml fit: x, v by x\n")
+
+
+def test_a_proof_is_told(little_fmu, files):
+    told = hnav("observe", little_fmu, "--prove")
+    assert "derivatives by states: right (worst: " in told.stdout
+    plan = files[0]
+    plan.write_text(TEXT.replace("mode = 0", "mode = 5"))
+    told = hnav("observe", little_fmu, "--plan", plan, "--prove")
+    assert "the plant says d der(v) / d v = 0.3, differences -0.3" in told.stdout
+    assert "derivatives by states: wrong, differences are used" in told.stdout
+
+
+def test_a_table_of_samples_becomes_a_table_of_estimates(little_fmu, files):
+    plan, data, out = files
+    done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert "not in the plan, and not used: other" in done.stdout
+    assert "x: 40 samples, mean NIS" in done.stdout
+    assert out.read_text().startswith("# hnav ")
+    table = pd.read_csv(out, comment="#", dtype=str).astype(float)
+    given = pd.read_csv(data, dtype=str).astype(float)
+    expected = Observer(little_plan(little_fmu), horizon_s=0.1).run(T_S, {"x": given["x"]}, {"u": given["u"]})
+    assert list(table) == ["t_s", "x", "v", "sigma.x", "sigma.v", "innovation.x", "nis.x", "ready"]
+    assert np.array_equal(table["v"], expected.x["v"])
+    assert np.array_equal(table["nis.x"], expected.nis["x"], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--data", "DATA"], "--data and --out belong together"),
+        (["--data", "DATA", "--out", "OUT"], "a plan is missing"),
+        (["--plan", "PLAN", "--data", "DATA", "--out", "DATA"], "is read by this command"),
+        (["--plan", "PLAN", "--data", "PLAN", "--out", "OUT"], "plan.toml"),
+        (["--plan", "nowhere.toml"], "nowhere.toml"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_line(little_fmu, files, arguments, said):
+    places = dict(zip(("PLAN", "DATA", "OUT"), files))
+    done = hnav("observe", little_fmu, *(places.get(a, a) for a in arguments))
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("a,x\n0,1\n", "has no column of times: call it t_s; it has a, x"),
+        ("t_s,x\n0,1\n1,two\n", "x is no number in row 2: two"),
+        ("t_s,x\n1,1\n0,1\n", "t_s does in row 2"),
+        ("t_s,y\n0,1\n", "no column of a sensor: the plan names x, it has y"),
+        ("", "no table"),
+    ],
+)
+def test_a_table_that_is_wrong_is_refused_by_its_row(little_fmu, files, table, said):
+    plan, data, out = files
+    data.write_text(table)
+    done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out)
+    assert done.returncode == 2 and said in done.stderr
+    assert not out.exists()
+
+
+def test_innovations_that_are_not_as_told_are_told(little_fmu, files):
+    plan, data, out = files
+    for noise, said in (("0.002", "larger than told"), ("0.2", "smaller than told")):
+        plan.write_text(TEXT.replace("0.02", noise))
+        assert said in hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out).stdout
+
+
+def test_an_fmu_that_cannot_be_observed(little_binary, tmp_path):
+    fmu = packed(tmp_path / "ball.fmu", little_binary, indicators=1)
+    done = hnav("observe", fmu)
+    assert done.returncode == 2 and "1 state event: only plants without events" in done.stderr
