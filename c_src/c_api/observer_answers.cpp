@@ -2,6 +2,7 @@
 #include "c_api/observer.hpp"
 #include "c_api/sized.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 using hnav::observer::Layout;
@@ -20,6 +21,10 @@ void write_row(const hnav_observer& o, const double* sensors, bool used, const h
     const int N = o.problem->N, m = o.problem->sensors;
     o.filter.model().estimate(o.filter.shown(), row(out.x, i, N), row(out.sigma, i, N), row(out.covariance, i, N * N));
     if (out.ready) out.ready[i] = o.number(o.layout().ready) != 0;
+    if (out.log_likelihood) {
+        const bool corrected = used && std::any_of(sensors, sensors + m, [](double y) { return !std::isnan(y); });
+        out.log_likelihood[i] = corrected ? o.number(o.layout().likelihood) : std::nan("");
+    }
     const struct {
         double* rows;
         Layout::OfSensor what;

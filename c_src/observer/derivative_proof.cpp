@@ -11,6 +11,7 @@ namespace hnav::observer {
 namespace {
 
 constexpr int points = 4, other_points = 20;
+constexpr double max_difference = 1e-10; // of the same answer, in relation to the others
 
 // In (-1, 1), the same for equal k in every program.
 double scattered(std::uint64_t k) {
@@ -79,6 +80,23 @@ void compare(const Problem& problem, Function f, Variable v, const double* told,
     }
 }
 
+// The derivatives at the start, then at other points, then at the start again. What iterates inside comes back to its
+// tolerance, in relation to what these derivatives can be.
+void find_memory(Plant& plant, const Place& place, double start_s, double* values, double* again, double* size,
+                 DerivativeProof* proof) {
+    const int n = place.problem.n;
+    plant.evaluate(Function::derivatives, place.at(start_s, 0), values);
+    for (int i = 0; i < n; ++i) size[i] = std::fabs(values[i]);
+    for (int k = 1; k <= other_points; ++k)
+        if (plant.evaluate(Function::derivatives, place.at(start_s, points + k), again) == Answer::ok)
+            for (int i = 0; i < n; ++i) size[i] = std::fmax(size[i], std::fabs(again[i]));
+    plant.evaluate(Function::derivatives, place.at(start_s, 0), again);
+    proof->repeatable = std::memcmp(values, again, n * sizeof(double)) == 0;
+    proof->memoryless = true;
+    for (int i = 0; i < n; ++i)
+        if (!(std::fabs(values[i] - again[i]) <= max_difference * size[i])) proof->memoryless = false;
+}
+
 } // namespace
 
 int proof_doubles(const Problem& problem) {
@@ -116,13 +134,7 @@ bool prove(Plant& plant, const Problem& problem, Linearisation& linearisation, d
             linearisation.set_exact(f, v, block.exact);
         }
 
-    plant.evaluate(Function::derivatives, place.at(start_s, 0), values);
-    for (int k = 1; k <= other_points; ++k) plant.evaluate(Function::derivatives, place.at(start_s, points + k), again);
-    plant.evaluate(Function::derivatives, place.at(start_s, 0), again);
-    proof->repeatable = std::memcmp(values, again, problem.n * sizeof(double)) == 0;
-    proof->memoryless = true;
-    for (int i = 0; i < problem.n; ++i)
-        if (!(std::fabs(values[i] - again[i]) <= 1e-12 * (std::fabs(values[i]) + std::fabs(again[i])))) proof->memoryless = false;
+    find_memory(plant, place, start_s, values, again, measured, proof);
     return true;
 }
 

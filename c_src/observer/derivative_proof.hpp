@@ -16,7 +16,7 @@ struct BlockProof {
 struct DerivativeProof {
     BlockProof block[functions][variables];
     bool repeatable; // the same question has the same answer, bit for bit, after others
-    bool memoryless; // the same to 1e-12: otherwise the plant remembers
+    bool memoryless; // the same to ten digits: otherwise the plant remembers
 };
 
 // work: 2 * rows * N doubles for the larger number of rows, then N + sizes.inputs + sizes.states.

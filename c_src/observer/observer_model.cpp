@@ -258,6 +258,7 @@ void Model::correct(State& s, const Event& event) const {
     innovate(s, event);
     double *X = work_->x, *moved = work_->gain + p.N, *before = work_->gain + 2 * p.N;
     std::fill_n(moved, p.N, 0.0);
+    v[at.likelihood] = 0;
     for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
     expected(s, X);
     for (int i = 0; i < p.sensors; ++i) {
@@ -271,7 +272,8 @@ void Model::correct(State& s, const Event& event) const {
             v[at.of_sensor(i, Layout::gated)] += 1;
             nis = p.gate_nis[i];
         }
-        correct_by(work_->P, moved, h, nu, variance);
+        const double S = correct_by(work_->P, moved, h, nu, variance);
+        v[at.likelihood] -= 0.5 * (nu * nu / S + std::log(2 * M_PI * S));
         double& samples = v[at.of_sensor(i, Layout::samples)];
         double& mean = v[at.of_sensor(i, Layout::mean_nis)];
         samples += 1;
@@ -285,8 +287,8 @@ void Model::correct(State& s, const Event& event) const {
     judge(s, before);
 }
 
-// One sensor, Joseph's form: P = (I - K h) P (I - K h)' + K R K'.
-void Model::correct_by(double* P, double* moved, const double* h, double innovation, double variance) const {
+// One sensor, Joseph's form: P = (I - K h) P (I - K h)' + K R K'. Answers the variance of the innovation.
+double Model::correct_by(double* P, double* moved, const double* h, double innovation, double variance) const {
     const int N = problem_->N;
     double* Ph = work_->gain;
     const auto times_h = [&] {
@@ -309,6 +311,7 @@ void Model::correct_by(double* P, double* moved, const double* h, double innovat
             P[i * N + j] += (variance * K[i] - Ph[i]) * K[j];
             P[j * N + i] = P[i * N + j];
         }
+    return S;
 }
 
 // Ready: every sigma below its limit, by evidence of at least as much as that limit stands for, and innovations as large

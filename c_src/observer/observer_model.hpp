@@ -76,7 +76,7 @@ private:
     void collect(State& s) const;
     void correct(State& s, const Event& event) const;
     void innovate(State& s, const Event& event) const;
-    void correct_by(double* P, double* X, const double* h, double innovation, double variance) const;
+    double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     void judge(State& s, const double* before) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
 

@@ -76,7 +76,8 @@ struct Layout {
           doubts(t + 5),
           events(t + 6),
           corrections(t + 7),
-          sensors(t + 8),
+          likelihood(t + 8),
+          sensors(t + 9),
           numbers(sensors + per_sensor * p.sensors) {}
 
     static constexpr int triangle(int n) { return n * (n + 1) / 2; }
@@ -86,8 +87,8 @@ struct Layout {
     // x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual` seconds; the time since the event.
     int S, Qd, clock, nx;
     int parameters, P, inputs, information;
-    // Of the newest event; about as long as intervals are; flags and counts.
-    int t, usual, begun, broken, ready, doubts, events, corrections, sensors;
+    // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction.
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, sensors;
     int numbers;
 };
 

@@ -63,7 +63,7 @@ def test_a_table_of_samples_becomes_a_table_of_estimates(little_fmu, files):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--data", "DATA"], "--data and --out belong together"),
+        (["--data", "DATA"], "--data belongs to --out or --tune"),
         (["--data", "DATA", "--out", "OUT"], "a plan is missing"),
         (["--plan", "PLAN", "--data", "DATA", "--out", "DATA"], "is read by this command"),
         (["--plan", "PLAN", "--data", "PLAN", "--out", "OUT"], "plan.toml"),

@@ -175,6 +175,7 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double* covariance; /* n x N x N */
     double *innovation, *innovation_sigma, *nis; /* n x n_outputs, NaN where the row has no sample or it was not used */
     uint8_t* ready; /* n */
+    double* log_likelihood; /* n: of the samples of a row, given those before; NaN where there was none */
 } hnav_observer_run_output;
 
 /* A row that the plant has no answer for is dropped and counted, and the next one goes on. rows_done (may be null): less than n

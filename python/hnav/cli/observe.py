@@ -20,6 +20,7 @@ from hnav.native.arrays import Array
 
 SHOWN = 12  # variables of a kind
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
+GOOD_AHEAD = 2.0
 
 
 def command(
@@ -38,9 +39,12 @@ def command(
         Path | None, typer.Option(metavar="FILE.csv", help="Estimates to write, one row for each row of the samples")
     ] = None,
     prove: Annotated[bool, typer.Option("--prove", help="Say of each block of derivatives whether it is right")] = False,
+    tune: Annotated[
+        bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
+    ] = False,
 ) -> None:
-    if (data is None) != (out is None):
-        raise UsageError("--data and --out belong together: samples in, estimates out")
+    if (data is None) != (out is None and not tune):
+        raise UsageError("--data belongs to --out or --tune: samples in, estimates or noises out")
     if plan is None and data is not None:
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
     refuse_overwriting([out], [fmu, plan, data])
@@ -52,23 +56,34 @@ def command(
         say(sentence)
     if prove:
         tell_proof(observer)
+    if data is not None and tune:
+        tell_noises(observer, data)
     if data is not None and out is not None:
         observe(observer, data, out)
-    elif not prove:
+    elif data is None and not prove:
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
 
 
-def observe(observer: Observer, data: Path, out: Path) -> None:
-    """Estimates from a table, into a table."""
-    plan = observer.plan
+Samples = tuple[Array, dict[str, Array], dict[str, Array], dict[str, Array]]
+
+
+def samples_of(plan: Plan, data: Path) -> Samples:
+    """Times, and columns: of sensors, of inputs, all."""
     t_s, columns = read_sample_table(data)
-    wanted = {*plan.sensors, *plan.inputs}
     if not any(name in columns for name in plan.sensors):
         raise UsageError(
             f"{data.name} has no column of a sensor: the plan names {', '.join(plan.sensors)}, it has {', '.join(columns)}"
         )
     sensors = {name: column for name, column in columns.items() if name in plan.sensors}
-    run = observer.run(t_s, sensors, {name: column for name, column in columns.items() if name in plan.inputs})
+    return t_s, sensors, {name: column for name, column in columns.items() if name in plan.inputs}, columns
+
+
+def observe(observer: Observer, data: Path, out: Path) -> None:
+    """Estimates from a table, into a table."""
+    plan = observer.plan
+    t_s, sensors, inputs, columns = samples_of(plan, data)
+    wanted = {*plan.sensors, *plan.inputs}
+    run = observer.run(t_s, sensors, inputs)
     head = [
         f"hnav {__version__}",
         f"observer of {plan.plant.name if isinstance(plan.plant, ModelDescription) else ''}",
@@ -112,6 +127,28 @@ def summary(run: ObserverRun) -> list[str]:
     if run.dropped:
         lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
     return lines
+
+
+def tell_noises(observer: Observer, data: Path) -> None:
+    """The most likely noises, as lines for the plan, and what is to be known of them."""
+    from hnav.filters.observer_tuning import AHEAD, tune
+
+    t_s, sensors, inputs, _ = samples_of(observer.plan, data)
+    tuned = tune(observer.plan, t_s, sensors, inputs, observer.options)
+    before, after = tuned.log_likelihood
+    say(f"log-likelihood of the samples {before:.1f}, with the noises below {after:.1f}:")
+    plan = tuned.plan
+    for name, sensor in plan.sensors.items():
+        say(f'[sensor."{name}"] noise = {sensor.noise:.4g}')
+    for table, known in (("state", plan.states), ("unknown_input", plan.unknown_inputs), ("parameter", plan.parameters)):
+        for name, told in known.items():
+            if told.noise > 0:
+                say(f'[{table}."{name}"] noise = {told.noise:.4g}')
+    for name in tuned.undetermined:
+        say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
+    for name, nis in tuned.ahead_nis.items():
+        verdict = "the model holds" if nis < GOOD_AHEAD else "the model is wrong, not only its noise"
+        say(f"{name}, predicted over {AHEAD} samples: mean NIS {nis:.2f}: {verdict}")
 
 
 # --------------------------------------------------------------------------------------------- what there is

@@ -71,6 +71,8 @@ class ObserverRun:
     """By sensor, in its unit: measured minus expected; NaN in rows without a sample, or one that was not used."""
     nis: dict[str, Array]
     """By sensor: normalised square of the innovation, 1 in the mean."""
+    log_likelihood: Array
+    """Of the samples of a row, given those before; NaN in rows without one."""
     ready: npt.NDArray[np.bool_]
     """As ObserverInfo.ready."""
     proof: dict[str, BlockProof]
@@ -269,11 +271,11 @@ class Observer(StatefulObject):
         seen = seen * scale + np.array([s.offset for s in plan.sensors.values()])
         held = _columns(inputs or {}, plan.inputs, n, "input")
         x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
-        innovation, nis, ready = np.empty((n, m)), np.empty((n, m)), np.empty(n, np.uint8)
+        innovation, nis, likelihood, ready = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n, np.uint8)
         given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
         wanted = new(
             "hnav_observer_run_output", x=address(x), sigma=address(sigma), covariance=address(covariance),
-            innovation=address(innovation), nis=address(nis), ready=address(ready),
+            innovation=address(innovation), nis=address(nis), ready=address(ready), log_likelihood=address(likelihood),
         )  # fmt: skip
         before = self.info().dropped
         self._call("run", n, given, wanted, ffi.NULL)
@@ -286,6 +288,7 @@ class Observer(StatefulObject):
             covariance=covariance,
             innovation=dict(zip(plan.sensors, (innovation / scale).T)),
             nis=dict(zip(plan.sensors, nis.T)),
+            log_likelihood=likelihood,
             ready=ready.astype(bool),
             proof=self.proof(),
             dropped=self.info().dropped - before,

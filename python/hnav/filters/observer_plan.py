@@ -6,6 +6,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -145,6 +146,13 @@ class Plan:
                 raise _impossible(self.plant, name, f"{name} has no start value that could be set: it is {variable.causality}")
         self.set_values[name] = float(value)
         return self
+
+    def copy(self) -> Plan:
+        """A plan of its own for the same plant."""
+        made = copy(self)
+        for name in ("states", "unknown_inputs", "parameters", "inputs", "sensors", "set_values", "options"):
+            setattr(made, name, dict(getattr(self, name)))
+        return made
 
     def _state_names(self) -> list[str]:
         return list(self.plant.states) if isinstance(self.plant, Plant) else [state.name for state, _ in self.plant.states]
