@@ -33,6 +33,7 @@ class Tuned:
     """A plan whose noises fit a recording."""
 
     plan: Plan
+    """With the noises found; otherwise as given."""
     factors: dict[str, float]
     """By which each noise was multiplied: "sensor x", "state v", ..."""
     log_likelihood: tuple[float, float]
