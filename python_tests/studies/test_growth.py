@@ -29,16 +29,16 @@ def test_filters_side_by_side_are_all_fed():
 
 
 def test_a_later_field_costs_more():
-    near, far = of_age((0.02, 0.9), rows=300)
+    near, far = of_age((0.02, 0.9), rows=600)
     assert far.us_per_late_sample > max(0.0, near.us_per_late_sample)
 
 
 def test_runs_that_load_once_are_more_a_second():
     try:
-        fresh, kept, clock = of_workers(3, (1,), stop_s=0.2)
+        fresh, kept = of_workers(3, (1,), stop_s=0.2)
     except HnavError as error:
         pytest.skip(str(error))
-    assert kept.runs_per_s > fresh.runs_per_s and clock.per_worker > 0
+    assert kept.runs_per_s == kept.per_worker > fresh.runs_per_s
 
 
 def test_a_part_is_printed_and_drawn(tmp_path):

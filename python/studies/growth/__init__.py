@@ -2,6 +2,6 @@
 
     ./run study growth [--part rows|filters|late|montecarlo] [--most-rows 1e7] [--pictures DIR]
 
-Times are those of the processor, so that other work on the machine hardly shows, but for the runs per second of many workers.
+Times are those of the processor, so that other work on the machine shows little.
 With --pictures each part is drawn too.
 """

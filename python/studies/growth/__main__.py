@@ -45,7 +45,7 @@ def filters_part(most_rows: int) -> tuple[Table, Draw]:
 
 
 def late_part(most_rows: int) -> tuple[Table, Draw]:
-    found = [*measures.of_age((0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9), rows=min(2000, most_rows))]
+    found = [*measures.of_age((0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9), rows=min(6000, most_rows))]
     table = table_of("A field that comes late, samples at 100 Hz", "late by, s", "us more than in time", "us for each row since")
     for one in found:
         us = one.us_per_late_sample
@@ -56,7 +56,7 @@ def late_part(most_rows: int) -> tuple[Table, Draw]:
 
 def montecarlo_part(most_rows: int) -> tuple[Table, Draw]:
     # A run of a minute has 6000 rows.
-    runs, stop_s = (20, None) if most_rows >= 20 * 6000 else (2, 0.5)
+    runs, stop_s = (10, None) if most_rows >= 10 * 6000 else (2, 0.5)
     found = [*measures.of_workers(runs, (1, 2), stop_s)]
     table = table_of("Monte Carlo of the turntable system, scenario nominal, 60 s", "", "runs a second", "of each worker")
     for one in found:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -15,7 +16,7 @@ import numpy as np
 
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Filter
-from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs, unload
+from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs
 from studies.long import Motion, memory_mb
 
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz\n"
@@ -99,61 +100,62 @@ class OfAge(NamedTuple):
     us_per_late_sample: float
 
 
-def of_age(ages_s: Sequence[float], rows: int = 2000, repeats: int = 3) -> Iterator[OfAge]:
+def of_age(ages_s: Sequence[float], rows: int = 6000) -> Iterator[OfAge]:
     """What a late field costs above one that comes in time: the filter goes back to it and forward again."""
     motion = Motion()
-    in_time = min(_seconds_with(motion, 0, rows) for _ in range(repeats))
+    in_time = _seconds_with(motion, 0, rows)
     for late_s in ages_s:
-        behind = round(late_s / INTERVAL_S)
-        seconds = min(_seconds_with(motion, behind, rows) for _ in range(repeats))
-        yield OfAge(late_s, 1e6 * (seconds - in_time) / (rows / 10))
+        yield OfAge(late_s, 1e6 * (_seconds_with(motion, round(late_s / INTERVAL_S), rows) - in_time))
 
 
 def _seconds_with(motion: Motion, behind: int, rows: int) -> float:
-    """Of the processor, for these rows after as many that are not counted; each tenth field, that many rows late."""
+    """Of the processor, for a field and the next advance, each tenth row and that many rows late: median."""
     one = Filter("ahrs", solver="closed_form", horizon_s=HORIZON_S, queue_capacity=1024)
-    begin = 0.0
-    for k in range(2 * rows):
-        if k == rows:
-            begin = time.thread_time()
+    found = []
+    for k in range(rows):
         t_s, row = k * INTERVAL_S, k % len(motion.rate)
         one.push_gyro(t_s, motion.rate[row])
         one.push_accel(t_s, motion.force[row])
+        begin = time.thread_time()
         if k % 10 == 0 and k >= behind:
             one.push_mag(t_s - behind * INTERVAL_S, motion.field[(k - behind) % len(motion.rate)])
         one.advance(t_s)
-    return time.thread_time() - begin
+        if k % 10 == 0 and k >= rows // 4:
+            found.append(time.thread_time() - begin)
+    return float(np.median(found))
 
 
 class OfWorkers(NamedTuple):
-    """Runs of the turntable system."""
+    """Runs of the turntable system, by the time of the processors."""
 
     how: str
-    runs_per_s: float  # of a worker's processor, or of the clock
+    runs_per_s: float  # with a processor for each worker
     per_worker: float
 
 
 def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -> Iterator[OfWorkers]:
-    """First by the processor's time: FMUs loaded for each run, and once. Then by the clock, from the first end of a run to the
-    last. Raises UsageError when a run fails."""
-    work = jobs(SYSTEM, [SCENARIO], runs, stop_s=stop_s)
-    for how, command in (("loaded for each run, by the processor", None), ("loaded once, by the processor", "growth")):
-        rows_of(work[0], command)
-        begin = time.thread_time()
-        for job in work:
-            if failure := rows_of(job, command)[0]["failure"]:
-                raise UsageError(f"seed {job.seed}: {failure}")
-        rate = runs / (time.thread_time() - begin)
-        yield OfWorkers(how, rate, rate)
-    unload("growth")
+    """First FMUs loaded for each run, then once for each worker. Raises UsageError when a run fails."""
+    work = jobs(SYSTEM, [SCENARIO], 3 * runs, stop_s=stop_s)
+    rows_of(work[0])  # modules
+    begin = time.thread_time()
+    for job in work[:runs]:
+        if failure := rows_of(job)[0]["failure"]:
+            raise UsageError(f"seed {job.seed}: {failure}")
+    rate = runs / (time.thread_time() - begin)
+    yield OfWorkers("loaded for each run", rate, rate)
     for count in workers:
-        ends = _ends(work * count, count)
-        rate = (len(ends) - 1) / (ends[-1] - ends[0])
-        yield OfWorkers(f"{count} worker{'s' if count > 1 else ''}, by the clock", rate, rate / count)
+        # The difference leaves out what it takes to begin.
+        rate = 2 * runs / (_processor_s(work, count) - _processor_s(work[:runs], count))
+        yield OfWorkers(f"loaded once, {count} worker{'s' if count > 1 else ''}", count * rate, rate)
 
 
-def _ends(work: Sequence[Job], workers: int) -> list[float]:
-    """When each run ended, by the clock."""
-    ends: list[float] = []
-    run_jobs(work, workers, progress=lambda *_: ends.append(time.perf_counter()))
-    return ends
+def _processor_s(work: Sequence[Job], workers: int) -> float:
+    """Of this process and its workers, which end with the runs."""
+
+    def used() -> float:
+        children = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return time.process_time() + children.ru_utime + children.ru_stime
+
+    begin = used()
+    run_jobs(work, workers)
+    return used() - begin

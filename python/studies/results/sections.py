@@ -84,9 +84,9 @@ SECTIONS = {
     ),
     "scenarios": Section(
         "Scenarios of the turntable",
-        "Closed co-simulation, 200 seeds each; what the scenarios are stands in "
+        "Closed co-simulation, 60 seeds each; what the scenarios are stands in "
         "[models/systems/turntable](../models/systems/turntable/README.md).",
-        "study scenarios --runs 200 --workers 2",
+        "study scenarios --runs 60 --workers 2",
         False,
     ),
     "faults": Section(
