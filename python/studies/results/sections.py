@@ -191,7 +191,8 @@ SECTIONS = {
     ),
     "growth": Section(
         "Growth",
-        "Time and memory with the rows of a file, with filters side by side, with the age of late samples, with workers.\n\n"
+        "Time and memory with the rows of a file, with filters side by side, with the age of late samples, with workers. At revision 510906b, "
+        "before FMUs were kept from run to run, a run of the turntable took 2.0 to 2.1 s of a processor where it then took 0.55 to 0.59.\n\n"
         "![Time of a row and memory over the rows](images/growth_rows.png)\n"
         "![Time of a sample over the number of filters](images/growth_filters.png)\n"
         "![Cost of a late sample over its age](images/growth_late.png)\n"
