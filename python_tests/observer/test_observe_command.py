@@ -60,10 +60,32 @@ def test_a_table_of_samples_becomes_a_table_of_estimates(little_fmu, files):
     assert np.array_equal(table["nis.x"], expected.nis["x"], equal_nan=True)
 
 
+def test_a_page_shows_estimates_innovations_and_derivatives(little_fmu, files, tmp_path):
+    pytest.importorskip("plotly", reason="Plotly is not installed: no pages")
+    plan, data, _ = files
+    plan.write_text(TEXT.replace("mode = 0", "mode = 5"))
+    page = tmp_path / "pages" / "page.html"
+    done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--report", page)
+    assert done.returncode == 0, done.stderr
+    assert f"80 rows to {page}" in done.stdout
+    text = page.read_text()
+    for part in (
+        'id="estimates"',
+        'id="innovations"',
+        'id="nis"',
+        'id="sensors"',
+        'id="proof"',
+        "<td>m</td>",
+        "wrong: differences are used",
+    ):
+        assert part in text
+    assert "the plant says d der(v) / d v = 0.3" in text
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--data", "DATA"], "--data belongs to --out or --tune"),
+        (["--data", "DATA"], "--data belongs to --out, --report or --tune"),
         (["--data", "DATA", "--out", "OUT"], "a plan is missing"),
         (["--plan", "PLAN", "--data", "DATA", "--out", "DATA"], "is read by this command"),
         (["--plan", "PLAN", "--data", "PLAN", "--out", "OUT"], "plan.toml"),

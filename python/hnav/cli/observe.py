@@ -38,16 +38,16 @@ def command(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Estimates to write, one row for each row of the samples")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="Page to write: estimates, innovations, derivatives")
+    ] = None,
     prove: Annotated[bool, typer.Option("--prove", help="Say of each block of derivatives whether it is right")] = False,
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
     ] = False,
 ) -> None:
-    if (data is None) != (out is None and not tune):
-        raise UsageError("--data belongs to --out or --tune: samples in, estimates or noises out")
-    if plan is None and data is not None:
-        raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
-    refuse_overwriting([out], [fmu, plan, data])
+    refuse(fmu, plan, data, tune or out is not None or report is not None)
+    refuse_overwriting([out, report], [fmu, plan, data])
     if plan is None:
         tell(read_model_description(fmu), prove)
         return
@@ -56,12 +56,20 @@ def command(
         say(sentence)
     if prove:
         tell_proof(observer)
+    if data is None and not prove:
+        say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
     if data is not None and tune:
         tell_noises(observer, data)
-    if data is not None and out is not None:
-        observe(observer, data, out)
-    elif data is None and not prove:
-        say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
+    if data is not None and (out is not None or report is not None):
+        observe(observer, data, out, report)
+
+
+def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool) -> None:
+    """Raises UsageError for options that do not fit each other; wanted: something is to be made of the samples."""
+    if (data is not None) != wanted:
+        raise UsageError("--data belongs to --out, --report or --tune: samples in, estimates or noises out")
+    if plan is None and data is not None:
+        raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
 
 
 Samples = tuple[Array, dict[str, Array], dict[str, Array], dict[str, Array]]
@@ -78,18 +86,17 @@ def samples_of(plan: Plan, data: Path) -> Samples:
     return t_s, sensors, {name: column for name, column in columns.items() if name in plan.inputs}, columns
 
 
-def observe(observer: Observer, data: Path, out: Path) -> None:
-    """Estimates from a table, into a table."""
+def observe(observer: Observer, data: Path, out: Path | None, report: Path | None) -> None:
+    """Estimates from a table, into a table and a page."""
     plan = observer.plan
     t_s, sensors, inputs, columns = samples_of(plan, data)
     wanted = {*plan.sensors, *plan.inputs}
     run = observer.run(t_s, sensors, inputs)
-    head = [
-        f"hnav {__version__}",
-        f"observer of {plan.plant.name if isinstance(plan.plant, ModelDescription) else ''}",
-        f"samples {data}",
-    ]
-    write_files({out: sample_table(head, table_of(run))})
+    if out is not None:
+        made = plan.plant.name if isinstance(plan.plant, ModelDescription) else "functions"
+        write_files({out: sample_table([f"hnav {__version__}", f"observer of {made}", f"samples {data}"], table_of(run))})
+    if report is not None:
+        write_page(observer, run, data, report)
     unused = [name for name in columns if name not in wanted]
     missing = sorted(wanted - {*columns})
     if unused:
@@ -98,7 +105,21 @@ def observe(observer: Observer, data: Path, out: Path) -> None:
         say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
     for line in summary(run):
         say(line)
-    say(f"{len(t_s)} rows to {out}")
+    say(f"{len(t_s)} rows to {' and '.join(str(file) for file in (out, report) if file is not None)}")
+
+
+def write_page(observer: Observer, run: ObserverRun, data: Path, report: Path) -> None:
+    """The page about a run."""
+    # Plotly takes a while to load.
+    from hnav.reports.observer_page import write_observer_report
+
+    plan = observer.plan
+    fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
+    names = [*run.x, *plan.sensors]
+    units = {name: fmu.variables[name].unit for name in names} if fmu is not None else {}
+    doubts = observer.lies() + ([f"{run.dropped} instants were dropped: the FMU had no answer for them"] if run.dropped else [])
+    sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
+    write_observer_report(run, report, f"{fmu.name if fmu is not None else 'observer'} · {data.name}", units, sigmas, doubts)
 
 
 def table_of(run: ObserverRun) -> dict[str, Array]:

@@ -1,0 +1,159 @@
+"""The page about an observer's run: what it estimates with bands, what its samples brought, and what its derivatives are worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hnav import __version__
+from hnav.filters.observer import ObserverRun
+from hnav.io.outputs import write_files
+from hnav.native.arrays import Array
+from hnav.reports.colours import BLUE, GREEN, INK, VERMILION
+from hnav.reports.page import document
+from hnav.reports.panels import Panel, band, dots, grid_of, line, no_lines, table
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+WINDOW = 50  # samples of a running mean, as the observer's own
+USUAL_MEAN = (0.47, 1.79)  # where 99.9 % of such means of NIS lie
+
+
+@dataclass(frozen=True)
+class View:
+    """A run beside what it was made of; times from its first row on, so that those of a clock since 1970 can be drawn."""
+
+    run: ObserverRun
+    t_s: Array
+    units: dict[str, str]
+    """Of estimates and sensors; a name without one is left out."""
+    sensors: dict[str, float]
+    """Their sigmas."""
+
+    def label(self, name: str) -> str:
+        return f"{name} / {self.units[name]}" if self.units.get(name) else name
+
+
+def write_observer_report(
+    run: ObserverRun, file: Path, title: str, units: dict[str, str], sensors: dict[str, float], doubts: list[str]
+) -> None:
+    """Writes one HTML page that needs no network. Raises HnavError if it cannot be written.
+
+    units: of estimates and sensors, by name; sensors: their sigmas; doubts: what stands in warning at the head.
+    """
+    seen: Any = View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sensors)
+    panels = [panel for panel in PANELS if panel.applies(seen)]
+    write_files({file: document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
+
+
+def _header(seen: View, title: str, doubts: list[str]) -> str:
+    facts = {
+        "estimated": ", ".join(seen.run.x), "sensors": ", ".join(seen.run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
+        "rows": str(len(seen.t_s)), "hnav": __version__,
+    }  # fmt: skip
+    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
+    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in doubts)
+    return f"<header><h1>{escape(title)}</h1><dl>{listed}</dl>{warned}</header>"
+
+
+def _panel(
+    name: str, title: str, note: str, draw: Callable[[View], Any], applies: Callable[[View], bool] = lambda _: True
+) -> Panel:
+    make: Any = Panel
+    panel: Panel = make(name, title, note, applies, draw, no_lines)
+    return panel
+
+
+def _rows(seen: View, names: list[str], draw: Callable[[go.Figure, int, str], None]) -> go.Figure:
+    figure = grid_of(len(names), 1)
+    for row, name in enumerate(names, 1):
+        draw(figure, row, name)
+        figure.update_yaxes(title_text=seen.label(name), row=row, col=1)
+    return figure
+
+
+def _estimates(seen: View) -> go.Figure:
+    def draw(figure: go.Figure, row: int, name: str) -> None:
+        x, sigma = seen.run.x[name], seen.run.sigma[name]
+        figure.add_trace(band(seen.t_s, x - 3 * sigma, x + 3 * sigma, BLUE, "±3 sigma", row == 1), row, 1)
+        figure.add_trace(line(seen.t_s, x, BLUE, "estimate", row == 1), row, 1)
+
+    return _rows(seen, list(seen.run.x), draw)
+
+
+def _innovations(seen: View) -> go.Figure:
+    def draw(figure: go.Figure, row: int, name: str) -> None:
+        innovation, nis = seen.run.innovation[name], seen.run.nis[name]
+        used = np.isfinite(nis) & (nis > 0)
+        sigma = np.abs(innovation[used]) / np.sqrt(nis[used])
+        figure.add_trace(band(seen.t_s[used], -3 * sigma, 3 * sigma, GREEN, "±3 sigma as expected", row == 1), row, 1)
+        figure.add_trace(dots(seen.t_s[used], innovation[used], INK, "measured minus expected", row == 1), row, 1)
+
+    return _rows(seen, list(seen.run.nis), draw)
+
+
+def _nis(seen: View) -> go.Figure:
+    def draw(figure: go.Figure, row: int, name: str) -> None:
+        used = np.isfinite(seen.run.nis[name])
+        t_s, nis = seen.t_s[used], seen.run.nis[name][used]
+        low, high = (np.full(len(t_s), edge) for edge in USUAL_MEAN)
+        figure.add_trace(band(t_s, low, high, GREEN, "99.9 % of such means", row == 1), row, 1)
+        figure.add_trace(line(t_s, _running_mean(nis), VERMILION, f"mean NIS of {WINDOW} samples", row == 1), row, 1)
+        figure.update_yaxes(rangemode="tozero", row=row, col=1)
+
+    return _rows(seen, list(seen.run.nis), draw)
+
+
+def _running_mean(values: Array) -> Array:
+    """Of the last WINDOW values, of fewer at the beginning."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    ends = np.arange(1, len(values) + 1)
+    starts = np.maximum(ends - WINDOW, 0)
+    return np.asarray((sums[ends] - sums[starts]) / (ends - starts))
+
+
+def _end(seen: View) -> str:
+    run = seen.run
+    rows = [[name, f"{run.x[name][-1]:.6g}", f"{run.sigma[name][-1]:.2g}", seen.units.get(name, "")] for name in run.x]
+    return table(["", "at the end", "sigma", "unit"], rows)
+
+
+def _sensors(seen: View) -> str:
+    rows = []
+    for name, nis in seen.run.nis.items():
+        used = nis[np.isfinite(nis)]
+        mean = f"{used.mean():.2f}" if len(used) else "–"
+        rows.append([name, f"{seen.sensors[name]:.3g}", seen.units.get(name, ""), str(len(used)), mean])
+    return table(["sensor", "sigma as told", "unit", "samples", "mean NIS"], rows)
+
+
+def _proof(seen: View) -> str:
+    rows = [
+        [name.replace("_", " "), "right" if block.exact else "wrong: differences are used", f"{block.told:.6g}", f"{block.measured:.6g}"]
+        for name, block in seen.run.proof.items()
+    ]  # fmt: skip
+    return table(["derivatives", "", "worst element, told", "by differences"], rows)
+
+
+def _has_rows(seen: View) -> bool:
+    return len(seen.t_s) > 0
+
+
+# In the order of the page.
+PANELS = (
+    _panel("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
+    _panel("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
+    _panel("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
+           _has_rows),
+    _panel("nis", "Normalised innovations", "1 where noises are as told. Above the band: more noise than told, or a wrong model; below: "
+           "less.", _nis, _has_rows),
+    _panel("sensors", "Sensors", "What they were told to be, and what their innovations say.", _sensors),
+    _panel("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
+           lambda seen: bool(seen.run.proof)),
+)  # fmt: skip
