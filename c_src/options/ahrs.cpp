@@ -119,8 +119,8 @@ constexpr double defaults[] = {
     1, // time_jump_limit_s
     0.034906585039886591, // ready_tilt_rad
     0.087266462599716474, // ready_heading_rad
-    3, // ready_evidence_s
-    8, // ready_undisturbed_s
+    2.6, // ready_evidence_s
+    7.5, // ready_undisturbed_s
     0, // navigation_frame
     0, // declination_rad
     1, 0, 0, 0, // q_body_sensor

@@ -28,7 +28,6 @@ void swing(const AhrsModel& model, State& s, double interval_s, double duration_
     const double h = interval_s / substeps;
     Quaternion q(1, 0, 0, 0);
     for (int k = 0; k * interval_s < duration_s; ++k) {
-        const Quaternion before = q;
         Vector3 turn = Vector3::Zero(), force = Vector3::Zero();
         for (int i = 0; k > 0 && i < substeps; ++i) {
             const Vector3 u = rate((k - 1) * interval_s + (i + 0.5) * h);
@@ -279,6 +278,57 @@ TEST(Ahrs, AFieldThatContradictsAFreshReferenceMakesTheHeadingDoubtful) {
     EXPECT_LT(variance_after(20), 0.002);
 }
 
+TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasChanged) {
+    const AhrsModel model(settings());
+    // Clean for a second, a field of another strength, clean again.
+    const auto doubt_after = [&](double contradicted_s, double clean_s, bool stays) {
+        State s = state_at_start(model);
+        const Turning motion;
+        for (int k = 0; k * 0.005 <= 1 + contradicted_s + clean_s; ++k) {
+            Event e = motion.event(0.005 * k);
+            const bool false_field = e.t_s > 1 && (stays || e.t_s < 1 + contradicted_s);
+            for (int i = 0; i < 3; ++i) e.value[mag][i] *= false_field ? 1.3 : 1;
+            model.before_flow(s, e);
+            if (k > 0) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        EXPECT_EQ(s.field.changes > 0, stays);
+        return s.heading_doubt;
+    };
+    const double at_end = doubt_after(1, 0, false), half_way = doubt_after(1, 0.5, false);
+    EXPECT_NEAR(half_way, 0.5 * at_end, 0.1 * at_end);
+    EXPECT_EQ(doubt_after(1, 1.2, false), 0);
+    EXPECT_GT(doubt_after(1, 10, true), 0.3 * at_end);
+}
+
+TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenOrAnAidTellsTheHeading) {
+    const auto heading = [](double strength, bool given, bool aided) {
+        AhrsModel::Settings set = settings();
+        set.reference_given = given;
+        set.reference = {strength * 5e-5, M_PI / 3};
+        const AhrsModel model(set);
+        State s = state_at_start(model);
+        const Turning motion;
+        for (int k = 0; k <= 3000; ++k) {
+            Event e = motion.event(0.005 * k);
+            for (int i = 0; i < 3; ++i) e.value[mag][i] *= strength;
+            const Matrix3 R_bn = rotation_matrix(motion.q(e.t_s));
+            if (aided && k % 200 == 100) e.add(Sample{e.t_s, hnav::heading, {std::atan2(R_bn(1, 0), R_bn(0, 0)), 0.01, 0}});
+            model.before_flow(s, e);
+            if (k > 0) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        EXPECT_EQ(std::sqrt(model.rotation_covariance(s)(2, 2)) < 0.1, model.estimate(s).heading_ready);
+        return model.estimate(s).heading_ready;
+    };
+    for (const double strength : {0.5, 1.0, 1.3}) EXPECT_TRUE(heading(strength, false, false)) << strength;
+    for (const double strength : {0.3, 2.0}) {
+        EXPECT_FALSE(heading(strength, false, false)) << strength;
+        EXPECT_TRUE(heading(strength, true, false)) << strength;
+        EXPECT_TRUE(heading(strength, false, true)) << strength;
+    }
+}
+
 TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
     AhrsModel::Settings set = settings();
     set.gyro_psd = 1e-5;
@@ -483,6 +533,25 @@ TEST(Ahrs, WhatItTellsOfItsCovarianceAgrees) {
     double S[9], sigma[9];
     model.gyro_calibration(fresh, S, sigma);
     for (int i = 0; i < 9; ++i) EXPECT_NEAR(sigma[i], i % 4 ? settings().sigma.misalignment : settings().sigma.scale, 1e-12) << i;
+}
+
+TEST(Ahrs, TheCovarianceShownAfterAnEventIsThatOfAnEventThere) {
+    const AhrsModel model(settings());
+    State s = state_at_start(model);
+    const Turning motion;
+    follow(model, s, motion, 5.01);
+    State shown = s, gathered = s;
+    model.flow_exactly(shown, 0.005);
+    Event e{};
+    e.t_s = 5.015;
+    e.add(Sample{e.t_s, gyro, {motion.rate_b[0], motion.rate_b[1], motion.rate_b[2]}});
+    model.before_flow(gathered, e);
+    model.flow_exactly(gathered, 0.005);
+    model.jump(gathered, e);
+    ASSERT_EQ(gathered.corrections, s.corrections);
+    const ErrorCovariance there = model.error_covariance(gathered), here = model.error_covariance(shown);
+    EXPECT_LT((there - here).norm(), 1e-9 * here.norm());
+    EXPECT_GT((here - model.error_covariance(s)).norm(), 1e-6 * here.norm());
 }
 
 TEST(Ahrs, TheTiltIsReadyWhenBothOfItsAnglesAre) {

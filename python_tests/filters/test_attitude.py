@@ -57,6 +57,22 @@ def test_impossible_options_are_refused_by_the_library_with_their_name(filter):
         assert (error.value.status, error.value.argument) == ("option", info.name)
 
 
+def test_a_gyroscope_whose_hold_was_told_wrongly_has_a_sigma_that_holds_its_error():
+    """Rates of 10 rad/s that act an interval later than told: the attitude is up to an interval's turn off."""
+    m = tilted_motion(60).recording
+    shown = slice(4000, None)
+
+    def run(hold: str) -> tuple[np.ndarray, np.ndarray]:
+        r = Filter(Options("ahrs", gyro_hold=hold)).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+        inclination = errors_rad(r.q_nb[shown], m.reference_q_nb[shown])[2]
+        return inclination, np.hypot(*r.sigma_rad[shown, :2].T)
+
+    (right, right_sigma), (wrong, wrong_sigma) = run("forward"), run("backward")
+    assert np.sqrt(np.mean(wrong**2)) > 3 * np.sqrt(np.mean(right**2))
+    assert np.mean(wrong < 3 * wrong_sigma) > 0.99
+    assert wrong_sigma[-1] > 1.2 * right_sigma[-1]
+
+
 def test_a_batch_run_is_push_and_advance_row_by_row(motion):
     m = motion.recording
     run = Filter(Options("hrekf", **NOISE)).run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
@@ -177,6 +193,18 @@ def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
     assert np.isfinite(smoothed.q_nb).all()
     assert np.median(smoothed.sigma_rad[:, :2]) < np.median(forward.sigma_rad[:, :2])
     assert f.diagnostics().corrections == 0  # the filter is reset
+
+
+def test_smoothing_goes_by_the_closed_form_whatever_the_solver_and_the_filter_goes_on_by_its_own(motion):
+    m = motion.recording
+    arrays = (m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
+    by_solver, exact = (Filter(Options("ahrs", solver=solver)) for solver in ("erkstep", "closed_form"))
+    there, here = by_solver.smooth(*arrays), exact.smooth(*arrays)
+    for name in ("q_nb", "sigma_rad", "gyro_bias_rad_s", "ready"):
+        np.testing.assert_array_equal(getattr(there, name), getattr(here, name), name)
+    assert by_solver.diagnostics().solver_steps == 0
+    by_solver.run(*arrays)
+    assert by_solver.diagnostics().solver_steps > 0
 
 
 def test_smoothing_does_not_depend_on_the_direction_of_time(motion):

@@ -125,6 +125,7 @@ void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mea
     }
     field.take_candidate();
     s.undisturbed_s = 0;
+    s.contradicted_s = lasting_s;
 }
 
 // Gates and noise are in units of the strength. One that started inside a shield or beside a magnet would measure the
@@ -161,6 +162,7 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
     const FieldVerdict verdict = s.field.judge(settings_.field, away, s.field_s);
     s.verdict = static_cast<std::uint64_t>(verdict);
     if (verdict == FieldVerdict::inflate_anew) {
+        s.contradicted_s = lasting_s;
         forget_reference(c.P, settings_.sigma.reference);
         segment<2>(c.error, reference).setZero();
     }
@@ -173,13 +175,17 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
 template <class R>
 void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows) {
     constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10, any_heading = R(M_PI * M_PI / 3);
+    const R T = s.field_s;
     if (verdict == FieldVerdict::accept) {
-        s.heading_doubt *= forgotten_s / (forgotten_s + s.field_s);
+        const R lasted_s = std::fmin(s.contradicted_s, forgotten_s);
+        s.heading_doubt *= lasted_s > T ? 1 - T / lasted_s : 0;
+        s.contradicted_s = std::fmax(R(0), s.contradicted_s - T);
         return;
     }
     const R doubt = std::fmax(R(0), 1 - s.field.heading_trust_s / trusted_s);
     const R apart_rad = std::fmin(R(1), rows.deviation() / rows.H);
-    s.heading_doubt = std::fmin(any_heading, s.heading_doubt + doubt * per_s * s.field_s * apart_rad * apart_rad);
+    s.heading_doubt = std::fmin(any_heading, s.heading_doubt + doubt * per_s * T * apart_rad * apart_rad);
+    s.contradicted_s += T;
 }
 
 // Variances of horizontal intensity, azimuth and vertical intensity of the mean field.

@@ -29,7 +29,23 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     if (settings_.velocity_gate_nis > 0 && i.nis > settings_.velocity_gate_nis) return false;
     condition<2, 0>(c, PHt, S, innovation);
     s.information.gain_tilt(before, c.rotation_variances());
+    judge_hold(s, c.P(force_latency, force_latency));
     return true;
+}
+
+// Rates that act an interval later or earlier than the options tell put the attitude out of step with the force, and that looks
+// like as much latency of the force. Which of both it is tells the likelihood of what has been learnt of the latency, l with
+// variance P from l0 with P0, if the true one is within its prior or an interval d beside it:
+// exp(+-(l - l0) d / P0 - d^2 (P0 - P) / (2 P0^2)).
+template <class R>
+void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
+    if (!(s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;
+    const R prior = settings_.sigma.force_latency * settings_.sigma.force_latency;
+    const R expected = s.reversed ? -settings_.force_latency : settings_.force_latency;
+    const R interval = R(s.spacing_s[gyro] / s.spacing_s[accel]);
+    const R learnt = std::fmax(R(0), prior - latency_variance) / (2 * prior * prior);
+    const R either = std::cosh((s.force_latency - expected) * interval / prior) * std::exp(-interval * interval * learnt);
+    s.wrong_hold = 1 / (1 + (1 - suspected_hold) / (suspected_hold * either));
 }
 
 } // namespace hnav

@@ -128,13 +128,31 @@ private:
         return angle_ready(tilt, s.information.tilt, settings_.ready_tilt_rad);
     }
 
+    static constexpr R suspected_hold = R(0.03); // of a user who does not know what the rates of a sensor stand for
+    // A field that contradicted the reference and took its place goes on contradicting the heading.
+    static constexpr R lasting_s = 60;
     static constexpr R max_azimuth_rejected_s = 2; // beyond, the heading is doubted
     // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
     // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && s.azimuth_rejected_s <= max_azimuth_rejected_s &&
-               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + s.heading_doubt, s.information.heading,
+               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + heading_doubt(s), s.information.heading,
                            settings_.ready_heading_rad);
+    }
+
+    // Variance of the heading beside that of P: the reference may be false.
+    R heading_doubt(const State& s) const {
+        constexpr R any_heading = R(M_PI * M_PI / 3);
+        const bool field_alone = !settings_.reference_given && s.used[heading] == 0;
+        return std::fmin(any_heading, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
+    }
+    // The earth's field is 22 to 67 uT strong; a reference that is not, within the scale errors of usual magnetometers, has a
+    // part of at least the difference that is not the earth's, in any direction.
+    static R implausible_azimuth2(const State& s) {
+        constexpr R weakest = R(20e-6), strongest = R(70e-6);
+        const R H = s.strength * s.reference[0], B = s.strength * length(s.reference[0], s.reference[1]);
+        const R false_part = std::fmax(weakest - B, B - strongest);
+        return s.has_reference && false_part > 0 ? false_part * false_part / (H * H) : 0;
     }
 
     void hold(State& s, const Event& event) const; // flow.hpp
@@ -201,6 +219,8 @@ private:
     void correct_by(State& s, Correction& c, const Event& event) const;
     template <int... after_heading>
     void correct_by_aids(State& s, Correction& c, const Event& event, std::integer_sequence<int, after_heading...>) const;
+
+    void judge_hold(State& s, R latency_variance) const; // correct_velocity.hpp
 
     // correct_field.hpp
     struct FieldRows;

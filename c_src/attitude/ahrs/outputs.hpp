@@ -51,7 +51,9 @@ ErrorCovariance AhrsModelOf<R>::error_covariance(const State& s) const {
     const Turned turned(P, now);
     block<3, 3>(C, 0, 0) = turned.rotation;
     diagonal<3>(C, 0).array() += rotation_noise(now);
-    C(2, 2) += s.heading_doubt;
+    C(2, 2) += heading_doubt(s);
+    const Vector3R by_hold = rotation_matrix<R>(QuaternionR(s.x)) * rate(s) * R(s.spacing_s[gyro]);
+    block<3, 3>(C, 0, 0) += s.wrong_hold * by_hold * by_hold.transpose();
     block<3, 3>(C, 0, 3) = rows<3>(turned.columns, bias).transpose();
     block<3, 3>(C, 3, 0) = rows<3>(turned.columns, bias);
     return C.template cast<double>();

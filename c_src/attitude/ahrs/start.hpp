@@ -9,6 +9,8 @@ template <class R>
 void AhrsModelOf<R>::begin(State& s) const {
     Eigen::Map<Vector3R>(s.bias) = settings_.start_bias;
     s.force_latency = settings_.force_latency;
+    s.reversed = 0;
+    s.wrong_hold = suspected_hold;
     s.gamma = std::numeric_limits<R>::infinity();
     s.gamma_margin = 1;
     for (InnovationOf<R>& i : s.innovation) i = {};
@@ -33,6 +35,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     for (R& b : s.bias) b = -b;
     for (R& y : s.rate) y = -y;
     s.latency = -s.latency;
+    s.reversed = !s.reversed;
     s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after
     s.declination = 0;
     for (R& c : s.coning) c = -c;
@@ -46,7 +49,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.field = {};
     s.field.changes = before.changes;
     s.field_noise.take_in_full();
-    s.heading_doubt = 0;
+    s.heading_doubt = s.contradicted_s = 0;
     s.motion.forget_velocity();
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
@@ -68,7 +71,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.last_correction_s = nan;
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
-    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = 0;
+    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = 0;
     s.has_reference = settings_.reference_given;
     put_reference(s, settings_.reference);
     s.motion.begin(settings_.velocity_density2);

@@ -83,6 +83,7 @@ struct AhrsState {
     R force_bias[3], force_latency; // of the accelerometer, m/s^2; its latency in its intervals
     R declination;                  // of the field here against the reference's north, rad
     R rate[3];                      // held, as measured
+    R wrong_hold;                   // probability that rates act an interval earlier or later than the options tell
     R coning[3];                    // what the turn of its axis adds to it
     R force_turn[3];                // rotation vector since the last sample of force
     RateChange<R> rate_change;
@@ -107,12 +108,14 @@ struct AhrsState {
     double last_event_s, last_correction_s;
     AngleInformation<R> information;
     R undisturbed_s; // time for which nothing spoke against the reference
-    R heading_doubt; // rad^2, beside P: the reference may have been false
+    R heading_doubt;  // rad^2, beside P: the reference may have been false
+    R contradicted_s; // time for which fields did so, less that for which they agreed since
     R gamma, gamma_margin;
     InnovationOf<R> innovation[channel_count];
     std::uint64_t used[channel_count], gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired;
     std::uint64_t started, has_rate, has_reference;
+    std::uint64_t reversed;          // time runs backwards
     std::uint64_t verdict;           // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
 
