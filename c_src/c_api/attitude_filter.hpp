@@ -25,8 +25,11 @@ struct hnav_filter : hnav::KeptMessage<256> {
     // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
     virtual bool turns_back() const = 0;
     virtual void turn_back(double t_s) = 0;
+    virtual void prefer_closed_form(bool prefer) = 0;
 
     virtual hnav::Outcome push(const hnav::AttitudeSample& sample) = 0;
+    // A row of a recording as one event; false: nothing was taken, push its samples one by one.
+    virtual bool push_event(const hnav::AttitudeEvent& event) = 0;
     virtual bool has_room(int count) const = 0;
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
@@ -115,7 +118,10 @@ public:
         }
     }
 
+    void prefer_closed_form(bool prefer) override { filter_.prefer_closed_form(prefer); }
+
     Outcome push(const AttitudeSample& sample) override { return filter_.push(sample); }
+    bool push_event(const AttitudeEvent& event) override { return filter_.push_event(event); }
     bool has_room(int count) const override { return filter_.has_room(count); }
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }

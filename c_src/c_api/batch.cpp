@@ -21,6 +21,22 @@ hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channe
     return dropped ? HNAV_OK : status;
 }
 
+// A row of sound samples, as almost every one is. False: nothing was taken.
+bool push_whole_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
+    AttitudeEvent event{};
+    event.t_s = clock_time(t_s);
+    const double* const rows[] = {rate, force, field};
+    for (const int c : {gyro, accel, mag}) {
+        const double* v = rows[c];
+        if (is_missing(v)) continue;
+        const double size = std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]);
+        if (!(size <= max_reading) || !(c == gyro || size > 3 * min_direction_length)) return false;
+        event.present |= std::uint64_t{1} << c;
+        store(f->frames.to_body(v), event.value[c]);
+    }
+    return event.present != 0 && f->push_event(event);
+}
+
 // Of a correction in this row.
 double nis_after(const hnav_filter* f, int channel, double before_s) {
     const Innovation& i = f->innovation(channel);
@@ -62,6 +78,7 @@ hnav_status in_row(hnav_filter* f, hnav_status status, size_t i) {
 
 hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
     if (const hnav_status status = check_time(f, t_s)) return status;
+    if (push_whole_row(f, t_s, rate, force, field)) return advanced(f, t_s, f->advance_row(clock_time(t_s)));
     hnav_status status = push_row(f, t_s, rate, gyro);
     if (status == HNAV_OK) status = push_row(f, t_s, force, accel);
     if (status == HNAV_OK) status = push_row(f, t_s, field, mag);
@@ -173,8 +190,10 @@ hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_inp
     auto* backward = static_cast<PassEstimate*>(take_block(n * sizeof(PassEstimate)));
     if (!backward) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     filter->reset();
+    filter->prefer_closed_form(true);
     Recording recording(filter, n, take_in(*input), take_in(*output));
     Smoother<Recording>(recording, backward).run();
+    filter->prefer_closed_form(false);
     release_block(backward);
     filter->reset();
     return recording.status();

@@ -103,6 +103,20 @@ public:
         return event ? Outcome::ok : Outcome::full;
     }
 
+    // All samples of a stamp that comes after every other, as push of one after the other. False: nothing was taken, because one
+    // of them needs a closer look.
+    bool push_event(const Event& event) {
+        static_assert(has_fixed_size<Model>);
+        const double t_s = event.t_s + stamps_.offset_s();
+        const bool newest = t_s > queue_.event(queue_.size() - 1).t_s && t_s >= late_limit_ && !queue_.full();
+        if (!newest || !stamps_.place_together(event.present, event.t_s, now_, settings_.time_jump_limit_s)) return false;
+        queue_.append();
+        Event& taken = queue_.event(queue_.size() - 1);
+        taken = event;
+        taken.t_s = t_s;
+        return true;
+    }
+
     // Room for `count` more samples, whatever their times.
     bool has_room(int count) const { return queue_.size() + count <= settings_.queue_capacity; }
 
@@ -162,6 +176,9 @@ public:
         apply(state);
         show_copy(state);
     }
+
+    // By the closed form although there is a propagator, where the model has one.
+    void prefer_closed_form(bool prefer) { prefers_closed_form_ = prefer; }
 
     // -------------------------------------------------------------------------------------------- hybrid view
 
@@ -383,7 +400,8 @@ private:
     bool flow_over(State& state, double interval_s, double longest_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return true;
         if constexpr (Model::has_closed_form) {
-            const bool integrable = !settings_.closed_form && interval_s >= min_interval_s && interval_s <= longest_s;
+            const bool exact = settings_.closed_form || prefers_closed_form_;
+            const bool integrable = !exact && interval_s >= min_interval_s && interval_s <= longest_s;
             if (!integrable || !integrate(state, interval_s)) model_.flow_exactly(state, interval_s);
             return true;
         } else {
@@ -491,6 +509,7 @@ private:
 
     Model model_{};
     Settings settings_{};
+    bool prefers_closed_form_ = false;
     Propagator propagator_;
     Queue queue_;
     Stamps<Event::channel_count> stamps_;

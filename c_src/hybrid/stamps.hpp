@@ -58,9 +58,8 @@ public:
     Placed place(int channel, double stamp_s, double shown_s, double closed_s, double limit_s, Newest&& newest) {
         Channel& c = channel_[channel];
         const double t_s = stamp_s + offset_s_, since_s = stamp_s - c.last_s;
-        // What almost every sample is: the next one after its usual interval, alone at its stamp.
-        if (c.alone && since_s > 0 && since_s < max_spread * c.interval_s &&
-            (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
+        // What almost every sample is.
+        if (is_next(c, since_s) && (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
             c.interval_s = since_s;
             c.last_s = stamp_s;
             last_ = Place::stamped;
@@ -69,20 +68,40 @@ public:
         return place_with_care(c, stamp_s, closed_s, limit_s, newest());
     }
 
+    // Samples of several channels that share a stamp, if for each of them it is the next one after its usual interval. False:
+    // nothing has changed, and each is to be placed by itself.
+    bool place_together(std::uint64_t present, double stamp_s, double shown_s, double limit_s) {
+        if (limit_s > 0 && !(stamp_s + offset_s_ - shown_s < far_limits * limit_s)) return false;
+        for (int c = 0; c < channels; ++c)
+            if ((present >> c) & 1u && !is_next(channel_[c], stamp_s - channel_[c].last_s)) return false;
+        for (int c = 0; c < channels; ++c) {
+            if (!((present >> c) & 1u)) continue;
+            channel_[c].interval_s = stamp_s - channel_[c].last_s;
+            channel_[c].last_s = stamp_s;
+        }
+        last_ = Place::stamped;
+        return true;
+    }
+
 private:
-    static constexpr double max_spread = 1.5;   // usual intervals that a burst is spread over
-    static constexpr double far_limits = 10;    // in which a stamp is far ahead
+    static constexpr double max_spread = 1.5; // usual intervals that a burst is spread over
+    static constexpr double far_limits = 10; // in which a stamp is far ahead
     static constexpr double max_interval_s = 1; // between two stamps, as far as it is a usual one
 
     struct Channel {
         std::uint64_t alone; // one sample a stamp, now and before
-        double last_s;          // stamp
-        double interval_s;      // usual one between two stamps; 0: not known
+        double last_s; // stamp
+        double interval_s; // usual one between two stamps; 0: not known
         double count, expected; // samples of the present stamp, and of the one before
         double spread_s;
         std::uint64_t late, left_out;
         double late_s;
     };
+
+    // The next one after its usual interval, alone at its stamp.
+    static bool is_next(const Channel& c, double since_s) {
+        return c.alone && since_s > 0 && since_s < max_spread * c.interval_s;
+    }
 
     explicit Stamps(int) : offset_s_(0), ahead_s_(0), jumps_(0), last_(Place::stamped), channel_{} {}
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <vector>
 
 using hnav::Stamps;
@@ -37,6 +38,24 @@ TEST(Stamps, OrdinaryOnesAreTheTimeBitForBit) {
         EXPECT_EQ(clock.take(1, t_s).t_s, t_s);
     }
     EXPECT_EQ(clock.stamps.offset_s(), 0);
+}
+
+TEST(Stamps, PlacedTogetherTheyAreWhatTheyAreOneAfterTheOtherAndOnesThatNeedALookAreRefusedUntouched) {
+    Clock apart, together;
+    for (int k = 0; k < 50; ++k) {
+        const double t_s = 5 + interval_s * (k + (k % 3) * 0.1) + (k > 30 ? 0.5 : 0); // jitter, and a gap
+        for (const int c : {0, 1}) apart.take(c, t_s);
+        const bool usual = k > 1 && k != 31;
+        EXPECT_EQ(together.stamps.place_together(3, t_s, together.newest_s, limit_s), usual) << k;
+        if (usual) together.newest_s = t_s;
+        else
+            for (const int c : {0, 1}) together.take(c, t_s);
+        EXPECT_EQ(std::memcmp(&apart.stamps, &together.stamps, sizeof apart.stamps), 0) << k;
+    }
+    const Stamps<2> before = together.stamps;
+    EXPECT_FALSE(together.stamps.place_together(3, 1000, together.newest_s, limit_s)); // far ahead
+    EXPECT_FALSE(together.stamps.place_together(2, 5, together.newest_s, limit_s));    // back
+    EXPECT_EQ(std::memcmp(&before, &together.stamps, sizeof before), 0);
 }
 
 TEST(Stamps, ABurstIsSpreadOverTheTimeSinceTheOneBefore) {

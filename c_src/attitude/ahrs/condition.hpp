@@ -17,12 +17,14 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
 }
 
 // The errors from row `first` on learn from m rows H with PHt = P H' and S = H P H' + noise; those before are considered,
-// not corrected (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are. Nothing is learnt where rounding has left S
+// not corrected (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are. Only the upper triangle of P is kept up to date.
+// Nothing is learnt where rounding has left S
 // without its sign: a reading beyond all sense, millions of times another.
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                                const Eigen::Matrix<R, m, 1>& innovation) {
+    static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
     if (!factor.positive()) {
@@ -31,17 +33,29 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
-    for (int j = 0; j < rest; ++j) {
-        Vector column = c.P.col(first + j);
-        for (int k = 0; k < m; ++k) column -= Kt(k, j) * PHt.col(k);
-        c.P.col(first + j) = column;
+    // The columns down to the diagonal or a little below, in bands of one height: the loops have lengths known when compiled.
+    if constexpr (first == 0) {
+        take_out<m, first, 0, 9, 10>(c.P, PHt, Kt);
+        take_out<m, first, 9, considered, 18>(c.P, PHt, Kt);
     }
-    if constexpr (first > 0) block<rest, first>(c.P, first, 0) = block<first, rest>(c.P, 0, first).transpose();
+    take_out<m, first, considered, errors, errors>(c.P, PHt, Kt);
+}
+
+// P_ij -= PHt_i K_j for the columns from `begin` on.
+template <class R>
+template <int m, int first, int begin, int end, int height>
+void AhrsModelOf<R>::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
+                              const Eigen::Matrix<R, m, errors - first>& Kt) {
+    for (int j = begin; j < end; ++j) {
+        Eigen::Matrix<R, height, 1> column = P.col(j).template head<height>();
+        for (int k = 0; k < m; ++k) column -= Kt(k, j - first) * PHt.col(k).template head<height>();
+        P.col(j).template head<height>() = column;
+    }
 }
 
 template <class R>
 void AhrsModelOf<R>::apply(State& s, const Vector& error) {
-    constexpr R max_latency_s = 1;     // later fields are turned by more than two terms of a series tell
+    constexpr R max_latency_s = 1; // later fields are turned by more than two terms of a series tell
     constexpr R max_force_latency = 4; // intervals; the same of a force
     Eigen::Map<QuaternionR> q(s.x);
     q = multiply<R>(rotation_quaternion<R>(segment<3>(error, rotation)), QuaternionR(q)).normalized();
@@ -61,7 +75,10 @@ void AhrsModelOf<R>::apply(State& s, const Vector& error) {
 // without its sign, is the whole matrix looked at.
 template <class R>
 void AhrsModelOf<R>::keep(State& s, Correction& c) {
-    if (!c.sound || !(c.P.diagonal().minCoeff() > 0)) s.repaired += repair<errors>(c.P);
+    if (!c.sound || !(c.P.diagonal().minCoeff() > 0)) {
+        for (int j = 0; j < errors; ++j) c.P.col(j) = c.column(j);
+        s.repaired += repair<errors>(c.P);
+    }
     pack<errors>(c.P, s.P);
     // What is no number any more must not stay: the engine looks at x and drops the event.
     if (!std::isfinite(c.P.diagonal().sum() + c.error.sum())) s.x[0] = std::numeric_limits<R>::quiet_NaN();

@@ -26,11 +26,12 @@ struct AhrsModelOf<R>::FieldRows {
 
     R deviation() const { return length(residual[0], residual[2]); }
 
-    Eigen::Matrix<R, errors, 3> PHt(const Covariance& P) const {
+    Eigen::Matrix<R, errors, 3> PHt(const Correction& c) const {
+        const Vector north = c.column(rotation), east = c.column(rotation + 1), late = c.column(latency);
         Eigen::Matrix<R, errors, 3> out;
-        out.col(0) = Z * P.col(rotation + 1) - P.col(reference) - swept[0] * P.col(latency);
-        out.col(1) = H * (P.col(rotation + 2) - P.col(declination)) - Z * P.col(rotation) - swept[1] * P.col(latency);
-        out.col(2) = -H * P.col(rotation + 1) - P.col(reference + 1) - swept[2] * P.col(latency);
+        out.col(0) = Z * east - c.column(reference) - swept[0] * late;
+        out.col(1) = H * (c.column(rotation + 2) - c.column(declination)) - Z * north - swept[1] * late;
+        out.col(2) = -H * east - c.column(reference + 1) - swept[2] * late;
         return out;
     }
 
@@ -58,7 +59,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const FieldVerdict verdict = judge_field(s, c, away);
     doubt_heading(s, verdict, rows);
 
-    const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c.P);
+    const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c);
     const Matrix3R HPHt = rows.HPHt(PHt);
     const Vector3R innovation = rows.residual - rows.of(c.error);
     const Vector3R noise = field_noise(s);
@@ -91,7 +92,7 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     if (now > before) c.P(declination, declination) += (now - before) * sigma * sigma;
     if (!(now < before)) return;
     using Row1 = Eigen::Matrix<R, 1, 1>;
-    const Vector PHt = c.P.col(declination);
+    const Vector PHt = c.column(declination);
     const R noise = sigma * sigma * now * before / (before - now);
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]));
 }

@@ -14,7 +14,7 @@ struct Model::Aid<heading> {
         const HeadingAid<Scalar> aid(QuaternionR(s.x), event);
         if (!aid.is_defined()) return;
         const Vector3R h = aid.by_rotation();
-        const Vector PHt = columns<3>(c.P, rotation) * h;
+        const Vector PHt = h[0] * c.column(rotation) + h[1] * c.column(rotation + 1) + h[2] * c.column(rotation + 2);
         const Scalar noise = aid.variance(), before = c.heading_variance();
         Scalar S = h.dot(segment<3>(PHt, rotation)) + noise;
         const Scalar innovation = aid.residual() - h.dot(segment<3>(c.error, rotation));

@@ -7,8 +7,9 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::correct_rest(const State& s, Correction& c) const {
-    const Eigen::Matrix<R, errors, 3> PHt = columns<3>(c.P, bias);
-    Matrix3R S = block<3, 3>(c.P, bias, bias);
+    Eigen::Matrix<R, errors, 3> PHt;
+    for (int k = 0; k < 3; ++k) PHt.col(k) = c.column(bias + k);
+    Matrix3R S = rows<3>(PHt, bias);
     S.diagonal().array() += settings_.rest_bias_density2 / s.x[13];
     const Vector3R innovation = Vector3R(s.rest.mean_rate) - Vector3R(s.bias) - segment<3>(c.error, bias);
     condition<3, 0>(c, PHt, S, innovation);

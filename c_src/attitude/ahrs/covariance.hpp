@@ -33,6 +33,47 @@ struct AhrsModelOf<R>::Turned {
     }
 };
 
+// The rotation error of now by the errors of before that it depends on: -L dS + theta - G db.
+template <class R>
+struct AhrsModelOf<R>::RotationNow {
+    static constexpr int first = calibration, count = bias + 3 - calibration;
+    // Of three numbers each, and a fourth that makes two pairs of them.
+    Eigen::Matrix<R, 4, 1> by[count];
+
+    RotationNow(const Matrix3R& G, const Matrix39R& L) {
+        for (int i = 0; i < 9; ++i) by[i] << -L(0, i), -L(1, i), -L(2, i), 0;
+        for (int i = 0; i < 3; ++i) {
+            by[rotation - first + i].setZero();
+            by[rotation - first + i][i] = 1;
+            by[bias - first + i] << -G(0, i), -G(1, i), -G(2, i), 0;
+        }
+    }
+
+    // Each pair of errors is met once: the other half is the transpose.
+    Matrix3R covariance(const R* P) const {
+        Eigen::Matrix<R, 4, 3> half = Eigen::Matrix<R, 4, 3>::Zero();
+        for (int i = 0; i < count; ++i) {
+            const R* row = P + packed(first + i, first + i);
+            Eigen::Matrix<R, 4, 1> sum = R(0.5) * row[0] * by[i];
+            for (int j = i + 1; j < count; ++j) sum += row[j - i] * by[j];
+            for (int k = 0; k < 3; ++k) half.col(k) += sum[k] * by[i];
+        }
+        const Matrix3R H = rows<3>(half, 0);
+        return H + H.transpose();
+    }
+
+    // Rotation by bias.
+    Matrix3R with_bias(const R* P) const {
+        Matrix3R C = Matrix3R::Zero();
+        for (int i = 0; i < count; ++i)
+            for (int k = 0; k < 3; ++k) {
+                const int a = first + i, b = bias + k;
+                C.col(k) += P[a < b ? packed(a, b) : packed(b, a)] * by[i].template head<3>();
+            }
+        return C;
+    }
+};
+
 // P <- Phi P Phi' + Q over the time since the last correction.
 template <class R>
 void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {

@@ -101,10 +101,15 @@ private:
 
     // What corrections of one instant work on.
     struct Correction {
-        Covariance P;
+        Covariance P; // once something has been learnt, its upper triangle alone
         Vector error = Vector::Zero(); // what is learnt, applied to the state when all are done
         bool sound = true;             // no correction has met a covariance without its sign
 
+        Vector column(int j) const {
+            Vector c = P.col(j);
+            for (int i = j + 1; i < errors; ++i) c[i] = P(j, i);
+            return c;
+        }
         R& heading_variance() { return P(rotation + 2, rotation + 2); }
         Vector3R rotation_variances() const { return diagonal<3>(P, rotation); }
     };
@@ -182,9 +187,15 @@ private:
     static void turn_heading(State& s, R angle_rad);
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
 
+    // outputs.hpp
+    struct RotationNow;
+    static RotationNow rotation_now(const State& s);
+    Matrix3R rotation_covariance(const State& s, const RotationNow& now) const;
+
     // preintegration.hpp
     struct TurnedOn;
     static void forget_window(State& s);
+    static void add_turn(const State& s, R* moment);
     static void take_turn(State& s);
     R gap_variance(const State& s, const Event& event) const;
     void gather(State& s, const Event& event) const;
@@ -205,11 +216,13 @@ private:
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                           const Eigen::Matrix<R, m, 1>& innovation);
+    template <int m, int first, int begin, int end, int height>
+    static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt);
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
     bool correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
-    void correct_rest(const State& s, Correction& c) const;           // correct_rest.hpp
+    void correct_rest(const State& s, Correction& c) const; // correct_rest.hpp
 
     // How the aid of one channel corrects, defined in a file of its own: correct_heading.cpp. Nobody else sees it, so that a
     // new aid touches nothing here; the linker says which is missing.

@@ -21,10 +21,29 @@ Estimate AhrsModelOf<R>::estimate(const State& s) const {
     return e;
 }
 
+// The turn since the last event went on under one rate.
+template <class R>
+typename AhrsModelOf<R>::RotationNow AhrsModelOf<R>::rotation_now(const State& s) {
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    Matrix39R L = Eigen::Map<const Matrix39R>(s.rate_moment);
+    if (s.x[13] > s.turned_s) add_turn(s, L.data());
+    return {G, L};
+}
+
+template <class R>
+typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const State& s, const RotationNow& now) const {
+    Matrix3R C = now.covariance(s.P);
+    if (!s.started) return C;
+    C.diagonal().array() += rotation_noise(s) + settings_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
+    C(2, 2) += heading_doubt(s);
+    const Vector3R by_hold = rotation_matrix<R>(QuaternionR(s.x)) * rate(s) * R(s.spacing_s[gyro]);
+    for (int k = 0; k < 3; ++k) C.col(k) += s.wrong_hold * by_hold[k] * by_hold;
+    return C;
+}
+
 template <class R>
 Matrix3 AhrsModelOf<R>::rotation_covariance(const State& s) const {
-    const ErrorCovariance C = error_covariance(s);
-    return block<3, 3>(C, 0, 0);
+    return rotation_covariance(s, rotation_now(s)).template cast<double>();
 }
 
 template <class R>
@@ -36,26 +55,15 @@ Vector3 AhrsModelOf<R>::bias_variances(const State& s) const {
 
 template <class R>
 ErrorCovariance AhrsModelOf<R>::error_covariance(const State& s) const {
+    const RotationNow now = rotation_now(s);
+    const Matrix3R rotation_bias = now.with_bias(s.P);
     Square<6, R> C;
-    const Covariance P = unpack<errors>(s.P);
-    block<3, 3>(C, 3, 3) = block<3, 3>(P, bias, bias);
+    block<3, 3>(C, 0, 0) = rotation_covariance(s, now);
+    block<3, 3>(C, 0, 3) = rotation_bias;
+    block<3, 3>(C, 3, 0) = rotation_bias.transpose();
+    for (int i = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j) C(3 + i, 3 + j) = C(3 + j, 3 + i) = s.P[packed(bias + i, bias + j)];
     diagonal<3>(C, 3).array() += settings_.bias_walk_psd * s.x[13];
-    if (!s.started) {
-        rows<3>(C, 0).setZero();
-        columns<3>(C, 0).setZero();
-        block<3, 3>(C, 0, 0) = block<3, 3>(P, rotation, rotation);
-        return C.template cast<double>();
-    }
-    State now = s;
-    take_turn(now);
-    const Turned turned(P, now);
-    block<3, 3>(C, 0, 0) = turned.rotation;
-    diagonal<3>(C, 0).array() += rotation_noise(now);
-    C(2, 2) += heading_doubt(s);
-    const Vector3R by_hold = rotation_matrix<R>(QuaternionR(s.x)) * rate(s) * R(s.spacing_s[gyro]);
-    block<3, 3>(C, 0, 0) += s.wrong_hold * by_hold * by_hold.transpose();
-    block<3, 3>(C, 0, 3) = rows<3>(turned.columns, bias).transpose();
-    block<3, 3>(C, 3, 0) = rows<3>(turned.columns, bias);
     return C.template cast<double>();
 }
 

@@ -31,21 +31,23 @@ void AhrsModelOf<R>::forget_window(State& s) {
 
 // L += dG (x) y for the turn since the last event, which went on under one rate.
 template <class R>
+void AhrsModelOf<R>::add_turn(const State& s, R* moment) {
+    for (int i = 0; i < 3; ++i)
+        for (int l = 0; l < 3; ++l) {
+            const R turn = s.x[4 + i + 3 * l] - s.turned[i + 3 * l];
+            for (int j = 0; j < 3; ++j) *moment++ += turn * s.rate[j];
+        }
+}
+
+template <class R>
 void AhrsModelOf<R>::take_turn(State& s) {
     const Vector3R u = turn_rate(s);
     const R T = s.x[13] - s.turned_s;
     s.rate_power += u.squaredNorm() * T;
     Eigen::Map<Vector3R>(s.force_turn) += u * T;
     s.turned_s = s.x[13];
-    const Eigen::Map<const Matrix3R> G(s.x + 4);
-    Eigen::Map<Matrix3R> seen(s.turned);
-    const Matrix3R turn = G - seen;
-    seen = G;
-    const Vector3R y(s.rate);
-    R* out = s.rate_moment;
-    for (int i = 0; i < 3; ++i)
-        for (int l = 0; l < 3; ++l)
-            for (int j = 0; j < 3; ++j) *out++ += turn(i, l) * y[j];
+    add_turn(s, s.rate_moment);
+    std::copy(s.x + 4, s.x + 13, s.turned);
 }
 
 template <class R>

@@ -109,10 +109,10 @@ HNAV_API hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_r
                                      size_t* rows_done);
 
 /* The same arrays with hindsight: forward, then twice backwards and forward, each pass started at the end of the one
- * before, the last two fused by their covariances. Every row has an attitude. sigma_rad is that of the fusion, as if the
- * two passes shared nothing: a little small. ready is that of the pass which knows the angle better. Takes 5 times as long
- * as run, and memory for its rows. The filter is reset before and after. Errors: as run; UNSUPPORTED (the HREKF),
- * NOT_STARTED, OUT_OF_MEMORY. */
+ * before, the last two fused by their covariances. Every row has an attitude. sigma_rad holds what both passes share. ready
+ * is that of the pass which knows the angle better. Between samples by the closed form, whatever the solver. Takes 5 times
+ * as long as run by the closed form, and memory for its rows. The filter is reset before and after. Errors: as run;
+ * UNSUPPORTED (the HREKF), NOT_STARTED, OUT_OF_MEMORY. */
 HNAV_API hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input,
                                         const hnav_run_output* output);
 
