@@ -17,16 +17,21 @@ public:
     using State = typename Sizes::State;
 
     static std::size_t bytes(const Sizes& sizes, int capacity) {
-        return static_cast<std::size_t>(capacity) * (sizes.event_bytes() + sizes.state_bytes() + sizeof(int));
+        return static_cast<std::size_t>(capacity) *
+               (sizes.event_bytes() + sizes.state_bytes() + sizeof(std::uint64_t) + sizeof(int));
     }
 
     // memory: so many bytes, aligned for doubles; stays the caller's.
     void create(void* memory, const Sizes& sizes, int capacity) {
         static_cast<Sizes&>(*this) = sizes;
         slots_ = static_cast<unsigned char*>(memory);
-        order_ = reinterpret_cast<int*>(slots_ + static_cast<std::size_t>(capacity) * slot_bytes());
+        tags_ = reinterpret_cast<std::uint64_t*>(slots_ + static_cast<std::size_t>(capacity) * slot_bytes());
+        order_ = reinterpret_cast<int*>(tags_ + capacity);
         capacity_ = capacity;
-        for (int i = 0; i < capacity; ++i) order_[i] = i;
+        for (int i = 0; i < capacity; ++i) {
+            order_[i] = i;
+            tags_[i] = 0;
+        }
         clear();
     }
 
@@ -40,6 +45,9 @@ public:
     const Event& event(int i) const { return *reinterpret_cast<const Event*>(slot(i)); }
     State& after(int i) { return *reinterpret_cast<State*>(slot(i) + this->event_bytes()); }
     const State& after(int i) const { return *reinterpret_cast<const State*>(slot(i) + this->event_bytes()); }
+
+    // A number of the state after an event that stays with its slot, for the caller's use; 0 at first.
+    std::uint64_t& tag(int i) { return tags_[order_[index(i)]]; }
 
     void mark_solved() { ++solved_; }
 
@@ -110,6 +118,7 @@ private:
     }
 
     unsigned char* slots_ = nullptr;
+    std::uint64_t* tags_ = nullptr;
     int* order_ = nullptr; // ring of slot numbers in the order of time, then free ones
     int capacity_ = 0;
     int first_ = 0;

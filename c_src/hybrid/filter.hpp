@@ -57,6 +57,10 @@ public:
         settings_ = settings;
         const Sizes sizes = sizes_of(model_);
         state_bytes_ = sizes.state_bytes();
+        if constexpr (has_seldom_part<Model>) {
+            seldom_begin_ = Model::seldom_begin;
+            seldom_end_ = Model::seldom_begin + Model::seldom_bytes;
+        }
         const std::size_t queue_bytes = (Queue::bytes(sizes, settings.queue_capacity) + 7) / 8 * 8;
         memory_ = static_cast<unsigned char*>(take_block(queue_bytes + 2 * sizes.state_bytes() + nx() * sizeof(double)));
         if (!memory_) return false;
@@ -174,6 +178,7 @@ public:
         while (queue_.solved() > 1) queue_.remove_first();
         State& state = queue_.after(0);
         apply(state);
+        has_changed(0);
         show_copy(state);
     }
 
@@ -209,6 +214,7 @@ public:
         for (; used > 0; --used) queue_.remove(1);
         if (!usable) return Outcome::diverged;
         copy(queue_.after(0), state);
+        has_changed(0);
         late_limit_ = queue_.event(0).t_s;
         std::memcpy(x_plus, x_of(state), nx() * sizeof(double));
         show(stamp_s, x_of(state));
@@ -285,6 +291,7 @@ public:
         for (int i = 0; i < queue_.size(); ++i) place = get(place, &queue_.event(i), queue_.sizes().event_bytes());
         for (std::uint64_t i = 0; i < kept.solved; ++i) {
             place = get(place, &queue_.after(static_cast<int>(i)), queue_.sizes().state_bytes());
+            has_changed(static_cast<int>(i));
             queue_.mark_solved();
         }
         view_ = coasted_;
@@ -382,6 +389,7 @@ private:
         queue_.append();
         queue_.sizes().clear(queue_.event(0), t_s);
         copy(queue_.after(0), state);
+        has_changed(0);
         queue_.mark_solved();
         view_ = &queue_.after(0);
     }
@@ -424,15 +432,38 @@ private:
         return true;
     }
 
+    // A state has been written: no other slot has the same seldom part.
+    void has_changed(int i) { queue_.tag(i) = ++last_tag_; }
+
+    // The state after the event before, to go on from. Slots of one tag have the same seldom part, which is not copied again.
+    void go_on_from_before(int i) {
+        State& to = queue_.after(i);
+        const State& from = queue_.after(i - 1);
+        if (queue_.tag(i) != queue_.tag(i - 1)) {
+            copy(to, from);
+            queue_.tag(i) = queue_.tag(i - 1);
+        } else if constexpr (has_seldom_part<Model>) {
+            auto* const target = reinterpret_cast<unsigned char*>(&to);
+            const auto* const source = reinterpret_cast<const unsigned char*>(&from);
+            std::memcpy(target, source, seldom_begin_);
+            std::memcpy(target + seldom_end_, source + seldom_end_, state_bytes_ - seldom_end_);
+        } else {
+            copy(to, from);
+        }
+    }
+
     // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
     Outcome solve(int i) {
         State& state = queue_.after(i);
         const Event& event = queue_.event(i);
-        copy(state, queue_.after(i - 1));
+        go_on_from_before(i);
         model_.before_flow(state, event);
         const bool crossed = flow_over(state, event.t_s - queue_.event(i - 1).t_s, max_commit_s);
         if (crossed) model_.jump(state, event);
+        if constexpr (has_seldom_part<Model>)
+            if (Model::seldom_changes(state) != Model::seldom_changes(queue_.after(i - 1))) has_changed(i);
         if (!crossed || !sound(state)) {
+            has_changed(i);
             queue_.remove(i);
             return Outcome::diverged;
         }
@@ -513,7 +544,9 @@ private:
     Propagator propagator_;
     Queue queue_;
     Stamps<Event::channel_count> stamps_;
-    std::size_t state_bytes_ = 0;
+    // Known when compiled, but the compiler's own moves are slower than the library's: see copy.
+    std::size_t state_bytes_ = 0, seldom_begin_ = 0, seldom_end_ = 0;
+    std::uint64_t last_tag_ = 0;
     unsigned char* memory_ = nullptr; // of what follows, and of the queue
     State* coasted_ = nullptr;
     State* spare_ = nullptr;

@@ -34,6 +34,8 @@
 //     static constexpr bool turns_back                    a filter that has seen a recording goes through it again with time
 //                                                         reversed, its next sample at t_s
 //         void turn_back(State&, double t_s) const
+//     static std::uint64_t seldom_changes(const State&)   counts the changes of a part of the state that few events change:
+//         static constexpr std::size_t seldom_begin, seldom_bytes
 //
 // Without a closed form an interval that the integrator cannot cross is an error, and its event is dropped.
 #pragma once
@@ -85,6 +87,8 @@ template <class M>
 using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
 
 template <class M>
+using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
+template <class M>
 using FixedSize = std::integral_constant<int, M::nx>;
 template <class M>
 using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels() + object<const M>().values() +
@@ -95,6 +99,10 @@ using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels
 // Whether the sizes of a model are known when it is compiled.
 template <class Model>
 constexpr bool has_fixed_size = model_concept::Answers<model_concept::FixedSize, Model>::value;
+
+// Whether it has a part of its state that few events change.
+template <class Model>
+constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomChanges, Model>::value;
 
 template <class Model>
 auto sizes_of(const Model& model) {

@@ -883,6 +883,37 @@ TEST(AhrsApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
     EXPECT_EQ(std::memcmp(a.sigma_rad, b.sigma_rad, sizeof a.sigma_rad), 0);
 }
 
+TEST(AhrsApi, WhatAnEventLeavesAloneIsThatOfTheEventBeforeWhateverChangedIt) {
+    // One filter goes on; the other is loaded after every row, so that nothing of an earlier event is left in its memory.
+    const Handle one = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT)), loaded = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
+    const Turning motion;
+    std::size_t bytes = 0;
+    ASSERT_EQ(hnav_filter_state_size(one.get(), &bytes), HNAV_OK);
+    std::vector<unsigned char> there(bytes), here(bytes);
+    auto health = hnav_sized<hnav_health>();
+    for (int k = 0; k <= 1800; ++k) {
+        if (k > 1200 && k < 1500) continue; // a gap
+        const double t_s = 0.01 * k, stamp_s = t_s - (k >= 900 ? 5 : 0); // and a clock that is set back
+        Vector3 rate = motion.rate_b + 0.01 * Vector3(std::sin(7 * k), std::sin(11 * k), std::sin(13 * k));
+        if (k > 600 && k < 700) rate[1] = 0.3; // stuck
+        for (hnav_filter* f : {one.get(), loaded.get()}) {
+            ASSERT_EQ(hnav_filter_push_imu(f, stamp_s, rate.data(), motion.force_b(t_s).data()), HNAV_OK);
+            if (k > 300) {
+                ASSERT_EQ(hnav_filter_push_mag(f, stamp_s, motion.field_b(t_s).data()), HNAV_OK);
+            }
+            ASSERT_EQ(hnav_filter_advance(f, stamp_s), HNAV_OK);
+        }
+        ASSERT_EQ(hnav_filter_save(one.get(), here.data(), bytes), HNAV_OK);
+        ASSERT_EQ(hnav_filter_save(loaded.get(), there.data(), bytes), HNAV_OK);
+        ASSERT_EQ(std::memcmp(here.data(), there.data(), bytes), 0) << k;
+        ASSERT_EQ(hnav_filter_load(loaded.get(), there.data(), bytes), HNAV_OK);
+    }
+    ASSERT_EQ(hnav_filter_health(one.get(), &health), HNAV_OK);
+    EXPECT_GT(health.sensor[HNAV_SENSOR_GYRO].stuck, 0u);
+    EXPECT_EQ(health.clock_jumps, 1u);
+    EXPECT_GT(health.times_lost, 0u);
+}
+
 TEST(AhrsApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     Turning motion;

@@ -80,6 +80,7 @@ void AhrsModelOf<R>::keep(State& s, Correction& c) {
         s.repaired += repair<errors>(c.P);
     }
     pack<errors>(c.P, s.P);
+    ++s.P_changes;
     // What is no number any more must not stay: the engine looks at x and drops the event.
     if (!std::isfinite(c.P.diagonal().sum() + c.error.sum())) s.x[0] = std::numeric_limits<R>::quiet_NaN();
 }

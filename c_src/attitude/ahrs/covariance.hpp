@@ -37,29 +37,23 @@ struct AhrsModelOf<R>::Turned {
 template <class R>
 struct AhrsModelOf<R>::RotationNow {
     static constexpr int first = calibration, count = bias + 3 - calibration;
-    // Of three numbers each, and a fourth that makes two pairs of them.
-    Eigen::Matrix<R, 4, 1> by[count];
+    using Columns = Eigen::Matrix<R, count, 3>;
+    Columns by; // one for each angle
 
     RotationNow(const Matrix3R& G, const Matrix39R& L) {
-        for (int i = 0; i < 9; ++i) by[i] << -L(0, i), -L(1, i), -L(2, i), 0;
-        for (int i = 0; i < 3; ++i) {
-            by[rotation - first + i].setZero();
-            by[rotation - first + i][i] = 1;
-            by[bias - first + i] << -G(0, i), -G(1, i), -G(2, i), 0;
-        }
+        rows<9>(by, 0) = -L.transpose();
+        rows<3>(by, rotation - first).setIdentity();
+        rows<3>(by, bias - first) = -G.transpose();
     }
 
     // Each pair of errors is met once: the other half is the transpose.
     Matrix3R covariance(const R* P) const {
-        Eigen::Matrix<R, 4, 3> half = Eigen::Matrix<R, 4, 3>::Zero();
-        for (int i = 0; i < count; ++i) {
-            const R* row = P + packed(first + i, first + i);
-            Eigen::Matrix<R, 4, 1> sum = R(0.5) * row[0] * by[i];
-            for (int j = i + 1; j < count; ++j) sum += row[j - i] * by[j];
-            for (int k = 0; k < 3; ++k) half.col(k) += sum[k] * by[i];
-        }
-        const Matrix3R H = rows<3>(half, 0);
-        return H + H.transpose();
+        Columns half;
+        halve(P, half, std::make_integer_sequence<int, count>());
+        Matrix3R C;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) C(i, j) = by.col(i).dot(half.col(j));
+        return C + C.transpose();
     }
 
     // Rotation by bias.
@@ -68,9 +62,21 @@ struct AhrsModelOf<R>::RotationNow {
         for (int i = 0; i < count; ++i)
             for (int k = 0; k < 3; ++k) {
                 const int a = first + i, b = bias + k;
-                C.col(k) += P[a < b ? packed(a, b) : packed(b, a)] * by[i].template head<3>();
+                C.col(k) += P[a < b ? packed(a, b) : packed(b, a)] * by.row(i).transpose();
             }
         return C;
+    }
+
+private:
+    // Rows of P from the diagonal on, half of that left out, times the columns.
+    template <int... row>
+    void halve(const R* P, Columns& half, std::integer_sequence<int, row...>) const {
+        (halve_row<row>(P + packed(first + row, first + row), half), ...);
+    }
+    template <int row>
+    void halve_row(const R* P, Columns& half) const {
+        const Eigen::Map<const Eigen::Matrix<R, count - row, 1>> p(P);
+        for (int k = 0; k < 3; ++k) half(row, k) = p.dot(by.col(k).template tail<count - row>()) - R(0.5) * p[0] * by(row, k);
     }
 };
 

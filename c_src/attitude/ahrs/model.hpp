@@ -28,6 +28,7 @@
 #include "attitude/ahrs/state.hpp"
 #include "maths/scalar.hpp"
 
+#include <cstddef>
 #include <utility>
 
 namespace hnav {
@@ -42,6 +43,9 @@ public:
     using Event = AttitudeEvent;
     using State = AhrsState<R>;
     using Sigmas = typename Settings::Sigmas;
+    // Corrections are one event in ten: the others leave the covariance, half of the state, as it is.
+    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = sizeof(State::P);
+    static std::uint64_t seldom_changes(const State& s) { return s.P_changes; }
     using Covariance = Square<errors, R>;
     using Vector = Eigen::Matrix<R, errors, 1>;
 

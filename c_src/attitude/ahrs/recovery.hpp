@@ -63,6 +63,7 @@ void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
 template <class R>
 void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
     constexpr R tilt_rad = R(0.1), heading_rad = R(0.2);
+    ++s.P_changes;
     s.P[packed(rotation, rotation)] += tilt_rad * tilt_rad;
     s.P[packed(rotation + 1, rotation + 1)] += tilt_rad * tilt_rad;
     s.P[packed(rotation + 2, rotation + 2)] += heading_rad * heading_rad;

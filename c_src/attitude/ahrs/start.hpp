@@ -27,6 +27,7 @@ void AhrsModelOf<R>::realign(State& s) const {
     kept(latency, latency) = P(latency, latency);
     block<4, 4>(kept, force_bias, force_bias) = block<4, 4>(P, force_bias, force_bias);
     pack<errors>(kept, s.P);
+    ++s.P_changes;
 }
 
 // The sigmas are those of a filter that has seen the recording, wide enough to learn its other end anew.
@@ -95,6 +96,7 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
     sigma[force_latency] = start.force_latency;
     sigma[declination] = start.declination;
     pack<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+    ++s.P_changes;
 }
 
 template <class R>
@@ -119,6 +121,7 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
     if (!s.start.add(event, settings_.start, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
+    ++s.P_changes;
     if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
     else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
     if (!s.has_reference && s.start.has_field(settings_.start)) {
@@ -149,6 +152,7 @@ void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field
     const Vector3R field_n = rotation_matrix<R>(QuaternionR(s.x)) * field_b;
     if (!(std::hypot(field_n[0], field_n[1]) > R(1e-3) * field_n.norm())) return;
     const R from_north = std::atan2(field_n[1], field_n[0]);
+    ++s.P_changes;
     R& variance = s.P[packed(rotation + 2, rotation + 2)];
     if (from_north * from_north > variance || variance > 1) {
         turn_heading(s, -from_north);

@@ -79,6 +79,7 @@ template <class R>
 struct AhrsState {
     R x[ahrs_nx];
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
+    std::uint64_t P_changes; // whoever writes P counts it
     R bias[3], calibration[9], velocity[2], reference[2], latency;
     R force_bias[3], force_latency; // of the accelerometer, m/s^2; its latency in its intervals
     R declination;                  // of the field here against the reference's north, rad
