@@ -74,6 +74,7 @@ public:
         model_.nominal(atol);
         for (int i = 0; i < nx(); ++i) atol[i] *= settings.atol;
         settings_.propagator.atol = atol;
+        settings_.propagator.knows_rate = Model::knows_rate;
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         const FlowContext context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
@@ -421,9 +422,14 @@ private:
     bool integrate(State& state, double interval_s) {
         const FlowContext context{&model_, &state};
         std::memcpy(spare_x_, x_of(state), nx() * sizeof(double));
-        if (propagator_.integrate(&context, interval_s, x_of(state)) && sound(state)) return true;
+        if (propagator_.integrate(&context, interval_s, x_of(state), rate_of(state)) && sound(state)) return true;
         std::memcpy(x_of(state), spare_x_, nx() * sizeof(double));
         return false;
+    }
+
+    double rate_of(const State& state) const {
+        if constexpr (Model::knows_rate) return model_.fastest_rate(state);
+        else return Propagator::unknown_rate;
     }
 
     bool step_by_euler(State& state, double interval_s) {

@@ -28,6 +28,9 @@
 // What not every model can do; each says so:
 //     static constexpr bool has_closed_form               the flow over an interval without an integrator:
 //         void flow_exactly(State&, double interval_s) const
+//     static constexpr bool knows_rate                    how fast the flow goes under the inputs that are held, so that an
+//                                                         interval needs no error control: rad/s of its fastest mode
+//         double fastest_rate(const State&) const
 //     static constexpr bool reholds                       an integrator outside has crossed the interval without the inputs
 //                                                         of before_flow: they are put in afterwards
 //         void rehold(State&, const Event&, double interval_s) const
@@ -82,6 +85,8 @@ using Jump = decltype(object<const M>().jump(object<State<M>>(), object<const Ev
 template <class M>
 using FlowExactly = decltype(object<const M>().flow_exactly(object<State<M>>(), 0.0));
 template <class M>
+using FastestRate = std::enable_if_t<std::is_same_v<double, decltype(object<const M>().fastest_rate(object<const State<M>>()))>>;
+template <class M>
 using Rehold = decltype(object<const M>().rehold(object<State<M>>(), object<const Event<M>>(), 0.0));
 template <class M>
 using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
@@ -135,6 +140,7 @@ constexpr bool check_model() {
     static_assert(Answers<BeforeFlow, M>::value, "void before_flow(State&, const Event&) const");
     static_assert(Answers<Jump, M>::value, "void jump(State&, const Event&) const");
     static_assert(M::has_closed_form == Answers<FlowExactly, M>::value, "has_closed_form: flow_exactly(State&, double) const");
+    static_assert(M::knows_rate == Answers<FastestRate, M>::value, "knows_rate: double fastest_rate(const State&) const");
     static_assert(M::reholds == Answers<Rehold, M>::value, "reholds: rehold(State&, const Event&, double) const");
     static_assert(M::turns_back == Answers<TurnBack, M>::value, "turns_back: turn_back(State&, double) const");
     return true;

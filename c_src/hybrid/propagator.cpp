@@ -73,6 +73,10 @@ struct Vector {
     static void scale(real c, N_Vector x, N_Vector z) {
         const double* X = data(x);
         double* Z = data(z);
+        if (c == 1) { // a copy, which most calls ask for
+            if (X != Z) std::memcpy(Z, X, size(z) * sizeof(double));
+            return;
+        }
         for (int i = 0; i < size(z); ++i) Z[i] = c * X[i];
     }
     static void absolute(N_Vector x, N_Vector z) {
@@ -114,24 +118,34 @@ struct Vector {
         for (int i = 1; i < size(x); ++i) min = std::fmin(min, X[i]);
         return min;
     }
-    // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum. A length that is known only at run time goes
-    // in pieces, so that no length needs memory of its own.
+    // z = sum of c_k x_k in one pass; every Runge-Kutta stage is one such sum. It goes in pieces whose sums the compiler keeps
+    // in registers, term by term; a term whose coefficient is zero, as some of a method's are, is left out.
     // NOLINTNEXTLINE(readability-non-const-parameter): its type is given
     static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
-        constexpr int piece = N ? N : 64;
-        double sum[piece];
-        for (int begin = 0; begin < size(z); begin += piece) {
-            const int n = N ? N : std::min(piece, size(z) - begin);
-            const double* first = data(x[0]) + begin;
-            for (int i = 0; i < n; ++i) sum[i] = c[0] * first[i];
-            for (int k = 1; k < count; ++k) {
-                const double ck = c[k];
-                const double* X = data(x[k]) + begin;
-                for (int i = 0; i < n; ++i) sum[i] += ck * X[i];
-            }
-            std::memcpy(data(z) + begin, sum, n * sizeof(double));
+        constexpr int piece = 24, small_piece = 4; // 24: twelve registers of two
+        int i = 0;
+        for (; i + piece <= size(z); i += piece) combine<piece>(count, c, x, z, i);
+        if constexpr (N != 0) {
+            if constexpr (N % piece != 0) combine<N % piece>(count, c, x, z, i);
+        } else {
+            for (; i + small_piece <= size(z); i += small_piece) combine<small_piece>(count, c, x, z, i);
+            for (; i < size(z); ++i) combine<1>(count, c, x, z, i);
         }
         return 0;
+    }
+
+    template <int n>
+    static void combine(int count, const real* c, const N_Vector* x, N_Vector z, int begin) {
+        double sum[n];
+        const double* first = data(x[0]) + begin;
+        for (int i = 0; i < n; ++i) sum[i] = c[0] * first[i];
+        for (int k = 1; k < count; ++k) {
+            const double ck = c[k];
+            if (ck == 0) continue;
+            const double* X = data(x[k]) + begin;
+            for (int i = 0; i < n; ++i) sum[i] += ck * X[i];
+        }
+        for (int i = 0; i < n; ++i) data(z)[begin + i] = sum[i];
     }
 
     // Zeros, behind the content in one piece.
@@ -190,9 +204,13 @@ N_Vector create_vector(int n, SUNContext context) {
 // ------------------------------------------------------------------------------------------------ solvers
 
 struct Propagator::Solver {
+    static constexpr ARKODE_ERKTableID method = ARKODE_DORMAND_PRINCE_7_4_5;
+
     SUNContext context = nullptr;
     N_Vector y = nullptr;
     void* erk = nullptr;
+    void* equal_steps = nullptr; // ERKStep without error control
+    double max_turn = 0; // of one of those steps, rad
     void* cv = nullptr;
     SUNNonlinearSolver iteration = nullptr;
     Propagator* owner = nullptr;
@@ -211,20 +229,55 @@ struct Propagator::Solver {
         bool ok = y && atol;
         if (ok) std::memcpy(data(atol), settings.atol, nx * sizeof(double));
         ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
+        if (settings.integrator == Integrator::erkstep && settings.knows_rate) ok = ok && create_equal_steps(settings);
         if (atol) N_VDestroy(atol);
         return ok;
     }
 
     bool create_erkstep(const Settings& settings, N_Vector atol) {
-        erk = ERKStepCreate(rhs, 0, y, context);
-        if (!erk) return false;
-        sundials::silence_erk(erk);
-        // No output between events: the constant interpolant spares an evaluation of f at the stop time.
-        return ERKStepSetTableNum(erk, ARKODE_DORMAND_PRINCE_7_4_5) == 0 &&
-               sundials::erk_set_interpolant_type(erk, ARK_INTERP_LAGRANGE) == 0 &&
-               sundials::erk_set_interpolant_degree(erk, 0) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
-               sundials::erk_set_max_steps(erk, settings.max_steps) == 0 && sundials::erk_set_user_data(erk, this) == 0;
+        erk = create_erk();
+        return erk && ERKStepSetTableNum(erk, method) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
+               sundials::erk_set_max_steps(erk, settings.max_steps) == 0;
     }
+
+    void* create_erk() {
+        void* memory = ERKStepCreate(rhs, 0, y, context);
+        if (!memory) return nullptr;
+        sundials::silence_erk(memory);
+        // No output between events: the constant interpolant spares an evaluation of f at the stop time.
+        const bool ok = sundials::erk_set_interpolant_type(memory, ARK_INTERP_LAGRANGE) == 0 &&
+                        sundials::erk_set_interpolant_degree(memory, 0) == 0 && sundials::erk_set_user_data(memory, this) == 0;
+        if (!ok) sundials::free_erk(&memory);
+        return memory;
+    }
+
+    // The same method without its last stage, which only tells the error. An oscillation of w rad/s is told to err by
+    // 97/120000 (w h)^5 in a step h (the difference of the two stability functions), so rtol says how far a step may turn.
+    bool create_equal_steps(const Settings& settings) {
+        constexpr double error_of_turn = 97.0 / 120000, largest_turn = 0.5;
+        max_turn = std::fmin(largest_turn, std::pow(settings.rtol / error_of_turn, 0.2));
+        ARKodeButcherTable table = without_error_estimate();
+        equal_steps = create_erk();
+        const bool ok = table && equal_steps && ERKStepSetTable(equal_steps, table) == 0 &&
+                        sundials::erk_set_fixed_step(equal_steps, 1) == 0 && sundials::erk_weights(equal_steps, no_weights) == 0;
+        ARKodeButcherTable_Free(table);
+        return ok;
+    }
+
+    static ARKodeButcherTable without_error_estimate() {
+        constexpr int stages = 6;
+        ARKodeButcherTable whole = ARKodeButcherTable_LoadERK(method);
+        if (!whole) return nullptr;
+        real A[stages * stages];
+        for (int i = 0; i < stages; ++i)
+            for (int j = 0; j < stages; ++j) A[i * stages + j] = whole->A[i][j];
+        ARKodeButcherTable table = ARKodeButcherTable_Create(stages, whole->q, 0, whole->c, A, whole->b, nullptr);
+        ARKodeButcherTable_Free(whole);
+        return table;
+    }
+
+    // Where no error is estimated none is weighed: they stay the zeros that they were made as.
+    static int no_weights(N_Vector, N_Vector, void*) { return 0; }
 
     bool create_adams(const Settings& settings, N_Vector atol) {
         cv = CVodeCreate(CV_ADAMS, context);
@@ -277,6 +330,25 @@ struct Propagator::Solver {
         return -1;
     }
 
+    // As many equal steps as the turn of the interval needs; 0 where that is unknown or too many.
+    int count_of_steps(double turn) const {
+        constexpr int most = 8; // beyond, error control finds out
+        if (!equal_steps || !(turn <= most * max_turn)) return 0;
+        return std::max(1, static_cast<int>(std::ceil(turn / max_turn)));
+    }
+
+    // Each begins anew: without its last stage the method has no slope to hand on.
+    int evolve_in_steps(double interval_s, int count) {
+        real reached = 0;
+        int rc = sundials::erk_set_fixed_step(equal_steps, interval_s / count);
+        for (int k = 0; k < count && rc >= 0; ++k) {
+            rc = sundials::erk_reset(equal_steps, 0, y);
+            if (rc == 0) rc = sundials::erk_evolve(equal_steps, interval_s, y, &reached, ARK_ONE_STEP);
+        }
+        owner->steps_ += static_cast<std::uint64_t>(count);
+        return rc;
+    }
+
     int evolve_adams(double interval_s) {
         real reached = 0;
         int rc = CVodeReInit(cv, 0, y);
@@ -289,9 +361,14 @@ struct Propagator::Solver {
     }
 
     // x: what y was filled with.
-    int evolve(double interval_s, const double* x) { return erk ? evolve_erkstep(interval_s, x) : evolve_adams(interval_s); }
+    int evolve(double interval_s, double rate, const double* x) {
+        if (!erk) return evolve_adams(interval_s);
+        const int count = count_of_steps(rate * interval_s);
+        return count > 0 ? evolve_in_steps(interval_s, count) : evolve_erkstep(interval_s, x);
+    }
 
     ~Solver() {
+        if (equal_steps) sundials::free_erk(&equal_steps);
         if (erk) sundials::free_erk(&erk);
         if (cv) CVodeFree(&cv);
         if (iteration) SUNNonlinSolFree(iteration);
@@ -324,17 +401,18 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     if (!solver_->create(settings, nx)) return false;
     double* scratch = slope_ + nx;
     std::memcpy(scratch, probe, nx * sizeof(double));
-    const bool ok = integrate(probe_context, 1e-3, scratch);
+    bool ok = integrate(probe_context, 1e-3, scratch);
+    if (ok && settings.knows_rate) ok = integrate(probe_context, 1e-3, scratch, 0);
     set_counts(0, 0);
     return ok;
 }
 
-bool Propagator::integrate(const void* context, double interval_s, double* x) {
+bool Propagator::integrate(const void* context, double interval_s, double* x, double rate_rad_s) {
     if (!solver_) return integrate_euler(context, interval_s, x);
     solver_->flow_context = context;
     std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
-    if (solver_->evolve(interval_s, x) < 0) return false;
+    if (solver_->evolve(interval_s, rate_rad_s, x) < 0) return false;
     std::memcpy(x, data(solver_->y), nx_ * sizeof(double));
     return true;
 }

@@ -5,11 +5,14 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace hnav {
 
 enum class Integrator {
-    erkstep, // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4), first trial step = the interval
+    // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4): equal steps where the rate of the flow tells how many, else with error
+    // control, first trial step = the interval
+    erkstep,
     adams,   // SUNDIALS CVODE, Adams-Moulton with fixed-point iteration
     euler    // forward Euler in equal sub-steps, the source paper's method
 };
@@ -24,6 +27,7 @@ public:
         Integrator integrator = Integrator::erkstep;
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
+        bool knows_rate = false; // integrate will be told the rate of the flow
         double euler_step_s = 0.005;
         // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing.
         long max_steps = 100000;
@@ -34,12 +38,14 @@ public:
     Propagator& operator=(const Propagator&) = delete;
     ~Propagator();
 
-    // Also makes one warm-up step, because solvers take their last memory then. probe: a state the flow is defined at.
+    // Also makes warm-up steps, because solvers take their last memory then. probe: a state the flow is defined at.
     bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
 
+    static constexpr double unknown_rate = std::numeric_limits<double>::infinity();
+
     // Advances x over interval_s > 0. False: more steps than one interval is worth, tolerances out
-    // of reach, or no flow; x is then of no use.
-    bool integrate(const void* context, double interval_s, double* x);
+    // of reach, or no flow; x is then of no use. rate_rad_s: of the fastest mode of the flow.
+    bool integrate(const void* context, double interval_s, double* x, double rate_rad_s = unknown_rate);
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
     std::uint64_t steps() const { return steps_; }

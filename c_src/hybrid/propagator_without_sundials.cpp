@@ -19,7 +19,7 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     return slope_ != nullptr;
 }
 
-bool Propagator::integrate(const void* context, double interval_s, double* x) {
+bool Propagator::integrate(const void* context, double interval_s, double* x, double) {
     return max_steps_ > 0 && integrate_euler(context, interval_s, x);
 }
 

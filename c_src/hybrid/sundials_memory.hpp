@@ -15,8 +15,8 @@ namespace hnav {
 
 class SundialsMemory {
 public:
-    // Enough to make and warm up a solver of nx states: twice what version 6.4 takes.
-    static std::size_t bytes(int nx) { return 36 * 1024 + 60 * static_cast<std::size_t>(nx) * sizeof(double); }
+    // Enough to make and warm up the solvers of nx states: twice what those of version 6.4 take.
+    static std::size_t bytes(int nx) { return 50 * 1024 + 70 * static_cast<std::size_t>(nx) * sizeof(double); }
 
     // The block is given to SUNDIALS for the life of this object, and has to outlive what SUNDIALS made in it.
     explicit SundialsMemory(void* block, std::size_t bytes);

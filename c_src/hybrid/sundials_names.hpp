@@ -32,6 +32,8 @@ constexpr auto erk_set_first_step = ARKodeSetInitStep;
 constexpr auto erk_set_stop_time = ARKodeSetStopTime;
 constexpr auto erk_reset = ARKodeReset;
 constexpr auto erk_evolve = ARKodeEvolve;
+constexpr auto erk_set_fixed_step = ARKodeSetFixedStep;
+constexpr auto erk_weights = ARKodeWFtolerances;
 constexpr auto erk_steps = ARKodeGetNumSteps;
 constexpr auto erk_next_step = ARKodeGetCurrentStep;
 #else
@@ -53,6 +55,8 @@ constexpr auto erk_set_first_step = ERKStepSetInitStep;
 constexpr auto erk_set_stop_time = ERKStepSetStopTime;
 constexpr auto erk_reset = ERKStepReset;
 constexpr auto erk_evolve = ERKStepEvolve;
+constexpr auto erk_set_fixed_step = ERKStepSetFixedStep;
+constexpr auto erk_weights = ERKStepWFtolerances;
 constexpr auto erk_steps = ERKStepGetNumSteps;
 constexpr auto erk_next_step = ERKStepGetCurrentStep;
 #endif

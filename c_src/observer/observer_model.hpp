@@ -39,7 +39,7 @@ class Model {
 public:
     using Event = RuntimeEvent;
     using State = RuntimeState;
-    static constexpr bool has_closed_form = false, reholds = false, turns_back = false;
+    static constexpr bool has_closed_form = false, knows_rate = false, reholds = false, turns_back = false;
 
     Model() = default;
     Model(Plant& plant, const Problem& problem, Workspace& work, const ModelSettings& settings)

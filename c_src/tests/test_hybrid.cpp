@@ -186,6 +186,91 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
     }
 }
 
+// Oscillators of one rate; the last place is a clock. Their number makes vectors of every length.
+struct Oscillators {
+    int pairs;
+    double rate;
+
+    int nx() const { return 2 * pairs + 1; }
+    static int flow(const void* self, const double* x, double* dx) {
+        const auto& o = *static_cast<const Oscillators*>(self);
+        for (int k = 0; k < o.pairs; ++k) {
+            dx[2 * k] = o.rate * x[2 * k + 1];
+            dx[2 * k + 1] = -o.rate * x[2 * k];
+        }
+        dx[2 * o.pairs] = 1;
+        return 0;
+    }
+    std::vector<double> start() const {
+        std::vector<double> x(nx());
+        for (int k = 0; k < pairs; ++k) x[2 * k] = k + 1;
+        return x;
+    }
+};
+
+TEST(Propagator, AKnownRateTakesTheStepsThatToleranceAsksFor) {
+    for (const int pairs : {1, 3, 7, 12, 17, 50})
+        for (const double rtol : {1e-6, 1e-8, 1e-11})
+            for (const double turn : {0.0, 0.01, 0.1, 0.3, 0.8, 20.0}) {
+                const double interval_s = 0.05;
+                const Oscillators body{pairs, turn / interval_s};
+                const std::vector<double> atol(body.nx(), rtol);
+                const double tolerance = 1e-14 + (turn > 1 ? 1000 : 20) * rtol;
+                Propagator propagator;
+                Propagator::Settings settings;
+                settings.rtol = rtol;
+                settings.atol = atol.data();
+                settings.knows_rate = true;
+                std::vector<double> x = body.start();
+                ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x.data()));
+                ASSERT_TRUE(propagator.integrate(&body, interval_s, x.data(), body.rate));
+                for (int k = 0; k < pairs; ++k) {
+                    EXPECT_NEAR(x[2 * k], (k + 1) * std::cos(turn), (k + 1) * tolerance);
+                    EXPECT_NEAR(x[2 * k + 1], -(k + 1) * std::sin(turn), (k + 1) * tolerance);
+                }
+                EXPECT_NEAR(x[2 * pairs], interval_s, 1e-15);
+                if (rtol == 1e-8 && turn <= 0.1) {
+                    EXPECT_EQ(propagator.steps(), 1u);
+                    EXPECT_EQ(propagator.rhs_evals(), 6u);
+                }
+            }
+}
+
+// Where error control takes the whole interval as one step, that step is the same with and without the error.
+TEST(Propagator, AKnownRateLeavesTheBitsOfAStepAlone) {
+    const Oscillators body{17, 6};
+    const std::vector<double> atol(body.nx(), 1e-8);
+    std::vector<double> x[2] = {body.start(), body.start()};
+    for (const bool knows_rate : {false, true}) {
+        Propagator propagator;
+        Propagator::Settings settings;
+        settings.atol = atol.data();
+        settings.knows_rate = knows_rate;
+        ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x[0].data()));
+        for (int k = 0; k < 100; ++k)
+            ASSERT_TRUE(
+                propagator.integrate(&body, 0.01, x[knows_rate].data(), knows_rate ? body.rate : Propagator::unknown_rate));
+        EXPECT_EQ(propagator.steps(), 100u);
+    }
+    EXPECT_EQ(x[0], x[1]);
+}
+
+TEST(Propagator, ARateBeyondAllSenseIsLeftToErrorControl) {
+    const Oscillators body{1, 6};
+    const std::vector<double> atol(body.nx(), 1e-8);
+    for (const double claimed : {1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        Propagator propagator;
+        Propagator::Settings settings;
+        settings.atol = atol.data();
+        settings.knows_rate = true;
+        std::vector<double> x = body.start();
+        ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x.data()));
+        ASSERT_TRUE(propagator.integrate(&body, 0.01, x.data(), claimed));
+        EXPECT_NEAR(x[0], std::cos(0.06), 1e-8);
+        EXPECT_GT(propagator.rhs_evals(), 6u);
+    }
+}
+
 TEST(Propagator, RemembersNothingOfTheIntervalBefore) {
     const auto flow = [](const void*, const double* x, double* dx) {
         dx[0] = -x[0] * x[0];

@@ -71,6 +71,8 @@ public:
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
+    static constexpr bool knows_rate = true;
+    double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
     static constexpr bool reholds = true;
     void before_flow(State& s, const Event& event) const;
     // For a state that an integrator outside has brought over T seconds under the rate of before: the rate that came with

@@ -54,6 +54,8 @@ public:
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const;
+    static constexpr bool knows_rate = true;
+    double fastest_rate(const State& s) const { return turn_rate(s, s.x).norm(); }
 
     // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
     static constexpr bool turns_back = false;
