@@ -234,6 +234,8 @@ void Model::innovate(State& s, const Event& event) const {
         v[at.of_sensor(i, Layout::innovation)] = innovation;
         v[at.of_sensor(i, Layout::innovation_sigma)] = std::sqrt(variance);
         v[at.of_sensor(i, Layout::nis)] = nis;
+        // One that is beyond all numbers would stay in every mean.
+        if (!std::isfinite(nis)) v[at.broken] = 1;
     }
 }
 
@@ -256,6 +258,7 @@ void Model::correct(State& s, const Event& event) const {
     }
     unpack_upper(v + at.P, p.N, 1, work_->P);
     innovate(s, event);
+    if (v[at.broken] != 0) return;
     double *X = work_->x, *moved = work_->gain + p.N, *before = work_->gain + 2 * p.N;
     std::fill_n(moved, p.N, 0.0);
     v[at.likelihood] = 0;

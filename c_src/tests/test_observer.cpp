@@ -96,6 +96,12 @@ public:
         EXPECT_EQ(hnav_observer_innovation(o_, sensor, &out), HNAV_OK);
         return out;
     }
+    // A number of the newest innovation of a sensor; 0 before its first sample.
+    template <class Field>
+    double number_of(int sensor, Field&& field) const {
+        auto out = hnav_sized<hnav_observer_innovation_of>();
+        return hnav_observer_innovation(o_, sensor, &out) == HNAV_OK ? field(out) : 0;
+    }
     hnav_observer_block_proof proof(hnav_plant_block block) const {
         auto out = hnav_sized<hnav_observer_block_proof>();
         EXPECT_EQ(hnav_observer_proof(o_, block, &out), HNAV_OK);
@@ -675,6 +681,57 @@ TEST(Observer, AStiffPlantIsGivenUpAfterSoManySteps) {
         return 0;
     };
     EXPECT_NE(g.refusal(HNAV_ERROR_SOLVER).find("stiff"), std::string::npos);
+}
+
+// Whatever is pushed and asked, in whatever order: every number that is shown is one, and a reset makes all as new.
+TEST(Observer, RandomCallsLeaveASoundEstimate) {
+    const auto samples = samples_of_linear(2);
+    for (unsigned seed = 0; seed < 8; ++seed) {
+        Random random(seed);
+        const auto any_of = [&](std::initializer_list<double> values) {
+            return values.begin()[static_cast<std::size_t>(std::fabs(random.normal()) * 1e6) % values.size()];
+        };
+        Given given = linear();
+        given.options.horizon_s = any_of({0, 0.1, 10});
+        given.options.queue_capacity = static_cast<int>(any_of({4, 64}));
+        given.options.max_steps = 300;
+        given.gate_nis = {10, 0};
+        Observer observer(given), fresh(given);
+        double t_s = any_of({0, -1e5, 1.6e9});
+        for (int k = 0; k < 100; ++k) {
+            t_s += any_of({0, 1e-13, 1e-3, 0.1, 30, -0.05});
+            const double value = any_of({0, 1, random.normal(), 1e8, -1e150, 1e300, NAN, INFINITY});
+            const int index = static_cast<int>(any_of({-1, 0, 1, 2}));
+            if (k % 3 == 0) hnav_observer_push_input(observer, index, t_s, std::fabs(value) > 1e8 ? 0 : value);
+            else hnav_observer_push(observer, index, t_s, value);
+            hnav_observer_advance(observer, any_of({t_s, t_s, t_s, NAN, t_s + 1}));
+            for (const double x : observer.x()) ASSERT_TRUE(std::isfinite(x)) << "seed " << seed << " call " << k;
+            for (const double sigma : observer.sigma()) ASSERT_TRUE(sigma >= 0 && std::isfinite(sigma)) << "seed " << seed;
+            ASSERT_TRUE(std::isfinite(observer.number_of(1, [](const auto& i) { return i.mean_nis; })));
+        }
+        ASSERT_EQ(hnav_observer_reset(observer), HNAV_OK);
+        for (const Sample& s : samples)
+            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(fresh)}) {
+                push(o, s);
+                hnav_observer_advance(o, s.t_s);
+            }
+        EXPECT_EQ(observer.P(), fresh.P());
+    }
+}
+
+// An explicit step asks seven times, and a block of derivatives as often.
+TEST(Observer, AsksNoMoreThanSevenTimesForAnInterval) {
+    Given given = oscillator();
+    given.plant.derivatives_jacobian = van_der_pol_jacobian;
+    Observer observer(given);
+    VanDerPol truth(3);
+    for (int k = 0; k <= 100; ++k) {
+        truth.step(0.05);
+        ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.x[0]), HNAV_OK);
+        ASSERT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK);
+    }
+    EXPECT_EQ(observer.info().steps, 100u);
+    EXPECT_LE(observer.info().flow_evaluations, 700u);
 }
 
 TEST(Observer, NothingAllocatesAfterCreate) {
