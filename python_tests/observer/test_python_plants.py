@@ -85,8 +85,9 @@ def test_what_is_wrong_is_said(make, said):
 
 
 def test_parameters_that_are_not_estimated_hold_their_value():
-    plan = spring_plan().set("k", 5.0)
-    assert plan.plant.parameters == {"k": 5.0}
+    given = spring_plan()
+    plan = given.copy().set("k", 5.0)
+    assert plan.plant.parameters == {"k": 5.0} and given.plant.parameters == {"k": 4.0}
     run = Observer(plan).run(T_S, {"x": samples(k=5.0)})
     assert run.nis["x"].mean() < 2
     assert spring(0, [1, 0], [0], [5.0]) == (0, -5.0)

@@ -139,7 +139,8 @@ class Plan:
         """A start value of the FMU, or of a parameter that is not estimated."""
         if isinstance(self.plant, Plant):
             _among(name, "parameter", self.plant.parameters)
-            self.plant.parameters[name] = float(value)
+            self.plant = copy(self.plant)
+            self.plant.parameters = {**self.plant.parameters, name: float(value)}
         else:
             variable = self._real(name, "a start value")
             if variable.causality not in ("parameter", "input") and math.isnan(variable.start):
