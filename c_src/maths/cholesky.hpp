@@ -4,6 +4,7 @@
 #pragma once
 
 #include "maths/covariance.hpp"
+#include "maths/unroll.hpp"
 
 namespace hnav {
 
@@ -15,9 +16,11 @@ public:
 
     Cholesky() = default; // of nothing yet
     explicit Cholesky(const Square<n, R>& A) {
+        HNAV_UNROLL
         for (int j = 0; j < n; ++j) {
             R scaled[n]; // L_jk D_k
             R d = A(j, j);
+            HNAV_UNROLL
             for (int k = 0; k < j; ++k) {
                 scaled[k] = L_[j][k] * d_[k];
                 d -= L_[j][k] * scaled[k];
@@ -25,8 +28,10 @@ public:
             positive_ = positive_ && d > 0; // false for NaN too
             d_[j] = d;
             inverse_d_[j] = 1 / d;
+            HNAV_UNROLL
             for (int i = j + 1; i < n; ++i) {
                 R sum = A(i, j);
+                HNAV_UNROLL
                 for (int k = 0; k < j; ++k) sum -= L_[i][k] * scaled[k];
                 L_[i][j] = sum * inverse_d_[j];
             }
@@ -40,8 +45,9 @@ public:
     Rows<k> solve(const Rows<k>& right) const {
         Rows<k> B = forward<k>(right);
         for (int i = 0; i < n; ++i) B.row(i) *= inverse_d_[i];
-        for (int i = n - 2; i >= 0; --i)
-            for (int j = i + 1; j < n; ++j) B.row(i) -= L_[j][i] * B.row(j);
+        HNAV_UNROLL
+        for (int i = n - 2; i >= 0; --i) HNAV_UNROLL
+        for (int j = i + 1; j < n; ++j) B.row(i) -= L_[j][i] * B.row(j);
         return B;
     }
 
@@ -69,8 +75,9 @@ private:
     // L^-1 B
     template <int k>
     Rows<k> forward(Rows<k> B) const {
-        for (int i = 1; i < n; ++i)
-            for (int j = 0; j < i; ++j) B.row(i) -= L_[i][j] * B.row(j);
+        HNAV_UNROLL
+        for (int i = 1; i < n; ++i) HNAV_UNROLL
+        for (int j = 0; j < i; ++j) B.row(i) -= L_[i][j] * B.row(j);
         return B;
     }
 

@@ -14,6 +14,12 @@ public:
 
     double normal(double sigma = 1) { return sigma * normal_(engine_); }
     Vector3 vector(double sigma = 1) { return {normal(sigma), normal(sigma), normal(sigma)}; }
+    template <int n>
+    Eigen::Matrix<double, n, 1> numbers() {
+        Eigen::Matrix<double, n, 1> v;
+        for (int i = 0; i < n; ++i) v[i] = normal();
+        return v;
+    }
     Quaternion quaternion() { return Quaternion(normal(), normal(), normal(), normal()).normalized(); }
 
     template <int n>

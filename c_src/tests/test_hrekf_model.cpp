@@ -73,6 +73,33 @@ TEST(HrekfJump, LeavesAUnitQuaternionWithoutUncertaintyAlongItself) {
     EXPECT_EQ(s.repaired, 0u);
 }
 
+// Sigma - K H Sigma subtracts what the Joseph form adds up, so it is asked of sensors far better than the prior, of repeated
+// samples, and of priors of very different sizes.
+TEST(HrekfJump, TheCovarianceStaysOneWhateverTheSensorsAreWorth) {
+    test::Random random(11);
+    for (const double density : {1e-3, 1e-6, 1e-9})
+        for (const GammaMode mode : {GammaMode::off, GammaMode::relative}) {
+            HrekfModel::Settings set = settings();
+            set.accel_density2 = set.mag_density2 = density * density;
+            set.robust.mode = mode;
+            const HrekfModel model(set);
+            State s = random_state(model, random);
+            s.last_correction_s = 0;
+            for (double& t : s.last_s) t = 0;
+            for (int k = 1; k <= 200; ++k) {
+                const double t_s = 0.01 * k;
+                const Matrix3 R_nb = rotation_matrix(Quaternion(s.x)).transpose();
+                const Vector3 force = R_nb * Vector3(0, 0, -9.81), field = R_nb * field_n(1.0);
+                model.flow_exactly(s, 0.01);
+                model.jump(s, event_at(t_s, force + 1e-3 * random.vector(), field + 1e-3 * random.vector()));
+                const Square<7> P = unpack<7>(s.x + 7);
+                ASSERT_GT(eigenvalues<7>(P)[0], -1e-14 * P.trace()) << density << " at " << t_s;
+                ASSERT_LT((P.topLeftCorner<4, 4>() * Quaternion(s.x)).norm(), 1e-14);
+            }
+            EXPECT_EQ(s.repaired, 0u) << density;
+        }
+}
+
 TEST(HrekfJump, GammaTowardsInfinityIsTheHekfToRounding) {
     HrekfModel::Settings robust = settings();
     robust.robust.mode = GammaMode::fixed;

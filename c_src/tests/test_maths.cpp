@@ -4,6 +4,8 @@
 #include "maths/repair.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
 
 using namespace hnav;
 using hnav::test::distance;
@@ -62,6 +64,32 @@ TEST(Variances, AreAsTheyAreAndNeverCertain) {
     EXPECT_GT(honest_variances(broken)[2], 0);
     EXPECT_LT(honest_variances(broken)[2], 1e-14);
     EXPECT_GT(honest_variances(Vector3(Vector3::Zero())).minCoeff(), 0);
+}
+
+template <int n>
+void expect_eigenvalues(test::Random& random, Eigen::Matrix<double, n, 1> made_of) {
+    Square<n> A;
+    for (int j = 0; j < n; ++j) A.col(j) = random.numbers<n>();
+    const Square<n> V = Eigen::HouseholderQR<Square<n>>(A).householderQ();
+    const Square<n> made = V * made_of.asDiagonal() * V.transpose();
+    std::sort(made_of.data(), made_of.data() + n);
+    const double size = made_of.cwiseAbs().maxCoeff();
+    EXPECT_LT(distance(eigenvalues<n>(made), made_of), 2e-14 * size) << made_of.transpose();
+    EXPECT_LT(distance(eigenvalues<n>(Square<n>(made_of.asDiagonal())), made_of), 1e-15 * size);
+}
+
+TEST(Eigenvalues, MayBeEqualZeroNegativeOrOfAllSizes) {
+    test::Random random(5);
+    using Seven = Eigen::Matrix<double, 7, 1>;
+    for (int i = 0; i < 200; ++i) {
+        expect_eigenvalues<7>(random, random.numbers<7>());
+        expect_eigenvalues<7>(random, (8 * random.numbers<7>()).array().exp().matrix());
+        expect_eigenvalues<2>(random, random.numbers<2>());
+        expect_eigenvalues<1>(random, random.numbers<1>());
+    }
+    expect_eigenvalues<7>(random, Seven::Constant(3));
+    expect_eigenvalues<7>(random, (Seven() << 0, 0, 0, 1e-12, 1, 1, 1).finished());
+    expect_eigenvalues<7>(random, (Seven() << 1e-300, -2, -2, 5, 5, 5, 1e-20).finished());
 }
 
 TEST(Eigenvalues, AreThoseThatTheMatrixWasMadeOfAtAnyScale) {

@@ -23,8 +23,8 @@ protected:
     void inflate_covariance() { Sigma_ = inflate<7>(P_, settings_.weight, R(interval_s_), settings_.robust, &robust_); }
     void repair_covariance() { s_.repaired += repair<7>(P_); }
 
-    // x holds the sum of state and correction, P the covariance that goes with it; KH = K H_q.
-    void finish(Covariance& P, const Eigen::Matrix<R, 7, 4>& KH, bool sees_tilt, bool sees_heading);
+    // x holds the sum of state and correction, P the covariance that goes with it; KHN = K H_q N(q_minus), see error_map.hpp.
+    void finish(Covariance& P, const Eigen::Matrix<R, 7, 3>& KHN, bool sees_tilt, bool sees_heading);
 
     const HrekfSettings<R>& settings_;
     HrekfState<R>& s_;
@@ -69,11 +69,12 @@ public:
 
     void apply(const Rows& nu, bool sees_tilt, bool sees_heading) {
         const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
-        const Eigen::Matrix<R, 7, 4> KH = K * H_;
-        typename Base::Covariance P = corrected_covariance(K, KH);
+        typename Base::Covariance P;
+        P.noalias() = Sigma_ - K.lazyProduct(SigmaHt_.transpose());
         if (settings_.adaptation.mode != Adaptation::off) adapt(nu, K);
         Eigen::Map<Eigen::Matrix<R, 7, 1>>(s_.x).noalias() += K * nu;
-        this->finish(P, KH, sees_tilt, sees_heading);
+        const Eigen::Matrix<R, m, 3> HN = H_.lazyProduct(across<R>(this->q_minus_));
+        this->finish(P, K.lazyProduct(HN), sees_tilt, sees_heading);
     }
 
 private:
@@ -84,24 +85,6 @@ private:
         this->inflate_covariance();
         SigmaHt_.noalias() = columns<4>(Sigma_, 0) * H_.transpose();
         HSigmaHt_.noalias() = H_ * rows<4>(SigmaHt_, 0);
-    }
-
-    // Joseph form; I - K H differs from I in its first four columns only.
-    typename Base::Covariance corrected_covariance(const Gain& K, const Eigen::Matrix<R, 7, 4>& KH) const {
-        typename Base::Covariance P = Sigma_;
-        P.noalias() -= KH * rows<4>(Sigma_, 0);
-        const Eigen::Matrix<R, 7, 4> left = columns<4>(P, 0);
-        P.noalias() -= left * KH.transpose();
-        P.noalias() += times_noise(K) * K.transpose();
-        return P;
-    }
-
-    // K R, where R is block-diagonal: sensors do not share noise.
-    Gain times_noise(const Gain& K) const {
-        constexpr int n = m % 3 == 0 ? 3 : m;
-        Gain KR;
-        for (int k = 0; k < m; k += n) columns<n>(KR, k).noalias() = columns<n>(K, k) * block<n, n>(noise_, k, k);
-        return KR;
     }
 
     void adapt(const Rows& nu, const Gain& K) {
@@ -153,7 +136,7 @@ void HrekfCorrectionBase<R>::limit_covariance(Covariance& P) {
 }
 
 template <class R>
-void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 4>& KH, bool sees_tilt, bool sees_heading) {
+void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 3>& KHN, bool sees_tilt, bool sees_heading) {
     const Vector3Of<R> before = rotation_variances_of<R>(q_minus_, block<4, 4>(P_, 0, 0));
     const R norm = return_to_unit_sphere(P);
     symmetrise<7>(P);
@@ -162,7 +145,7 @@ void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 4>&
     s_.previous_bias_trace = block<3, 3>(P, 4, 4).trace();
 
     const QuaternionOf<R> q_plus(s_.x);
-    s_.error_map.jump(interval_s_, KH, q_minus_, q_plus, norm, P);
+    s_.error_map.jump(interval_s_, KHN, q_minus_, q_plus, norm, s_.x + 7);
     s_.last_correction_s = t_s_;
     ++s_.corrections;
     s_.gamma = robust_.gamma;

@@ -18,7 +18,7 @@ namespace hnav {
 template <class R>
 double decay_rate(const ErrorMap<R>& e) {
     if (!(e.interval_s > 0)) return 0;
-    const Eigen::LLT<Square<6, R>> before(unpack<6>(e.before)), after(unpack<6>(e.after));
+    const Eigen::LLT<Square<6, R>> before(error_map_covariance<R>(e.before)), after(error_map_covariance<R>(e.after));
     if (before.info() != Eigen::Success || after.info() != Eigen::Success) return 0;
     Square<6, R> Z = Eigen::Map<const Square<6, R>>(e.M) * Square<6, R>(before.matrixL());
     after.matrixL().solveInPlace(Z);

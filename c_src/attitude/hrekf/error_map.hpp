@@ -16,29 +16,41 @@ namespace hnav {
 // Part of a filter's state: numbers only.
 template <class R>
 struct ErrorMap {
-    R before[21], after[21]; // P and P+ of e, upper triangles
+    // After the correction before and after this one: q, and the upper triangle of the covariance of (q, b).
+    struct Corrected {
+        R q[4], P[28];
+    } before, after;
     R M[36];                 // column-major
     R bias_path[9];          // A since the last correction, column-major, s
     double interval_s;       // that M spans
     double flown_to_s;       // end of bias_path
 
     // An attitude was found: no rate until the next correction.
-    void begin(double t_s, const QuaternionOf<R>& q, const Square<7, R>& P);
+    void begin(double t_s, const QuaternionOf<R>& q, const R* P);
 
     // The held rate u brought the attitude to q at t_s: R_nb(t_s - t) = R_nb(t_s) exp(-[u]x t), whatever the integrator.
     void flow(double t_s, const QuaternionOf<R>& q, const Vector3Of<R>& u);
 
-    // The correction KH = K H_q took the unit quaternion q_minus to q_plus, its sum being `norm` long; P is that after it.
+    // The correction KHN = K H_q N(q_minus) took the unit quaternion q_minus to q_plus, its sum being `norm` long; P, an upper
+    // triangle, is that after it.
     // since_s: the correction before; 0 for a second one at the same instant, which joins the first.
-    void jump(double since_s, const Eigen::Matrix<R, 7, 4>& KH, const QuaternionOf<R>& q_minus, const QuaternionOf<R>& q_plus,
-              R norm, const Square<7, R>& P);
+    void jump(double since_s, const Eigen::Matrix<R, 7, 3>& KHN, const QuaternionOf<R>& q_minus, const QuaternionOf<R>& q_plus,
+              R norm, const R* P);
+
+private:
+    void keep(const QuaternionOf<R>& q, const R* P) {
+        for (int i = 0; i < 4; ++i) after.q[i] = q[i];
+        for (int i = 0; i < 28; ++i) after.P[i] = P[i];
+    }
 };
 
 extern template struct ErrorMap<Scalar>; // decay_rate.cpp
 
-// Of (d, e_b), from that of (q, b).
+// The covariance of (d, e_b), from that of (q, b).
 template <class R>
-inline Square<6, R> error_map_covariance(const Matrix43Of<R>& N, const Square<7, R>& P) {
+inline Square<6, R> error_map_covariance(const typename ErrorMap<R>::Corrected& corrected) {
+    const Matrix43Of<R> N = across<R>(QuaternionOf<R>(corrected.q));
+    const Square<7, R> P = unpack<7>(corrected.P);
     Square<6, R> C;
     block<3, 3>(C, 0, 0).noalias() = N.transpose() * (block<4, 4>(P, 0, 0) * N).eval();
     block<3, 3>(C, 0, 3).noalias() = N.transpose() * block<4, 3>(P, 0, 4);
@@ -48,8 +60,8 @@ inline Square<6, R> error_map_covariance(const Matrix43Of<R>& N, const Square<7,
 }
 
 template <class R>
-void ErrorMap<R>::begin(double t_s, const QuaternionOf<R>& q, const Square<7, R>& P) {
-    pack<6>(error_map_covariance<R>(across<R>(q), P), after);
+void ErrorMap<R>::begin(double t_s, const QuaternionOf<R>& q, const R* P) {
+    keep(q, P);
     Eigen::Map<Square<6, R>>(M).setIdentity();
     Eigen::Map<Matrix3Of<R>>(bias_path).setZero();
     interval_s = 0;
@@ -65,13 +77,11 @@ void ErrorMap<R>::flow(double t_s, const QuaternionOf<R>& q, const Vector3Of<R>&
 }
 
 template <class R>
-void ErrorMap<R>::jump(double since_s, const Eigen::Matrix<R, 7, 4>& KH, const QuaternionOf<R>& q_minus,
-                       const QuaternionOf<R>& q_plus, R norm, const Square<7, R>& P) {
-    const Matrix43Of<R> N_minus = across<R>(q_minus), N_plus = across<R>(q_plus);
-    const Eigen::Matrix<R, 7, 3> seen = KH * N_minus;
+void ErrorMap<R>::jump(double since_s, const Eigen::Matrix<R, 7, 3>& KHN, const QuaternionOf<R>& q_minus,
+                       const QuaternionOf<R>& q_plus, R norm, const R* P) {
     Eigen::Matrix<R, 6, 3> D;
-    rows<3>(D, 0).noalias() = N_plus.transpose() * (N_minus - rows<4>(seen, 0)) / norm;
-    rows<3>(D, 3) = -rows<3>(seen, 4);
+    rows<3>(D, 0).noalias() = across<R>(q_plus).transpose() * (across<R>(q_minus) - rows<4>(KHN, 0)) / norm;
+    rows<3>(D, 3) = -rows<3>(KHN, 4);
 
     Eigen::Map<Square<6, R>> map(M);
     Eigen::Map<Matrix3Of<R>> path(bias_path);
@@ -81,12 +91,12 @@ void ErrorMap<R>::jump(double since_s, const Eigen::Matrix<R, 7, 4>& KH, const Q
     diagonal<3>(step, 3).array() += 1;
     if (since_s > 0) {
         map = step;
-        for (int i = 0; i < 21; ++i) before[i] = after[i];
+        before = after;
         interval_s = since_s;
     } else {
         map = (step * map).eval();
     }
-    pack<6>(error_map_covariance<R>(N_plus, P), after);
+    keep(q_plus, P);
     path.setZero();
 }
 

@@ -6,7 +6,7 @@
 //     A = [Omega(u), -Xi(q); 0, 0],   L = [-Xi(q), 0; 0, I],   Qc = blkdiag(gyro noise, Q_b)
 // and the jump at a sample
 //     Sigma = inflate(P),  S = H Sigma H' + R,  K = Sigma H' S^-1,  x += K nu,
-//     P+ = (I - K H) Sigma (I - K H)' + K R K'   (Joseph; equals the paper's (Sigma^-1 + H'R^-1 H)^-1)
+//     P+ = Sigma - K H Sigma   (equals the paper's (Sigma^-1 + H'R^-1 H)^-1)
 // followed by the return of q to the unit sphere, of which the covariance learns too.
 // Equations: Hybrid Robust Extended Kalman Filter for SINS initial alignment, TJEE 54(4), 2024,
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.

@@ -59,7 +59,7 @@ void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     block<3, 3>(P, 4, 4) = Blocks(s.x + 7).bb;
     pack<7>(P, s.x + 7);
     if (!s.has_reference && s.start.has_field(settings_.start)) learn(s, found.q, s.start.field());
-    s.error_map.begin(event.t_s, found.q, P);
+    s.error_map.begin(event.t_s, found.q, s.x + 7);
     s.last_correction_s = event.t_s;
     s.started = 1;
     s.lost = 0;
