@@ -3,15 +3,13 @@
 //
 //     hnav_bench [CSV]          prints a table; with a file name also writes it there
 //
-// Medians over rounds that interleave all cases, so that a change of the machine's speed meets them alike. The last
-// column is the ratio to a calibration loop of fixed work (7 x 7 products), which makes machines comparable.
+// The last column is the ratio to a calibration loop of fixed work (7 x 7 products), which makes machines comparable.
 #include "hnav/hnav.h"
+#include "timing.hpp"
 
 #include <Eigen/Geometry>
 
 #include <malloc.h>
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -47,8 +45,6 @@ std::vector<Samples> tumbling() {
     }
     return all;
 }
-
-double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 void require(hnav_status status, const hnav_filter* filter) {
     if (status == HNAV_OK) return;
@@ -88,14 +84,14 @@ void run(Case& c, const std::vector<Samples>& samples) {
         std::exit(1);
     }
     const size_t heap = mallinfo2().uordblks;
-    const double begin = seconds();
+    const double begin = bench::cpu_s();
     for (const Samples& s : samples) {
         hnav_status status = hnav_filter_push_imu(filter, s.t_s, s.rate, s.force);
         if (status == HNAV_OK) status = hnav_filter_push_mag(filter, s.t_s, s.field);
         if (status == HNAV_OK) status = hnav_filter_advance(filter, s.t_s);
         require(status, filter);
     }
-    const double us = (seconds() - begin) / events * 1e6;
+    const double us = (bench::cpu_s() - begin) / events * 1e6;
     c.heap_growth += mallinfo2().uordblks - heap;
     c.us.push_back(us);
     auto diagnostics = hnav_sized<hnav_diagnostics>();
@@ -107,19 +103,14 @@ void run(Case& c, const std::vector<Samples>& samples) {
 double calibration_us() {
     Eigen::Matrix<double, 7, 7> A = Eigen::Matrix<double, 7, 7>::Identity() * 0.5, B = A;
     A(0, 6) = A(3, 2) = 0.1;
-    const double begin = seconds();
+    const double begin = bench::cpu_s();
     for (int k = 0; k < events; ++k) {
         B = A * B * A.transpose();
         B.diagonal().array() += 0.1;
     }
     volatile double keep = B(0, 0);
     (void)keep;
-    return (seconds() - begin) / events * 1e6;
-}
-
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + v.size() / 2, v.end());
-    return v[v.size() / 2];
+    return (bench::cpu_s() - begin) / events * 1e6;
 }
 
 } // namespace
@@ -151,20 +142,23 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "hnav_bench: cannot write %s\n", argv[1]);
         return 2;
     }
-    const double unit = median(calibration);
-    std::printf("one interval of 10 ms and a sample of each sensor; median of %d rounds of %d events\n", rounds, events);
+    const double unit = bench::least(calibration);
+    std::printf("one interval of 10 ms and a sample of each sensor; CPU time, least and median of %d rounds of %d events\n",
+                rounds, events);
     std::printf("calibration loop (one 7 x 7 triple product): %.3f us\n", unit);
-    std::printf("%-9s %-12s %-9s %10s %14s %12s %8s\n", "filter", "integrator", "gamma", "us/event", "f evals/event",
-                "heap bytes", "ratio");
+    std::printf("%-9s %-12s %-9s %10s %10s %14s %12s %8s\n", "filter", "integrator", "gamma", "us/event", "median",
+                "f evals/event", "heap bytes", "ratio");
     if (csv)
-        std::fprintf(csv, "filter,integrator,gamma,us_per_event,rhs_evals_per_event,heap_growth_bytes,ratio_to_calibration\n");
+        std::fprintf(
+            csv,
+            "filter,integrator,gamma,us_per_event,median_us_per_event,rhs_evals_per_event,heap_growth_bytes,ratio_to_calibration\n");
     for (const Case& c : cases) {
-        const double us = median(c.us);
+        const double us = bench::least(c.us), median = bench::median(c.us);
         const char* gamma = c.gamma_name ? c.gamma_name : "-";
-        std::printf("%-9s %-12s %-9s %10.3f %14.2f %12zu %8.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals,
-                    c.heap_growth, us / unit);
+        std::printf("%-9s %-12s %-9s %10.3f %10.3f %14.2f %12zu %8.1f\n", c.filter_name, c.solver_name, gamma, us, median,
+                    c.rhs_evals, c.heap_growth, us / unit);
         if (csv)
-            std::fprintf(csv, "%s,%s,%s,%.3f,%.2f,%zu,%.1f\n", c.filter_name, c.solver_name, gamma, us, c.rhs_evals,
+            std::fprintf(csv, "%s,%s,%s,%.3f,%.3f,%.2f,%zu,%.1f\n", c.filter_name, c.solver_name, gamma, us, median, c.rhs_evals,
                          c.heap_growth, us / unit);
     }
     if (csv) std::fclose(csv);

@@ -1,13 +1,10 @@
 // Times one step of the filter for coloured INS errors: 8 states, 8 measurements, 8 coloured errors, every form.
 //
 //     ins_error_bench [CSV]     prints a table; with a file name also writes it there
-//
-// Medians over rounds that interleave all cases, so that a change of the machine's speed meets them alike.
 #include "hnav/hnav.h"
+#include "timing.hpp"
 
 #include <malloc.h>
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -60,8 +57,6 @@ struct Model {
     }
 };
 
-double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 void run(Case& c, const hnav_ins_error_model& model, const std::vector<double>& z) {
     hnav_ins_error_options options = hnav_ins_error_defaults();
     options.form = c.form;
@@ -74,21 +69,16 @@ void run(Case& c, const hnav_ins_error_model& model, const std::vector<double>& 
     }
     const double u[2] = {0.1, -0.2};
     const size_t heap = mallinfo2().uordblks;
-    const double begin = seconds();
+    const double begin = bench::cpu_s();
     for (int k = 0; k < steps; ++k)
         if (hnav_ins_error_filter_step(filter, u, &z[k * n], nullptr) != HNAV_OK) {
             std::fprintf(stderr, "ins_error_bench: %s\n", hnav_ins_error_filter_message(filter));
             std::exit(1);
         }
-    const double us = (seconds() - begin) / steps * 1e6;
+    const double us = (bench::cpu_s() - begin) / steps * 1e6;
     c.heap_growth += mallinfo2().uordblks - heap;
     c.us.push_back(us);
     hnav_ins_error_filter_destroy(filter);
-}
-
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + v.size() / 2, v.end());
-    return v[v.size() / 2];
 }
 
 } // namespace
@@ -120,12 +110,14 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "ins_error_bench: cannot write %s\n", argv[1]);
         return 2;
     }
-    std::printf("one step, 8 states, 8 measurements, 8 coloured errors; median of %d rounds of %d steps\n", rounds, steps);
-    std::printf("%-12s %-12s %10s %12s\n", "form", "scaling", "us/step", "heap bytes");
-    if (csv) std::fprintf(csv, "form,scaling,us_per_step,heap_growth_bytes\n");
+    std::printf("one step, 8 states, 8 measurements, 8 coloured errors; CPU time, least and median of %d rounds of %d steps\n",
+                rounds, steps);
+    std::printf("%-12s %-12s %10s %10s %12s\n", "form", "scaling", "us/step", "median", "heap bytes");
+    if (csv) std::fprintf(csv, "form,scaling,us_per_step,median_us_per_step,heap_growth_bytes\n");
     for (const Case& c : cases) {
-        std::printf("%-12s %-12s %10.3f %12zu\n", c.form_name, c.scaling_name, median(c.us), c.heap_growth);
-        if (csv) std::fprintf(csv, "%s,%s,%.3f,%zu\n", c.form_name, c.scaling_name, median(c.us), c.heap_growth);
+        const double us = bench::least(c.us), median = bench::median(c.us);
+        std::printf("%-12s %-12s %10.3f %10.3f %12zu\n", c.form_name, c.scaling_name, us, median, c.heap_growth);
+        if (csv) std::fprintf(csv, "%s,%s,%.3f,%.3f,%zu\n", c.form_name, c.scaling_name, us, median, c.heap_growth);
     }
     if (csv) std::fclose(csv);
     return 0;

@@ -51,11 +51,12 @@ Status Instance::make_table() {
     values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
-    if (model_info.arrays) spans_ = static_cast<int*>(std::calloc(table_.size() + 1, sizeof(int)));
-    if (!table_.complete() || !values_ || !states_ || !scratch_ || (model_info.arrays && !spans_))
-        return fail("no memory for the variables");
+    slots_ = static_cast<Slot*>(std::calloc(table_.size() + 1, sizeof(Slot)));
+    if (!table_.complete() || !values_ || !states_ || !scratch_ || !slots_) return fail("no memory for the variables");
     for (int i = table_.size() - 1; i >= 0; --i) {
-        if (spans_) spans_[i] = rows_of_variable(table_, i);
+        const Variable& row = table_[i];
+        slots_[i] = {model_info.arrays ? rows_of_variable(table_, i) : 1, row.group, row.type, row.causality == Causality::input};
+        if (row.causality == Causality::independent) time_row_ = i;
         if (table_[i].is_state) first_state_ = i;
         if (table_[i].derivative_of >= 0) first_derivative_ = i;
     }
@@ -81,7 +82,7 @@ Instance::~Instance() {
     std::free(values_);
     std::free(states_);
     std::free(scratch_);
-    std::free(spans_);
+    std::free(slots_);
 }
 
 void Instance::restart() {
@@ -288,8 +289,9 @@ std::size_t Instance::elements(const unsigned* references, std::size_t n) const 
 
 Status Instance::check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const {
     if (n > 0 && (!references || !values)) return fail("a null pointer came with %zu value references", n);
-    if (!spans_ && n != n_values) return fail("%zu value references go with %zu values: all variables are scalars", n, n_values);
-    if (spans_ && elements(references, n) != n_values)
+    if (!model_info.arrays && n != n_values)
+        return fail("%zu value references go with %zu values: all variables are scalars", n, n_values);
+    if (model_info.arrays && elements(references, n) != n_values)
         return fail("variables of %zu elements go with %zu values", elements(references, n), n_values);
     return Status::ok;
 }
@@ -329,17 +331,16 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
     if (!allowed(Call::get_variable)) return Status::error;
     unsigned groups = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        const Variable* row = row_of(references[i], type);
-        if (!row) return Status::error;
-        groups |= row->group;
+        if (!names(references[i], type) && !row_of(references[i], type)) return Status::error;
+        groups |= slots_[references[i]].group;
     }
     if (refresh(groups) != Status::ok) return Status::error;
     for (std::size_t i = 0; i < n; ++i) {
-        const Variable& row = table_[references[i]];
-        for (int k = 0; k < rows_at(references[i]); ++k) {
-            double value = row.causality == Causality::independent ? time_s_ : values_[references[i] + k];
-            if constexpr (std::is_same_v<T, int>) value = std::fmin(value, 2147483647); // counts stop where 32 bits end
-            *out++ = static_cast<T>(value);
+        const bool is_time = static_cast<int>(references[i]) == time_row_;
+        const double *value = is_time ? &time_s_ : values_ + references[i], *end = value + slots_[references[i]].rows;
+        for (; value < end; ++value) {
+            if constexpr (std::is_same_v<T, int>) *out++ = static_cast<T>(std::fmin(*value, 2147483647)); // where 32 bits end
+            else *out++ = static_cast<T>(*value);
         }
     }
     return Status::ok;
@@ -350,33 +351,32 @@ template Status Instance::get(Type, const unsigned*, std::size_t, int*);
 template Status Instance::get(Type, const unsigned*, std::size_t, std::int64_t*);
 template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
 
+// Of what is no input.
 Status Instance::check_value(const Variable& v, double value) const {
-    switch (v.causality) {
-    case Causality::parameter:
-        if (!allowed(Call::set_parameter)) return Status::error;
-        // A NaN fails this comparison too. Inputs are let through: the model refuses and counts what is no sample.
-        if (!(value >= v.min && value <= v.max)) return fail("%s = %g lies outside [%g, %g]", v.name, value, v.min, v.max);
-        break;
-    case Causality::input:
-        if (!allowed(Call::set_input)) return Status::error;
-        break;
-    default: return fail("%s is no parameter or input and cannot be set", v.name);
-    }
+    if (v.causality != Causality::parameter) return fail("%s is no parameter or input and cannot be set", v.name);
+    if (!allowed(Call::set_parameter)) return Status::error;
+    // A NaN fails this comparison too.
+    if (!(value >= v.min && value <= v.max)) return fail("%s = %g lies outside [%g, %g]", v.name, value, v.min, v.max);
     return Status::ok;
 }
 
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
     const T* value = in;
+    bool inputs = false;
     for (std::size_t i = 0; i < n; ++i) {
-        const Variable* row = row_of(references[i], type);
-        if (!row) return Status::error;
-        for (int k = 0; k < rows_at(references[i]); ++k)
-            if (check_value(row[k], static_cast<double>(*value++)) != Status::ok) return Status::error;
+        if (!names(references[i], type) && !row_of(references[i], type)) return Status::error;
+        const Slot& slot = slots_[references[i]];
+        inputs = inputs || slot.is_input;
+        // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
+        for (int k = 0; k < slot.rows && !slot.is_input; ++k)
+            if (check_value(table_[references[i] + k], static_cast<double>(value[k])) != Status::ok) return Status::error;
+        value += slot.rows;
     }
+    if (inputs && !allowed(Call::set_input)) return Status::error;
     // All or nothing: a refused call has changed no value.
     for (std::size_t i = 0; i < n; ++i)
-        for (int k = 0; k < rows_at(references[i]); ++k) values_[references[i] + k] = static_cast<double>(*in++);
+        for (int k = 0; k < slots_[references[i]].rows; ++k) values_[references[i] + k] = static_cast<double>(*in++);
     return Status::ok;
 }
 

@@ -132,7 +132,10 @@ private:
     const Variable* row_of(unsigned reference, Type type) const;
     Status check_value(const Variable& row, double value) const;
     // Rows of the variable of this value reference; 1 where arrays are none, and for references without a variable.
-    int rows_at(unsigned reference) const { return spans_ && row_of_table(reference) ? spans_[reference] : 1; }
+    int rows_at(unsigned reference) const { return row_of_table(reference) ? slots_[reference].rows : 1; }
+    bool names(unsigned reference, Type type) const {
+        return row_of_table(reference) && slots_[reference].rows > 0 && slots_[reference].type == type;
+    }
     bool row_of_table(unsigned reference) const { return reference < static_cast<unsigned>(table_.size()); }
     std::size_t elements(const unsigned* references, std::size_t n) const;
     Status check_states(const double* x, std::size_t n) const;
@@ -149,7 +152,15 @@ private:
     Importer importer_;
     char name_[128] = "";
     double* values_ = nullptr; // one for each row
-    int* spans_ = nullptr;     // of arrays: rows of the variable that begins at a row, 0 inside of one
+    // What getting and setting have to know of each row, close together.
+    struct Slot {
+        int rows; // of the variable that begins here, 0 inside of one
+        unsigned group;
+        Type type;
+        bool is_input;
+    };
+    Slot* slots_ = nullptr;
+    int time_row_ = -1; // of the independent variable
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // of a directional derivative: the direction, and a number for each row
     Mode mode_ = instantiated;

@@ -73,11 +73,16 @@ constexpr Rule rules[] = {
     {Call::set_debug_logging, "SetDebugLogging", any_mode, both_interfaces},
 };
 
-constexpr const Rule& rule_of(Call call) {
+// They stand in the order of Call: every value that is set asks for one.
+constexpr bool rules_in_order() {
+    int i = 0;
     for (const Rule& rule : rules)
-        if (rule.call == call) return rule;
-    return rules[0];
+        if (rule.call != static_cast<Call>(i++)) return false;
+    return i == static_cast<int>(Call::set_debug_logging) + 1;
 }
+static_assert(rules_in_order());
+
+constexpr const Rule& rule_of(Call call) { return rules[static_cast<int>(call)]; }
 
 constexpr const char* mode_name(unsigned mode) {
     switch (mode) {
