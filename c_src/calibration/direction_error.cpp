@@ -168,15 +168,14 @@ double direction_error(double outlier_sigma, Unknowns unknowns, Samples& s, cons
     return std::sqrt(mean * root * root * root);
 }
 
-Gap largest_gap(const Columns& u, const Values& use, Values& scratch) {
+Gap largest_gap(const Columns& u, const Values& use, Values& lengths, Values& scratch) {
+    for (Index i = 0; i < u.cols(); ++i) lengths[i] = use[i] > 0 ? u.col(i).norm() : 0;
     Gap largest{Vector3::UnitX(), -1};
     for (int k = 0; k < gap_directions; ++k) {
         const Vector3 p = direction(k, gap_directions);
         Index known = 0;
-        for (Index i = 0; i < u.cols(); ++i) {
-            const double length = u.col(i).norm();
-            if (use[i] > 0 && length > 0) scratch[known++] = -p.dot(u.col(i)) / length;
-        }
+        for (Index i = 0; i < u.cols(); ++i)
+            if (lengths[i] > 0) scratch[known++] = -p.dot(u.col(i)) / lengths[i];
         const double angle = std::acos(std::fmax(-1, std::fmin(1, -quantile(scratch.data(), known, gap_share))));
         if (angle > largest.angle_rad) largest = {p, angle};
     }

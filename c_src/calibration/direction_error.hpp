@@ -27,8 +27,8 @@ struct Gap {
     double angle_rad;
 };
 
-// The largest, of the columns whose use is not zero.
-Gap largest_gap(const Columns& u, const Values& use, Values& scratch);
+// The largest, of the columns whose use is not zero. lengths, scratch: room for a number of each column.
+Gap largest_gap(const Columns& u, const Values& use, Values& lengths, Values& scratch);
 
 // Between the directions that two corrections give one field, in rad.
 double direction_difference(const Correction& one, const Correction& other);

@@ -95,7 +95,7 @@ Matrix3 symmetric_factor(const Matrix3& M) {
 
 // Marks the samples within the limit in s.weight and fills in what the user judges the answer by. u: corrected fields.
 void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Columns& z, MagnetometerCalibration* c) {
-    Values inlier = s.weight(), residual = s.residual(), scratch = s.scratch();
+    Values inlier = s.weight(), residual = s.residual(), angle = s.angle(), scratch = s.scratch();
     const double limit = outlier_sigma * robust_sigma(residual, scratch);
     double outliers = 0;
     for (Index i = 0; i < s.count; ++i) {
@@ -106,7 +106,7 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
     const Columns u = s.u();
     c->residual_after = length_scatter(u, inlier);
     c->coverage = coverage_of(u);
-    c->gap = largest_gap(u, inlier, scratch);
+    c->gap = largest_gap(u, inlier, angle, scratch);
     dip_figures(u, s, &c->dip_rad, &c->dip_spread_after_rad);
     Columns raw = s.u();
     for (Index i = 0; i < s.count; ++i) raw.col(i) = z.col(i) + middle;
@@ -181,10 +181,10 @@ Refusal judge_correction(const hnav_magnetometer_options& options, const Vector3
                          Samples& s, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
-    Values residual = s.residual(), scratch = s.scratch();
+    Values residual = s.residual(), angle = s.angle(), scratch = s.scratch();
     // Gravity says how far the sensor was tilted, whatever outliers of the field may seem to fill of the sphere.
     if (c->force_samples >= options.min_samples) {
-        c->tilt_rad = M_PI - largest_gap(s.a(), s.trust(), scratch).angle_rad;
+        c->tilt_rad = M_PI - largest_gap(s.a(), s.trust(), angle, scratch).angle_rad;
         if (c->tilt_rad < least_tilt_rad) return Refusal::little_tilt;
     }
     const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
