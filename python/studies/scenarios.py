@@ -52,7 +52,7 @@ def command(
     for name in chosen:
         if name not in SCENARIOS:
             raise UsageError(f"--scenarios {name}: choose from {', '.join(SCENARIOS)}")
-    show(means_table(measured(chosen, runs, workers, stop)), width=200)
+    show(means_table(measured(chosen, runs, workers, stop)), width=230)
 
 
 main = study("scenarios", command)
