@@ -13,7 +13,7 @@ import pytest
 from checkout import TOP
 
 BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
-PRODUCTS = ("attitude", "ins_error", "observer", "calibration", "simulation")
+PRODUCTS = ("attitude", "ins", "ins_error", "observer", "calibration", "simulation")
 SHARED_BY_FMUS = ("attitude_filter", "aircraft")
 FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 # Room of the includer: the rooms that it may include from, its own beside them.

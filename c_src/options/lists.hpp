@@ -7,6 +7,7 @@ namespace hnav {
 
 extern const OptionList ahrs_options;
 extern const OptionList hrekf_options;
+extern const OptionList ins_options;
 extern const OptionList ins_error_options;
 extern const OptionList magnetometer_options;
 extern const OptionList turntable_options;

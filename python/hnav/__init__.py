@@ -7,7 +7,7 @@
     run.to_dataframe()
     run.report("walk.html", recording)
 
-filters     attitude and heading, linear models with coloured INS errors, observers of any model, magnetometer calibration
+filters     attitude and heading, navigation, linear models with coloured INS errors, observers of any model, magnetometer calibration
 simulation  plants and sensors that drive filters
 io          recordings of real sensors
 fmi         the same filters as FMUs
@@ -32,6 +32,7 @@ from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOpti
 if TYPE_CHECKING:
     from hnav.filters.attitude import Filter, Options, Run
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
+    from hnav.filters.ins import Aids, Ins, InsOptions, InsRun
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
     from hnav.filters.linear_model import LinearModel
     from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
@@ -44,13 +45,17 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 __all__ = [
+    "Aids",
     "Filter",
     "HnavError",
     "HnavRuntimeError",
     "HnavValueError",
+    "Ins",
     "InsErrorFilter",
     "InsErrorOptions",
     "InsErrorRun",
+    "InsOptions",
+    "InsRun",
     "LinearModel",
     "MagnetometerCalibration",
     "Observer",
@@ -73,10 +78,14 @@ __all__ = [
 ]
 
 _HOME = {
+    "Aids": "filters.ins",
     "Filter": "filters.attitude",
+    "Ins": "filters.ins",
     "InsErrorFilter": "filters.ins_error",
     "InsErrorOptions": "filters.ins_error",
     "InsErrorRun": "filters.ins_error",
+    "InsOptions": "filters.ins",
+    "InsRun": "filters.ins",
     "LinearModel": "filters.linear_model",
     "MagnetometerCalibration": "filters.calibration",
     "Observer": "filters.observer",

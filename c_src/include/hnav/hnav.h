@@ -33,6 +33,7 @@
  * This header includes all the others; each of them can be included alone.
  *   types.h        status codes, version, sensors, descriptions of options
  *   attitude.h     attitude and heading: the AHRS for real sensors, the HREKF of the paper
+ *   ins.h          position, velocity and attitude, aligned from any heading
  *   ins_error.h    linear models whose measurements have time-correlated errors, such as those of an INS
  *   observer.h     the states of a plant of one's own
  *   calibration.h  magnetometer calibration
@@ -43,6 +44,7 @@
 
 #include "hnav/attitude.h"
 #include "hnav/calibration.h"
+#include "hnav/ins.h"
 #include "hnav/ins_error.h"
 #include "hnav/observer.h"
 #include "hnav/simulation.h"

@@ -1,0 +1,25 @@
+// The object behind hnav_ins, and what its calls share.
+#pragma once
+
+#include "c_api/message.hpp"
+#include "c_api/sized.hpp"
+#include "hnav/hnav.h"
+#include "hybrid/filter.hpp"
+#include "ins/model.hpp"
+
+struct hnav_ins : hnav::KeptMessage<320> {
+    hnav::Filter<hnav::ins::Model> filter;
+    hnav::Matrix3 mounting = hnav::Matrix3::Identity(); // sensor to body axes
+    double declination_rad = 0;
+};
+
+namespace hnav::ins_boundary {
+
+// Checks a sample of a sensor, six values as hnav_ins_run_input has them, and puts it into the queue.
+hnav_status push(hnav_ins* object, double t_s, int sensor, const double* value);
+hnav_status push_imu(hnav_ins* object, double t_s, const double* rate, const double* force);
+hnav_status check_time(const hnav_ins* object, double t_s);
+hnav_status advance(hnav_ins* object, double t_s);
+hnav_navigation navigation(const hnav_ins* object);
+
+} // namespace hnav::ins_boundary

@@ -1,0 +1,153 @@
+// While the heading is unknown: where the state is linearised, when the heading is found, when the axes are lost.
+#include "ins/circle.hpp"
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+namespace {
+
+struct OnU {
+    double S[2][2], G[errors][2]; // covariance of u; that of the state with u, times its inverse
+};
+
+OnU regression(const Covariance& P) {
+    OnU on;
+    for (int i = 0; i < 2; ++i)
+        for (int j = 0; j < 2; ++j) on.S[i][j] = P[row_u + i][row_u + j];
+    const double determinant = on.S[0][0] * on.S[1][1] - on.S[0][1] * on.S[1][0];
+    for (int i = 0; i < errors; ++i) {
+        const double a = P[i][row_u], b = P[i][row_u + 1];
+        on.G[i][0] = determinant > 0 ? (a * on.S[1][1] - b * on.S[1][0]) / determinant : 0;
+        on.G[i][1] = determinant > 0 ? (b * on.S[0][0] - a * on.S[0][1]) / determinant : 0;
+    }
+    return on;
+}
+
+} // namespace
+
+// The state is linearised where |u| = 1: at the state given the likeliest alpha. The noise of the satellites stands in the
+// rows of u too and shrinks its mean, and tilt and velocity that go with a short u are a bad point to linearise about.
+void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
+    const OnU on = regression(P);
+    const double m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
+    if (look_at_circle) {
+        const double widened = std::fmax(1, s.nis_mean);
+        const double S[2][2] = {{on.S[0][0] * widened, on.S[0][1] * widened}, {on.S[1][0] * widened, on.S[1][1] * widened}};
+        s.circle = heading_on_circle(m, S);
+    }
+    const double off[2] = {std::cos(s.circle.mode_rad) - m[0], std::sin(s.circle.mode_rad) - m[1]};
+    double shift[errors];
+    for (int i = 0; i < errors; ++i) {
+        shift[i] = s.mean[i] + on.G[i][0] * off[0] + on.G[i][1] * off[1];
+        s.mean[i] -= shift[i];
+    }
+    apply(s, shift);
+}
+
+// The heading is found: given u everything is Gaussian and linear, and alpha has the variance of the circle. So the state is
+// conditioned on u(alpha), turned by alpha, and the variance of alpha is put back along d(state)/d(alpha).
+void Model::collapse(State& s, Covariance& P) const {
+    const OnU on = regression(P);
+    const double alpha = s.circle.mode_rad, spread = s.circle.spread_rad;
+    const double tangent[2] = {-std::sin(alpha), std::cos(alpha)};
+    double along[errors];
+    for (int i = 0; i < errors; ++i) along[i] = on.G[i][0] * tangent[0] + on.G[i][1] * tangent[1];
+    const Covariance joint = P;
+    for (int i = 0; i < errors; ++i)
+        for (int j = 0; j < errors; ++j)
+            for (int k = 0; k < 2; ++k) P[i][j] -= on.G[i][k] * joint[row_u + k][j];
+    P.forget(row_u);
+    P.forget(row_u + 1);
+    along[row_u] = along[row_u + 1] = 0;
+
+    const Quaternion turn = rotation_quaternion(Vector3(0, 0, alpha));
+    const Matrix3 R = rotation_matrix(turn);
+    for (const int row : {row_d, row_v, row_phi, row_colour}) {
+        turn_rows(P, row, R);
+        vec(along + row) = Vector3(R * vec(along + row));
+    }
+    vec(s.x) = Vector3(R * vec(s.x));
+    vec(s.x + 3) = Vector3(R * vec(s.x + 3));
+    quat(s.x + 6) = multiply(turn, quat(s.x + 6));
+    vec(s.colour) = Vector3(R * vec(s.colour));
+    const Vector3 up(0, 0, 1);
+    vec(along + row_d) += up.cross(vec(s.x));
+    vec(along + row_v) += up.cross(vec(s.x + 3));
+    along[row_phi + 2] += 1;
+    for (int i = 0; i < errors; ++i)
+        for (int j = 0; j < errors; ++j) P[i][j] += spread * spread * along[i] * along[j];
+    for (double& e : s.mean) e = 0;
+    s.u[0] = 1;
+    s.u[1] = 0;
+    s.phase = Phase::navigating;
+    vec(s.earth_rate) = mat(s.axes).transpose() * Vector3(0, 0, earth::rate_rad_s);
+    put_gravity(s);
+}
+
+// The gyroscopes have lost the axes before the heading was found: a long rest, an unknown bias. What was learnt of tilt and
+// biases stays; heading, velocity and displacement start anew, and nothing false is carried on.
+void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
+    double tilt_and_biases[errors] = {};
+    for (const int row : {row_phi, row_gyro, row_accel})
+        for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
+    apply(s, tilt_and_biases);
+    for (double& e : s.mean) e = 0;
+    const double* p = event.value[position];
+    for (int i = 0; i < 3; ++i)
+        for (const int row : {row_d, row_v, row_colour}) P.forget(row + i);
+    for (const int row : {row_phi + 2, row_u + 0, row_u + 1}) P.forget(row);
+    const Quaternion q = quat(s.x + 6);
+    anchor(s, {p[0], p[1], p[2]});
+    s.earth_rate[0] = s.earth_rate[1] = 0;
+    vec(s.x) = -(rotation_matrix(q) * settings_.antenna_b);
+    vec(s.x + 3).setZero();
+    for (int i = 0; i < 3; ++i) {
+        const double colour2 = settings_.colour_m[i == 2] * settings_.colour_m[i == 2];
+        const double wide = settings_.sigma_first_fix_m, fast = settings_.sigma_velocity * (i == 2 ? 0.2 : 1);
+        s.colour[i] = 0;
+        P[row_colour + i][row_colour + i] = colour2;
+        P[row_d + i][row_d + i] = p[3 + i] * p[3 + i] + wide * wide + colour2;
+        P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour2;
+        P[row_v + i][row_v + i] = fast * fast;
+    }
+    P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
+    s.u[0] = s.u[1] = 0;
+    s.circle = {0, M_PI / std::sqrt(3.0), 0, 0};
+    s.gates = {};
+    s.gates.velocity_s = s.gates.position_s = nan;
+    ++s.times_lost;
+    put_gravity(s);
+}
+
+// Jumps that show without a heading: by the length of what was gained, or position against velocity. Four in a row are
+// believed.
+bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
+    constexpr double believed = 4, unmodelled_m_s2 = 0.2;
+    const double* z = event.value[channel];
+    FreeGates& g = s.gates;
+    if (channel == velocity) {
+        const double since_s = event.t_s - g.velocity_s;
+        const Vector3 change = vec(z) - vec(g.velocity);
+        const bool bad =
+            std::fabs(change.head<2>().norm() - vec(g.gained).head<2>().norm()) > 6 * z[3] + unmodelled_m_s2 * since_s;
+        g.velocity_in_row = bad ? g.velocity_in_row + 1 : 0;
+        if (bad && g.velocity_in_row < believed) return false;
+        vec(g.velocity) = vec(z);
+        vec(g.gained).setZero();
+        g.velocity_s = event.t_s;
+        g.velocity_in_row = 0;
+        return true;
+    }
+    const double since_s = event.t_s - g.position_s;
+    const Vector3 moved = earth::position_of({z[0], z[1], z[2]}) - vec(g.position);
+    const Vector3 off = mat(s.fix_axes).transpose() * moved - since_s * vec(g.velocity);
+    const bool fresh = event.t_s - g.velocity_s < 1.1;
+    const bool bad = fresh && off.head<2>().norm() > 6 * z[3] + 2 * since_s * since_s + 5 * settings_.sigma_latency * since_s;
+    g.position_in_row = bad ? g.position_in_row + 1 : 0;
+    if (bad && g.position_in_row < believed) return false;
+    vec(g.position) = earth::position_of({z[0], z[1], z[2]});
+    g.position_s = event.t_s;
+    g.position_in_row = 0;
+    return true;
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,15 @@
+// The heading on the whole circle.
+//
+// With the prior N(0, I/2) of u = (cos alpha, sin alpha) every alpha is as likely as any other. A linear filter then holds
+// u ~ N(m, S), and on the circle |u| = 1 that is the posterior of alpha, with all its modes:
+//     p(alpha) ~ exp(-1/2 (u(alpha) - m)' S^-1 (u(alpha) - m))
+#pragma once
+
+#include "ins/state.hpp"
+
+namespace hnav::ins {
+
+// m: 2, S: 2 x 2, symmetric.
+Circle heading_on_circle(const double* m, const double S[2][2]);
+
+} // namespace hnav::ins

@@ -1,0 +1,158 @@
+// All corrections of one event, and what each of them leaves in the state.
+#include "ins/circle.hpp"
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+double Model::heading_variance(const State& s, const Covariance& P) const {
+    const double on_circle = is_free(s) ? s.circle.spread_rad * s.circle.spread_rad : 0;
+    return P[row_phi + 2][row_phi + 2] + on_circle;
+}
+
+void Model::apply(State& s, const double* error) const {
+    vec(s.x) += vec(error + row_d);
+    vec(s.x + 3) += vec(error + row_v);
+    quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
+    vec(s.gyro_bias) += vec(error + row_gyro);
+    vec(s.accel_bias) += vec(error + row_accel);
+    s.latency += error[row_latency];
+    vec(s.colour) += vec(error + row_colour);
+    s.offset += error[row_offset];
+    s.scale += error[row_scale];
+    for (int i = 0; i < 2; ++i) {
+        s.u[i] += error[row_u + i];
+        s.mount[i] += error[row_mount + i];
+    }
+    if (!is_free(s)) return;
+    const double h = earth::rate_rad_s * std::hypot(s.axes[6], s.axes[7]);
+    s.earth_rate[0] = h * s.u[0];
+    s.earth_rate[1] = -h * s.u[1];
+}
+
+namespace {
+
+double gained(double before, double after) { return after > 0 && before > after ? 1 / after - 1 / before : 0; }
+
+void note_innovation(State& s, const Event& event, const Measurement& m, const Covariance& P, const double* mean,
+                     const Correction& c) {
+    Innovation& i = s.innovation[m.channel];
+    i = {};
+    i.t_s = event.t_s;
+    i.nis = c.nis;
+    i.noise_scale = c.scale;
+    i.dimension = static_cast<std::uint64_t>(m.rows);
+    for (int k = 0; k < m.rows; ++k) {
+        i.value[k] = m.r[k];
+        i.variance[k] = m.R[k];
+        for (int a = 0; a < errors; ++a) {
+            if (m.H[k][a] == 0) continue;
+            i.value[k] -= m.H[k][a] * mean[a];
+            for (int b = 0; b < errors; ++b) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
+        }
+    }
+}
+
+} // namespace
+
+void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
+    const double heading = heading_variance(s, P), tilt = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
+    const double velocity_before = P.variances(row_v).maxCoeff(), position_before = P.variances(row_d).head<2>().maxCoeff();
+    double before[errors];
+    for (int i = 0; i < errors; ++i) before[i] = s.mean[i];
+    const Covariance prior = P;
+    const Correction c = corrected(P, before, m, settings_.gate_nis);
+    if (!c.sound) {
+        P = prior;
+        return;
+    }
+    note_innovation(s, event, m, prior, before, c);
+    if (c.scale > 1) ++s.inflated[m.channel];
+    const bool absolute = m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
+    if (absolute) {
+        s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
+        note_strain(s, m.channel, c.nis / m.rows, event.t_s);
+    }
+    if (is_free(s)) {
+        for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
+        centre(s, P, absolute || m.channel == ins::heading);
+    } else {
+        apply(s, c.error);
+    }
+    const double heading_after = heading_variance(s, P);
+    if (heading_after > 0 && heading_after < heading) s.gained_nats[m.channel] += 0.5 * std::log(heading / heading_after);
+    s.information_heading += gained(heading, heading_after);
+    s.information_tilt += gained(tilt, std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]));
+    s.information_velocity += gained(velocity_before, P.variances(row_v).maxCoeff());
+    s.information_position += gained(position_before, P.variances(row_d).head<2>().maxCoeff());
+    if (is_free(s) && std::sqrt(heading_after) < settings_.found_rad) collapse(s, P);
+}
+
+// A jump that lasts is believed: what was refused for long is an error of the satellites' position, or a velocity that has
+// really changed.
+void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
+    double& since_s = s.refused_since_s[m.channel];
+    if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
+        const int row = m.channel == position ? row_colour : row_v;
+        for (int i = 0; i < m.rows; ++i) P[row + i][row + i] += m.r[i] * m.r[i];
+        m.gated = false;
+        since_s = nan;
+    }
+    for (double& r : m.R) r *= std::fmax(1, s.nis_mean);
+    use(s, P, event, m);
+    if (!(s.innovation[m.channel].noise_scale > 1)) since_s = nan;
+    else if (std::isnan(since_s)) since_s = event.t_s;
+}
+
+// Velocities that do not fit for long, or positions where there are none, say that the state is wrong, however small its
+// sigmas.
+void Model::note_strain(State& s, int channel, double nis, double now_s) {
+    constexpr double small = 4, largest = 10;
+    const bool has_velocity = now_s - s.last_s[velocity] < 60;
+    if (channel == position && has_velocity) return;
+    s.strain += (std::fmin(nis, largest) - s.strain) / 20;
+    if (!(s.strain > small)) s.strained_since_s = nan;
+    else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
+}
+
+void Model::begin_anew_if_strained(State& s, double now_s) const {
+    constexpr double patience_s = 10;
+    if (!(now_s - s.strained_since_s > patience_s)) return;
+    ++s.times_lost;
+    vec(s.gyro_bias).setZero();
+    vec(s.accel_bias).setZero();
+    Covariance P = Covariance::of(s.P);
+    for (int i = 0; i < 3; ++i) {
+        P.forget(row_gyro + i);
+        P.forget(row_accel + i);
+        P[row_gyro + i][row_gyro + i] = settings_.sigma_gyro * settings_.sigma_gyro;
+        P[row_accel + i][row_accel + i] = settings_.sigma_accel * settings_.sigma_accel;
+    }
+    P.keep(s.P);
+    begin_levelling(s);
+}
+
+void Model::correct(State& s, const Event& event) const {
+    Covariance P = Covariance::of(s.P);
+    propagate(s, P, s.mean);
+    vec(s.colour) *= colour_kept(s);
+    correct_rest(s, P, event);
+    if (has_new(s, event, speed)) correct_speed(s, P, event);
+    correct_car(s, P, event);
+    if (has_new(s, event, pressure)) correct_pressure(s, P, event);
+    clear_window(s);
+    if (has_new(s, event, velocity)) correct_velocity(s, P, event);
+    if (has_new(s, event, position)) correct_position(s, P, event);
+    if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
+    if (!is_free(s)) move_anchor(s, P);
+    put_gravity(s);
+    P.keep(s.P);
+    s.last_correction_s = event.t_s;
+    ++s.corrections;
+    const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
+    const bool small = s.phase == Phase::navigating && sigma2 < settings_.ready_heading * settings_.ready_heading;
+    if (!small) s.heading_since_s = nan;
+    else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
+    begin_anew_if_strained(s, event.t_s);
+}
+
+} // namespace hnav::ins

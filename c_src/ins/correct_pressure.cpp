@@ -1,0 +1,28 @@
+// Height by the pressure of the air: the offset from the standard atmosphere is learnt from the satellites.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+void Model::correct_pressure(State& s, Covariance& P, const Event& event) const {
+    const double* z = event.value[pressure];
+    const double height = earth::pressure_height_m(z[0]);
+    const earth::Place place = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
+    // Of the first sample nothing is known but that the weather is somewhere between its extremes.
+    if (std::isnan(s.offset)) {
+        s.offset = height - place.height_m;
+        constexpr double weather_m = 300;
+        P.forget(row_offset);
+        P[row_offset][row_offset] = weather_m * weather_m;
+    }
+    const Vector3 up = -vec(s.gravity).normalized();
+    Measurement m{pressure};
+    m.rows = 1;
+    for (int i = 0; i < 3; ++i) m.H[0][row_d + i] = up[i];
+    m.H[0][row_offset] = 1;
+    const double sigma = 0.5 * (earth::pressure_height_m(z[0] - z[1]) - earth::pressure_height_m(z[0] + z[1]));
+    m.R[0] = sigma * sigma;
+    m.r[0] = height - place.height_m - s.offset;
+    use(s, P, event, m);
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,49 @@
+// The body stands: it has no velocity, and does not turn about the vertical.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+// What stands and what glides look the same to an IMU, so that a speed has to be small too: that of the satellites while
+// it is fresh, else the own one while it is known. A body whose place was given and that no aid speaks of stands, even if it sways.
+bool Model::at_rest(const State& s, double now_s) const {
+    constexpr double slow_m_s = 0.3, slowest_m_s = 0.6, fresh_s = 2, known_m_s = 1;
+    if (now_s - s.last_s[ins::rest] < fresh_s) return true;
+    const bool alone = settings_.place_given && s.used[velocity] + s.used[position] + s.used[speed] == 0;
+    if (alone) return s.rest.sways(settings_.rest);
+    if (!s.rest.still(settings_.rest)) return false;
+    if (now_s - s.speed_known_s < fresh_s)
+        return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
+    if (!s.started()) return false;
+    const double variance = std::fmax(s.P[packed(row_v, row_v)], s.P[packed(row_v + 1, row_v + 1)]);
+    return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
+}
+
+void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
+    const bool told = has_new(s, event, ins::rest);
+    if (!told && !at_rest(s, event.t_s)) return;
+    Measurement still{ins::rest};
+    still.rows = 3;
+    still.put(0, row_v, Matrix3::Identity());
+    const double sigma = told ? event.value[ins::rest][0] : settings_.rest_velocity_m_s;
+    for (double& r : still.R) r = sigma * sigma;
+    vec(still.r) = -vec(s.x + 3);
+    use_absolute(s, P, event, still);
+
+    // The mean rate about the vertical is that of the Earth and a bias. The rates about the horizontal have told through the
+    // tilt already, with the same noise.
+    const double T = s.window.length_s;
+    if (!(T > 0)) return;
+    const Vector3 rate = attitude(s) * (vec(s.window.rate_sum) / T - vec(s.gyro_bias));
+    Measurement steady{ins::rest};
+    steady.rows = 1;
+    steady.H[0][row_phi] = rate[1];
+    steady.H[0][row_phi + 1] = -rate[0];
+    const Vector3 vertical_b = attitude(s).row(2).transpose();
+    for (int i = 0; i < 3; ++i) steady.H[0][row_gyro + i] = -vertical_b[i];
+    // What sways turns to and fro by what the detector saw.
+    steady.R[0] = (settings_.gyro_psd + settings_.rest_rate_density2) / T + s.rest.rate2 / 3;
+    steady.r[0] = s.earth_rate[2] - rate[2];
+    use(s, P, event, steady);
+}
+
+} // namespace hnav::ins

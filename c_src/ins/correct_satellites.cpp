@@ -1,0 +1,91 @@
+// Velocity and position by satellites, at their time of validity.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+namespace {
+
+// B(z) u is z in axes turned by -alpha: linear in u.
+void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turned) {
+    const double B[2][2] = {{z[0], z[1]}, {z[1], -z[0]}};
+    for (int i = 0; i < 2; ++i) {
+        (*turned)[i] = B[i][0] * u[0] + B[i][1] * u[1];
+        for (int k = 0; k < 2; ++k) m.H[i][row_u + k] = -B[i][k];
+    }
+}
+
+} // namespace
+
+void Model::correct_velocity(State& s, Covariance& P, const Event& event) const {
+    const double* value = event.value[velocity];
+    const bool free = is_free(s);
+    if (free && !passes_free_gates(s, event, velocity)) {
+        ++s.inflated[velocity];
+        return;
+    }
+    Measurement m{velocity};
+    m.rows = std::isnan(value[2]) ? 2 : 3;
+    // North and east are those of the receiver's own place.
+    const Matrix3 T = mat(s.axes);
+    const double* fix = event.value[position];
+    Matrix3 N = mat(s.fix_axes);
+    if (event.has(position)) N = earth::axes_at({fix[0], fix[1], fix[2]});
+    else if (!free) N = earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    Vector3 z = vec(value);
+    if (m.rows == 2) z[2] = 0;
+    z = T.transpose() * (N * z);
+    const Matrix3 R = attitude(s);
+    const Vector3 w = turn_rate(s), lever = R * w.cross(settings_.antenna_b);
+    const Vector3 a = R * specific_force(s) + vec(s.gravity) + R * w.cross(w.cross(settings_.antenna_b));
+    m.put(0, row_v, Matrix3::Identity());
+    m.put(0, row_phi, -cross_matrix(lever));
+    m.put(0, row_gyro, R * cross_matrix(settings_.antenna_b));
+    for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
+    if (free) {
+        put_turned(m, z, s.u, &z);
+        m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
+        // The latency times a velocity of unknown direction is a product: here it is noise.
+        for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * a.squaredNorm();
+    } else {
+        for (int i = 0; i < 3; ++i) m.H[i][row_latency] = -a[i];
+    }
+    const Vector3 expected = vec(s.x + 3) + lever - (free ? 0 : s.latency) * a;
+    vec(m.r) = z - expected;
+    use_absolute(s, P, event, m);
+}
+
+void Model::correct_position(State& s, Covariance& P, const Event& event) const {
+    const double* value = event.value[position];
+    const bool free = is_free(s);
+    if (free && !passes_free_gates(s, event, position)) {
+        ++s.inflated[position];
+        return;
+    }
+    constexpr double lost2 = 0.35 * 0.35;
+    if (free && P[row_phi + 2][row_phi + 2] > lost2) {
+        start_heading_anew(s, P, event);
+        return;
+    }
+    const earth::Place place{value[0], value[1], value[2]};
+    mat(s.fix_axes) = earth::axes_at(place);
+    Measurement m{position};
+    m.rows = 3;
+    Vector3 z = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
+    const Vector3 lever = attitude(s) * settings_.antenna_b, v = vec(s.x + 3);
+    m.put(0, row_d, Matrix3::Identity());
+    m.put(0, row_colour, Matrix3::Identity());
+    m.put(0, row_phi, -cross_matrix(lever));
+    for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
+    if (free) {
+        put_turned(m, z, s.u, &z);
+        m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
+        const bool known = event.t_s - s.speed_known_s < 2;
+        const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
+        for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * speed2;
+    } else {
+        for (int i = 0; i < 3; ++i) m.H[i][row_latency] = -v[i];
+    }
+    vec(m.r) = z - (vec(s.x) + lever + vec(s.colour) - (free ? 0 : s.latency) * v);
+    use_absolute(s, P, event, m);
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,71 @@
+// Speed along the body, and what wheels forbid. Only when the heading is known: a speed times a heading that may be the
+// opposite one would find the wrong of the two.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+namespace {
+
+// The velocity of the wheels' contact in body axes, and its rows.
+struct AtWheels {
+    Matrix3 by_velocity, by_turn, by_gyro;
+    Vector3 v_b;
+
+    AtWheels(const State& s, const Vector3& wheel_b) {
+        const Matrix3 R = attitude(s);
+        const Vector3 v = vec(s.x + 3);
+        by_velocity = R.transpose();
+        by_turn = R.transpose() * cross_matrix(v);
+        by_gyro = cross_matrix(wheel_b);
+        v_b = R.transpose() * v + turn_rate(s).cross(wheel_b);
+    }
+    void put(Measurement& m, int row, int axis) const {
+        for (int j = 0; j < 3; ++j) {
+            m.H[row][row_v + j] = by_velocity(axis, j);
+            m.H[row][row_phi + j] = by_turn(axis, j);
+            m.H[row][row_gyro + j] = by_gyro(axis, j);
+        }
+    }
+};
+
+} // namespace
+
+void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
+    if (is_free(s)) return;
+    const double* z = event.value[speed];
+    const AtWheels at(s, settings_.wheel_b);
+    Measurement m{speed};
+    m.rows = 1;
+    at.put(m, 0, 0);
+    for (int j = 0; j < errors; ++j) m.H[0][j] *= 1 + s.scale;
+    m.H[0][row_scale] = at.v_b[0];
+    m.R[0] = z[1] * z[1];
+    m.r[0] = z[0] - (1 + s.scale) * at.v_b[0];
+    use(s, P, event, m);
+}
+
+// A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns.
+void Model::correct_car(State& s, Covariance& P, const Event& event) const {
+    if (is_free(s) || !(settings_.car_across_m_s > 0)) return;
+    const AtWheels at(s, settings_.wheel_b);
+    const double forward = at.v_b[0], turning = turn_rate(s)[2];
+    Measurement m{speed};
+    m.rows = 2;
+    at.put(m, 0, 1);
+    at.put(m, 1, 2);
+    // In axes that the state has found to be turned in the body.
+    Measurement ahead{speed};
+    at.put(ahead, 0, 0);
+    for (int j = 0; j < errors; ++j) {
+        m.H[0][j] -= s.mount[0] * ahead.H[0][j];
+        m.H[1][j] += s.mount[1] * ahead.H[0][j];
+    }
+    m.H[0][row_mount] = -forward;
+    m.H[1][row_mount + 1] = forward;
+    m.r[0] = -(at.v_b[1] - s.mount[0] * forward);
+    m.r[1] = -(at.v_b[2] + s.mount[1] * forward);
+    const double slip = 1 + 9 * turning * turning + 0.01 * forward * forward * turning * turning;
+    m.R[0] = m.R[1] = settings_.car_across_m_s * settings_.car_across_m_s * slip;
+    use(s, P, event, m);
+}
+
+} // namespace hnav::ins

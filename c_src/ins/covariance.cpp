@@ -1,0 +1,143 @@
+// How errors grow: samples gather it at their own times, and the covariance follows a few times a second.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+void Model::clear_window(State& s) { s.window = {}; }
+
+// The interval that has just been crossed, at its middle.
+void Model::gather(State& s, double interval_s) const {
+    const double T = interval_s;
+    Window& w = s.window;
+    const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
+    const Matrix3 R = rotation_matrix(middle);
+    const Vector3 f = R * specific_force(s), rate = turn_rate(s);
+    const Matrix3 A = mat(w.A), B = mat(w.B), turned = cross_matrix(f) * (A + 0.5 * T * R);
+    mat(w.D) += T * A + 0.5 * T * T * R;
+    mat(w.C) += T * B + 0.5 * T * T * turned;
+    mat(w.B) += T * turned;
+    mat(w.A) += T * R;
+    vec(w.S) += T * vec(w.F) + 0.5 * T * T * f;
+    vec(w.F) += T * f;
+    vec(w.rate_sum) += T * vec(s.rate);
+    w.turned2 += T * rate.squaredNorm();
+    w.length_s += T;
+    vec(s.gates.gained) += vec(s.x + 3) - vec(s.seen_v);
+}
+
+namespace {
+
+constexpr int moved = 9;   // rows that the flow changes: d, v, phi
+constexpr int movers = 17; // columns that change them: these, biases, u
+
+struct Transition {
+    double M[moved][movers] = {};
+
+    void put(int row, int column, const Matrix3& block) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) M[row + i][column + j] = block(i, j);
+    }
+};
+
+Transition transition(const State& s) {
+    const Window& w = s.window;
+    const double T = w.length_s;
+    const Matrix3 I = Matrix3::Identity(), W = cross_matrix(vec(s.earth_rate));
+    const double fall = vec(s.gravity).norm() / earth::equator_m;
+    Matrix3 G = -fall * I;
+    G(2, 2) = 2 * fall;
+    Transition t;
+    t.put(row_d, row_d, I);
+    t.put(row_d, row_v, T * I);
+    t.put(row_d, row_phi, -cross_matrix(vec(w.S)));
+    t.put(row_d, row_gyro, mat(w.C));
+    t.put(row_d, row_accel, -mat(w.D));
+    t.put(row_v, row_d, T * G);
+    t.put(row_v, row_v, I - 2 * T * W);
+    t.put(row_v, row_phi, -cross_matrix(vec(w.F)));
+    t.put(row_v, row_gyro, mat(w.B));
+    t.put(row_v, row_accel, -mat(w.A));
+    t.put(row_phi, row_phi, I - T * W);
+    t.put(row_phi, row_gyro, -mat(w.A));
+    if (is_free(s)) {
+        // The rate of the Earth is (h c, -h s, z) in axes turned by -alpha, h horizontal and z down.
+        const double h = earth::rate_rad_s * std::hypot(s.axes[6], s.axes[7]);
+        const double vx = s.x[3], vy = s.x[4], vz = s.x[5];
+        t.M[row_phi][row_u] = -h * T;
+        t.M[row_phi + 1][row_u + 1] = h * T;
+        t.M[row_v + 1][row_u] = 2 * h * vz * T;
+        t.M[row_v + 2][row_u] = -2 * h * vy * T;
+        t.M[row_v][row_u + 1] = 2 * h * vz * T;
+        t.M[row_v + 2][row_u + 1] = -2 * h * vx * T;
+    }
+    return t;
+}
+
+// P <- M P M', mean <- M mean.
+void carry(const Transition& t, Covariance& P, double* mean) {
+    double rows[moved][errors] = {}, turned[moved] = {};
+    for (int i = 0; i < moved; ++i)
+        for (int k = 0; k < movers; ++k) {
+            const double m = t.M[i][k];
+            if (m == 0) continue;
+            for (int j = 0; j < errors; ++j) rows[i][j] += m * P[k][j];
+            turned[i] += m * mean[k];
+        }
+    for (int i = 0; i < moved; ++i) {
+        mean[i] = turned[i];
+        for (int j = moved; j < errors; ++j) P[i][j] = P[j][i] = rows[i][j];
+        for (int j = 0; j < moved; ++j) {
+            double sum = 0;
+            for (int k = 0; k < movers; ++k) sum += t.M[j][k] * rows[i][k];
+            P[i][j] = sum;
+        }
+    }
+}
+
+// A Gauss-Markov error keeps `share` of itself.
+void decay(Covariance& P, double* mean, int row, double share, double sigma) {
+    for (int j = 0; j < errors; ++j) P[row][j] *= share;
+    for (int j = 0; j < errors; ++j) P[j][row] *= share;
+    P[row][row] += sigma * sigma * (1 - share * share);
+    mean[row] *= share;
+}
+
+} // namespace
+
+void Model::propagate(const State& s, Covariance& P, double* mean) const {
+    const double T = s.window.length_s;
+    if (!(T > 0)) return;
+    carry(transition(s), P, mean);
+    const double colour = colour_kept(s);
+    for (int i = 0; i < 3; ++i) decay(P, mean, row_colour + i, colour, settings_.colour_m[i == 2]);
+    // The weather does not come back to what the standard says: a random walk as fast as told.
+    P[row_offset][row_offset] += 2 * settings_.pressure_colour_m * settings_.pressure_colour_m * T / settings_.pressure_colour_s;
+    add_noise(s, P);
+}
+
+double Model::colour_kept(const State& s) const { return std::exp(-s.window.length_s / settings_.colour_s); }
+
+void Model::add_noise(const State& s, Covariance& P) const {
+    const Window& w = s.window;
+    const double T = w.length_s, share = settings_.vibration_share * s.usual_interval_s;
+    const double accel = std::fmax(settings_.accel_psd, share * s.vibration_force2) * T;
+    const double gyro = std::fmax(settings_.gyro_psd, share * s.vibration_rate2) * T + settings_.gyro_rate_psd * w.turned2;
+    constexpr double turns_alike_s = 10;
+    // A wrong scale is a bias for as long as the body turns alike.
+    const double scale = settings_.gyro_scale2 * w.turned2 / turns_alike_s;
+    // While samples are missing the body may turn and accelerate as vehicles do.
+    constexpr double gap_rate = 0.2, gap_force = 2;
+    const double missed_turn = gap_rate * w.gap_s, missed_velocity = gap_force * w.gap_s,
+                 missed_way = 0.5 * missed_velocity * w.gap_s;
+    for (int i = 0; i < 3; ++i) {
+        P[row_v + i][row_v + i] += accel + missed_velocity * missed_velocity;
+        P[row_d + i][row_d + i] += accel * T * T / 3 + missed_way * missed_way;
+        P[row_d + i][row_v + i] += accel * T / 2;
+        P[row_v + i][row_d + i] += accel * T / 2;
+        P[row_phi + i][row_phi + i] += gyro + missed_turn * missed_turn;
+        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + scale;
+        P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
+    }
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,79 @@
+// At an event: what has been crossed is gathered, and samples correct.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+namespace {
+
+bool has_aid(const Event& event) { return event.present >> rest != 0; }
+
+void note_times(State& s, const Event& event) {
+    const double T = event.t_s - s.last_s[imu];
+    if (event.has(imu) && T > 0 && std::isfinite(T)) {
+        const bool gap = s.usual_interval_s > 0 && T > 3 * s.usual_interval_s;
+        s.usual_interval_s =
+            s.usual_interval_s > 0 ? (gap ? 1.2 * s.usual_interval_s : s.usual_interval_s + 0.1 * (T - s.usual_interval_s)) : T;
+    }
+    for (int c = 0; c < channel_count; ++c)
+        if (event.has(c)) {
+            s.last_s[c] = std::fmax(s.last_s[c], event.t_s);
+            ++s.used[c];
+        }
+    s.last_event_s = event.t_s;
+    quat(s.seen_q) = quat(s.x + 6);
+    vec(s.seen_v) = vec(s.x + 3);
+}
+
+} // namespace
+
+// The interval since the last event.
+void Model::cross(State& s, const Event& event) const {
+    const double since_s = event.t_s - s.last_event_s;
+    if (!(since_s > 0) || !std::isfinite(since_s)) return;
+    quat(s.x + 6).normalize();
+    gather(s, since_s);
+    const double without_s = event.has(imu) ? event.t_s - s.last_s[imu] : 0;
+    if (s.usual_interval_s > 0 && without_s > 3 * s.usual_interval_s) s.window.gap_s += without_s - s.usual_interval_s;
+    put_gravity(s);
+}
+
+// What detectors look at.
+void Model::note(State& s, const Event& event) const {
+    if (has_new(s, event, imu)) {
+        if (!settings_.backward_hold) hold(s, event);
+        const double T = event.t_s - s.last_s[imu];
+        if (std::isfinite(T)) s.rest.note(settings_.rest, vec(event.value[imu]), vec(event.value[imu] + 3), T);
+    }
+    if (!event.has(velocity)) return;
+    const double* z = event.value[velocity];
+    s.speed_known_m_s = std::hypot(z[0], z[1]);
+    s.speed_sigma_m_s = std::fmax(z[3], z[4]);
+    s.speed_known_s = event.t_s;
+}
+
+void Model::try_start(State& s, const Event& event) const {
+    level(s, event);
+    const bool has_place = event.has(position) || (settings_.place_given && event.has(imu));
+    if (s.phase != Phase::levelling || !has_place) return;
+    Vector3 down_b(0, 0, 1);
+    bool by_velocity = false;
+    if (settings_.state_given || find_tilt(s, event.t_s, &down_b, &by_velocity)) start(s, event, down_b, by_velocity);
+}
+
+void Model::jump(State& s, const Event& event) const {
+    if (s.gap_too_long && s.started()) {
+        // Nobody knows where the body went meanwhile; what was learnt of the sensors stays.
+        ++s.times_lost;
+        begin_levelling(s);
+    }
+    if (s.started()) cross(s, event);
+    note(s, event);
+    if (s.started()) {
+        const double half_s = event.has(imu) ? 0.5 * s.usual_interval_s : 0;
+        if (has_aid(event) || event.t_s - s.last_correction_s + half_s >= settings_.correction_interval_s) correct(s, event);
+    } else {
+        try_start(s, event);
+    }
+    note_times(s, event);
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,97 @@
+#include "ins/measurement.hpp"
+
+#include "maths/cholesky.hpp"
+
+#include <cmath>
+
+namespace hnav::ins {
+namespace {
+
+template <int m>
+struct Projected {
+    double PHt[m][errors] = {};
+    Square<m> known; // H P H'
+    Eigen::Matrix<double, m, 1> r;
+
+    Projected(const Covariance& P, const double* mean, const Measurement& given) {
+        for (int k = 0; k < m; ++k)
+            for (int i = 0; i < errors; ++i) {
+                if (given.H[k][i] == 0) continue;
+                for (int j = 0; j < errors; ++j) PHt[k][j] += given.H[k][i] * P[i][j];
+            }
+        for (int k = 0; k < m; ++k) {
+            r[k] = given.r[k] - dot(given.H[k], mean);
+            for (int l = 0; l < m; ++l) known(k, l) = dot(given.H[k], PHt[l]);
+        }
+        symmetrise<m>(known);
+    }
+
+    static double dot(const double* a, const double* b) {
+        double sum = 0;
+        for (int i = 0; i < errors; ++i) sum += a[i] * b[i];
+        return sum;
+    }
+
+    // P <- P - PHt S^-1 PHt', error = PHt S^-1 r
+    void update(const Cholesky<m>& S, Covariance& P, double* error) const {
+        Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
+        symmetrise<m>(inverse);
+        for (int k = 0; k < m; ++k) {
+            double gain[errors] = {};
+            for (int l = 0; l < m; ++l)
+                for (int i = 0; i < errors; ++i) gain[i] += inverse(k, l) * PHt[l][i];
+            for (int i = 0; i < errors; ++i) {
+                error[i] += gain[i] * r[k];
+                if (gain[i] == 0) continue;
+                for (int j = 0; j < errors; ++j) P[i][j] -= gain[i] * PHt[k][j];
+            }
+        }
+    }
+};
+
+template <int m>
+Correction correct(Covariance& P, const double* mean, const Measurement& given, double gate_nis) {
+    const Projected<m> of(P, mean, given);
+    const auto total = [&](double known, double noise) {
+        Square<m> S = known * of.known;
+        for (int k = 0; k < m; ++k) S(k, k) += noise * given.R[k];
+        return Cholesky<m>(S);
+    };
+    Correction result{};
+    Cholesky<m> S = total(1, 1);
+    result.sound = S.positive();
+    if (!result.sound) return result;
+    result.nis = of.r.dot(S.template solve<1>(of.r));
+    result.scale = 1;
+    if (given.gated && gate_nis > 0 && result.nis > gate_nis) {
+        const double over = result.nis / gate_nis;
+        result.scale = over * over;
+        S = total(over, result.scale);
+    }
+    of.update(S, P, result.error);
+    return result;
+}
+
+} // namespace
+
+void turn_rows(Covariance& P, int row, const Matrix3& C) {
+    for (int j = 0; j < errors; ++j) {
+        const Vector3 column = C * Vector3(P[row][j], P[row + 1][j], P[row + 2][j]);
+        for (int i = 0; i < 3; ++i) P[row + i][j] = column[i];
+    }
+    for (int j = 0; j < errors; ++j) {
+        const Vector3 line = C * vec(P[j] + row);
+        vec(P[j] + row) = line;
+    }
+}
+
+Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis) {
+    // 99.9 % of chi square with 3, 2, 1 degrees of freedom, in units of that with 3.
+    switch (m.rows) {
+    case 1: return correct<1>(P, mean, m, 0.66 * gate_nis);
+    case 2: return correct<2>(P, mean, m, 0.85 * gate_nis);
+    default: return correct<3>(P, mean, m, gate_nis);
+    }
+}
+
+} // namespace hnav::ins

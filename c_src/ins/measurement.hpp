@@ -1,0 +1,62 @@
+// What a sample says of the errors, r = H error + noise, and the covariance that it corrects.
+#pragma once
+
+#include "ins/state.hpp"
+
+namespace hnav::ins {
+
+// The whole matrix, symmetric; plain loops over it compile in no time and run as fast as products of fixed size.
+struct Covariance {
+    double P[errors][errors];
+
+    static Covariance of(const double* upper) {
+        Covariance c;
+        for (int i = 0; i < errors; ++i)
+            for (int j = i; j < errors; ++j) c.P[i][j] = c.P[j][i] = *upper++;
+        return c;
+    }
+    void keep(double* upper) const {
+        for (int i = 0; i < errors; ++i)
+            for (int j = i; j < errors; ++j) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+    }
+    double* operator[](int i) { return P[i]; }
+    const double* operator[](int i) const { return P[i]; }
+    Matrix3 block(int row, int column) const {
+        Matrix3 m;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) m(i, j) = P[row + i][column + j];
+        return m;
+    }
+    Vector3 variances(int row) const { return {P[row][row], P[row + 1][row + 1], P[row + 2][row + 2]}; }
+    void forget(int row) {
+        for (int j = 0; j < errors; ++j) P[row][j] = P[j][row] = 0;
+    }
+};
+
+// A vector of the state is told in axes turned by C.
+void turn_rows(Covariance& P, int row, const Matrix3& C);
+
+struct Measurement {
+    int channel;
+    int rows = 0;
+    double H[3][errors] = {};
+    double r[3] = {}, R[3] = {}; // residual, variance of its noise
+    bool gated = true;
+
+    void put(int row, int column, const Matrix3& block) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) H[row + i][column + j] = block(i, j);
+    }
+};
+
+// What a correction came to. NIS before the gate; scale: of the noise, above 1 when the gate inflated it.
+struct Correction {
+    double nis, scale;
+    bool sound;
+    double error[errors];
+};
+
+// mean: of the error before. The gate inflates the noise so that the influence of a sample beyond it falls.
+Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis);
+
+} // namespace hnav::ins

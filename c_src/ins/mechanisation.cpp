@@ -1,0 +1,156 @@
+// Between events: displacement, velocity and attitude under the held rate and force.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+namespace {
+
+// Twice integrated rotation of a held rate: integral over [0, T] of (T - t) exp([w]x t) dt.
+Matrix3 twice_integrated(const Vector3& w, double T) {
+    const double w2 = w.squaredNorm(), x2 = w2 * T * T;
+    double b, c; // of [w]x and its square
+    if (x2 < 0.01) {
+        b = T * T * T * (1.0 / 6 - x2 / 120);
+        c = T * T * T * T * (1.0 / 24 - x2 / 720);
+    } else {
+        const double n = std::sqrt(w2), x = n * T;
+        b = (x - std::sin(x)) / (w2 * n);
+        c = (0.5 * x2 - 1 + std::cos(x)) / (w2 * w2);
+    }
+    const Matrix3 W = cross_matrix(w);
+    return 0.5 * T * T * Matrix3::Identity() + b * W + c * W * W;
+}
+
+// At d, from the place where it was computed: on a ball it falls off with the square of the distance from the centre.
+Vector3 gravity_near(const State& s, const Vector3& d) {
+    const Vector3 g = vec(s.gravity), off = d - vec(s.gravity_at);
+    const double strength = g.norm();
+    if (!(strength > 0)) return g;
+    const Vector3 down = g / strength;
+    return g - strength / earth::equator_m * (off - 3 * down.dot(off) * down);
+}
+
+} // namespace
+
+void Model::put_gravity(State& s) {
+    const Matrix3 T = mat(s.axes);
+    const Vector3 d = vec(s.x);
+    vec(s.gravity) = T.transpose() * earth::gravity_at(vec(s.anchor_e) + T * d);
+    vec(s.gravity_at) = d;
+}
+
+bool Model::plausible(const State& s) const {
+    if (!s.started()) return true;
+    const double length2 = quat(s.x + 6).squaredNorm();
+    return length2 > 0.25 && length2 < 4 && vec(s.x).norm() < 1e8 && vec(s.x + 3).norm() < 1e5 && vec(s.gyro_bias).norm() < 1e3 &&
+           vec(s.accel_bias).norm() < 1e4;
+}
+
+void Model::normalise(State& s) const {
+    const double length2 = quat(s.x + 6).squaredNorm();
+    if (!(length2 > 0.25 && length2 < 4)) quat(s.x + 6).normalize();
+}
+
+void Model::nominal(double* x) const {
+    for (int i = 0; i < nx; ++i) x[i] = 1;
+}
+
+void Model::flow(const State& s, const double* x, double* dx) const {
+    if (!s.started()) {
+        for (int i = 0; i < nx; ++i) dx[i] = 0;
+        return;
+    }
+    const Vector3 v(x + 3), W = vec(s.earth_rate);
+    const Quaternion q(x + 6);
+    vec(dx) = v;
+    vec(dx + 3) = rotation_matrix(q) * specific_force(s) + gravity_near(s, vec(x)) - 2 * W.cross(v);
+    quat(dx + 6) = Xi(q) * turn_rate(s) - 0.5 * across(q) * W;
+}
+
+void Model::flow_exactly(State& s, double interval_s) const {
+    const double T = interval_s;
+    const Vector3 w = turn_rate(s), f = specific_force(s), W = vec(s.earth_rate), d = vec(s.x), v = vec(s.x + 3);
+    const Quaternion q = quat(s.x + 6);
+    const Matrix3 R = rotation_matrix(q);
+    const HeldTurn<double> turn(w, T);
+    const Vector3 by_force = R * (turn.integral * f), g = gravity_near(s, d);
+    // What the turn of the Earth and the fall of gravity change within the interval, to second order.
+    const Vector3 a = g - 2 * W.cross(v), slope = gravity_near(s, d + T * v) - g;
+    const Vector3 gained = by_force + a * T - (0.5 * T) * W.cross(by_force) - T * W.cross(by_force + a * T) + 0.5 * T * slope;
+    vec(s.x) += v * T + R * (twice_integrated(w, T) * f) + 0.5 * T * T * a;
+    vec(s.x + 3) += gained;
+    quat(s.x + 6) = multiply(rotation_quaternion(W * -T), multiply(q, turn.q));
+}
+
+// A sample that is the mean of its interval turns and moves the body further where its axes turn within: what lies between
+// neighbouring samples tells by how much. Three of them leave nothing of a coning of 10 Hz at 200 Hz; the coefficients make
+// the error of a steady coning vanish to the seventh order of its angle.
+void Model::hold(State& s, const Event& event) const {
+    constexpr double share[history] = {113.0 / 840, -13.0 / 420, 1.0 / 280};
+    const double* y = event.value[imu];
+    const double T = event.t_s - s.last_s[imu];
+    note_vibration(s, event);
+    vec(s.rate) = vec(y);
+    vec(s.force) = vec(y + 3);
+    vec(s.coning).setZero();
+    vec(s.sculling).setZero();
+    if (!settings_.backward_hold || !(T > 0)) return;
+    if (!(std::fabs(T - s.past_interval_s) <= 0.2 * T)) {
+        for (int k = 0; k < history; ++k)
+            for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
+    }
+    const Vector3 turn = T * vec(y), gain = T * vec(y + 3);
+    Vector3 coning = Vector3::Zero(), sculling = Vector3::Zero();
+    for (int k = 0; k < history; ++k) {
+        const Vector3 turn_k = vec(s.past_turn[k]), gain_k = vec(s.past_gain[k]);
+        coning += share[k] * turn_k.cross(turn);
+        sculling += share[k] * (turn_k.cross(gain) + gain_k.cross(turn));
+    }
+    if (std::isfinite(coning.sum() + sculling.sum())) {
+        vec(s.coning) = coning / T;
+        vec(s.sculling) = sculling / T;
+    }
+    for (int k = history - 1; k > 0; --k) {
+        vec(s.past_turn[k]) = vec(s.past_turn[k - 1]);
+        vec(s.past_gain[k]) = vec(s.past_gain[k - 1]);
+    }
+    vec(s.past_turn[0]) = turn;
+    vec(s.past_gain[0]) = gain;
+    s.past_interval_s = T;
+}
+
+// Vibration and the noise of the sensor itself, as samples show them: what a sample differs by from the mean of its
+// neighbours. A motion that sensors follow leaves nothing there.
+void Model::note_vibration(State& s, const Event& event) const {
+    constexpr double memory_s = 2;
+    const double T = event.t_s - s.last_s[imu];
+    if (!(T > 0) || !(T < 0.5)) return;
+    const double* y = event.value[imu];
+    const double share = T / (memory_s + T);
+    // The mean of last and new against the one held between them would need both; the second difference is the same thing.
+    const Vector3 w = vec(y) - 2 * vec(s.rate) + vec(s.past_turn[1]) / s.past_interval_s;
+    const Vector3 f = vec(y + 3) - 2 * vec(s.force) + vec(s.past_gain[1]) / s.past_interval_s;
+    if (!std::isfinite(w.sum() + f.sum())) return;
+    // White samples of variance 1 have second differences of variance 6, on three axes 18.
+    s.vibration_rate2 += share * (w.squaredNorm() / 18 - s.vibration_rate2);
+    s.vibration_force2 += share * (f.squaredNorm() / 18 - s.vibration_force2);
+}
+
+void Model::before_flow(State& s, const Event& event) const {
+    s.gap_too_long = event.has(imu) && event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
+    if (!settings_.backward_hold || !has_new(s, event, imu)) return;
+    // Events of aids since the last sample went on under that one; the new one stands for their interval too.
+    const double went_on_s = s.last_event_s - s.last_s[imu];
+    const bool flowed = s.started() && went_on_s > 0 && !s.gap_too_long;
+    if (flowed) flow_exactly(s, -went_on_s);
+    hold(s, event);
+    if (flowed) flow_exactly(s, went_on_s);
+}
+
+void Model::rehold(State& s, const Event& event, double interval_s) const {
+    const bool flowed = settings_.backward_hold && event.has(imu) && s.started() && interval_s > 0 && std::isfinite(interval_s);
+    if (flowed) flow_exactly(s, -interval_s);
+    before_flow(s, event);
+    if (flowed) flow_exactly(s, interval_s);
+}
+
+} // namespace hnav::ins

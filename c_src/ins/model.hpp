@@ -1,0 +1,136 @@
+// Inertial navigation that finds its heading by itself: position, velocity and attitude from rate, force and aids, aligned
+// from any heading, in motion or by the rate of the Earth.
+//
+// Between events d, v, q flow in Earth-fixed axes t (state.hpp), so there is no transport rate, and poles and date line are
+// places like any other:
+//     d' = v,   v' = R f + g(d) - 2 W x v,   q' = 1/2 q (0, w) - 1/2 (0, W) q
+// The flow carries no covariance: samples gather how errors grow (Window), and a few times a second the covariance follows.
+//
+// Any heading. At the start nothing is known of it. Then all vectors are held in t turned about the vertical by -alpha, and
+// u = (cos alpha, sin alpha) are two states: what the satellites say, the rate of the Earth and a heading aid are linear in
+// them, so that no guess is made and no linearisation about a wrong heading. The posterior of alpha on the circle follows
+// (circle.hpp), with all its modes; once it is narrow as a whole the filter is conditioned on its mode and goes on as
+// everybody's. Scherzinger 1996 and Rogers 1997 have such states for large heading errors.
+//
+// The functions are defined in the files named beside them.
+#pragma once
+
+#include "ins/measurement.hpp"
+#include "ins/state.hpp"
+
+namespace hnav::ins {
+
+// What is told of the body at one time, in north-east-down axes at the place.
+struct Navigation {
+    earth::Place place;
+    Vector3 velocity_n;
+    Quaternion q_nb;
+    Vector3 sigma_position, sigma_velocity, sigma_rotation;
+    Vector3 position_e, velocity_e;
+    Circle circle;
+    bool tilt_ready, heading_ready, velocity_ready, position_ready;
+};
+
+class Model {
+public:
+    static constexpr int nx = ins::nx;
+    using Event = ins::Event;
+    using State = ins::State;
+
+    Model() = default;
+    explicit Model(const Settings& settings) : settings_(settings) {}
+    const Settings& settings() const { return settings_; }
+
+    // start.cpp
+    void begin(State& s) const;
+
+    // mechanisation.cpp
+    bool flows(const State& s) const { return s.started() && !s.gap_too_long; }
+    bool plausible(const State& s) const;
+    void normalise(State& s) const;
+    void nominal(double* x) const;
+    void flow(const State& s, const double* x, double* dx) const;
+    static constexpr bool has_closed_form = true;
+    void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same inputs
+    void before_flow(State& s, const Event& event) const;
+    static constexpr bool reholds = true;
+    void rehold(State& s, const Event& event, double interval_s) const;
+    static constexpr bool turns_back = false, knows_rate = false; // the step is controlled: forces count as much as rates
+
+    // jump.cpp
+    void jump(State& s, const Event& event) const;
+
+    // outputs.cpp; ahead_s: how far the state has been brought beyond its last event.
+    Navigation navigation(const State& s, double ahead_s, double now_s) const;
+    Covariance covariance_at(const State& s, double ahead_s) const;
+    bool at_rest(const State& s, double now_s) const; // correct_rest.cpp
+
+private:
+    // outputs.cpp
+    void put_readiness(const State& s, double now_s, Navigation* n) const;
+
+    // jump.cpp
+    void cross(State& s, const Event& event) const;
+    void note(State& s, const Event& event) const;
+    void try_start(State& s, const Event& event) const;
+
+    // mechanisation.cpp
+    void hold(State& s, const Event& event) const;
+    void note_vibration(State& s, const Event& event) const;
+    static void put_gravity(State& s);
+
+    // covariance.cpp
+    void gather(State& s, double interval_s) const;
+    void propagate(const State& s, Covariance& P, double* mean) const;
+    void add_noise(const State& s, Covariance& P) const;
+    double colour_kept(const State& s) const; // share of the slow error of the satellites
+    static void clear_window(State& s);
+
+    // start.cpp
+    void level(State& s, const Event& event) const;
+    bool find_tilt(const State& s, double now_s, Vector3* down_b, bool* by_velocity) const;
+    void start(State& s, const Event& event, const Vector3& down_b, bool by_velocity) const;
+    void start_covariance(State& s, const Vector3& first_sigma, bool by_velocity) const;
+    void anchor(State& s, const earth::Place& place) const;
+    void begin_levelling(State& s) const;
+
+    // any_heading.cpp
+    void centre(State& s, Covariance& P, bool look_at_circle) const;
+    void collapse(State& s, Covariance& P) const;
+    void start_heading_anew(State& s, Covariance& P, const Event& event) const;
+    bool passes_free_gates(State& s, const Event& event, int channel) const;
+
+    // anchor.cpp
+    void move_anchor(State& s, Covariance& P) const;
+
+    // correct.cpp
+    void correct(State& s, const Event& event) const;
+    void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
+    void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
+    void apply(State& s, const double* error) const;
+    double heading_variance(const State& s, const Covariance& P) const;
+    static void note_strain(State& s, int channel, double nis, double now_s);
+    void begin_anew_if_strained(State& s, double now_s) const;
+
+    // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
+    void correct_rest(State& s, Covariance& P, const Event& event) const;
+    void correct_speed(State& s, Covariance& P, const Event& event) const;
+    void correct_car(State& s, Covariance& P, const Event& event) const;
+    void correct_pressure(State& s, Covariance& P, const Event& event) const;
+    void correct_velocity(State& s, Covariance& P, const Event& event) const;
+    void correct_position(State& s, Covariance& P, const Event& event) const;
+    void correct_heading(State& s, Covariance& P, const Event& event) const;
+
+    Settings settings_{};
+};
+
+// Rate and force that move the body now: what is held, without bias, with coning and sculling.
+inline Vector3 turn_rate(const State& s) { return vec(s.rate) - vec(s.gyro_bias) + vec(s.coning); }
+inline Vector3 specific_force(const State& s) { return vec(s.force) - vec(s.accel_bias) + vec(s.sculling); }
+inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
+inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
+inline bool has_new(const State& s, const Event& event, int channel) {
+    return event.has(channel) && !(event.t_s <= s.last_s[channel]);
+}
+
+} // namespace hnav::ins

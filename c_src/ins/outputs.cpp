@@ -1,0 +1,71 @@
+// What the filter tells: always of the likeliest heading, with the spread over the whole circle.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+Covariance Model::covariance_at(const State& s, double ahead_s) const {
+    State now = s;
+    if (ahead_s > 0 && flows(s)) {
+        gather(now, ahead_s);
+        now.window.gap_s += std::fmax(0, ahead_s - 3 * s.usual_interval_s);
+    }
+    Covariance P = Covariance::of(now.P);
+    propagate(now, P, now.mean);
+    return P;
+}
+
+void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
+    constexpr double fresh_s = 60, silent_s = 1;
+    const auto earned = [](double information, double limit) { return information > 1 / (limit * limit); };
+    const bool alive = s.started() && now_s - s.last_s[imu] <= silent_s;
+    const double fixed_s = std::fmax(s.last_s[position], std::fmax(s.last_s[velocity], s.last_s[ins::rest]));
+    const bool fixed = alive && (now_s - fixed_s < fresh_s || at_rest(s, now_s));
+    const double tilt = std::fmax(n->sigma_rotation[0], n->sigma_rotation[1]);
+    const double lie = std::sqrt(std::fmax(1, s.nis_mean));
+    n->tilt_ready = alive && tilt * lie < settings_.ready_tilt && earned(s.information_tilt, settings_.ready_tilt);
+    n->heading_ready = alive && now_s - s.heading_since_s >= settings_.ready_hold_s &&
+                       n->sigma_rotation[2] * lie < settings_.ready_heading &&
+                       earned(s.information_heading, settings_.ready_heading);
+    n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < settings_.ready_velocity &&
+                        earned(s.information_velocity, settings_.ready_velocity);
+    n->position_ready = fixed && n->sigma_position.head<2>().maxCoeff() * lie < settings_.ready_position &&
+                        (settings_.place_given || earned(s.information_position, settings_.ready_position));
+}
+
+Navigation Model::navigation(const State& s, double ahead_s, double now_s) const {
+    const Covariance P = covariance_at(s, ahead_s);
+    Navigation n{};
+    // Out of the axes turned by -alpha, then north-east-down of the place itself.
+    const Quaternion turn = rotation_quaternion(Vector3(0, 0, is_free(s) ? s.circle.mode_rad : 0));
+    const Matrix3 alpha = rotation_matrix(turn), T = mat(s.axes);
+    const Matrix3 to_earth = T * alpha;
+    n.position_e = vec(s.anchor_e) + to_earth * vec(s.x);
+    n.velocity_e = to_earth * vec(s.x + 3);
+    n.place = earth::place_of(n.position_e);
+    const Matrix3 to_north = earth::axes_at(n.place).transpose() * to_earth;
+    n.velocity_n = to_north * vec(s.x + 3);
+    n.q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
+    const auto sigma = [&](int row) {
+        const Vector3 variances = (to_north * P.block(row, row) * to_north.transpose()).diagonal();
+        return Vector3(variances.cwiseMax(0).cwiseSqrt());
+    };
+    n.sigma_position = sigma(row_d);
+    n.sigma_velocity = sigma(row_v);
+    n.sigma_rotation = sigma(row_phi);
+    n.sigma_rotation[2] = std::sqrt(std::fmax(0, heading_variance(s, P)));
+    if (is_free(s)) {
+        // A heading that is off turns what lies far away and what moves fast.
+        const double spread = std::fmin(s.circle.spread_rad, 1.0);
+        n.sigma_velocity.head<2>().array() += spread * n.velocity_n.head<2>().norm();
+        n.sigma_position.head<2>().array() += spread * vec(s.x).head<2>().norm();
+    }
+    n.circle = s.circle;
+    if (!is_free(s)) n.circle = {0, n.sigma_rotation[2], 0, 0};
+    n.circle.mode_rad = roll_pitch_yaw(n.q_nb)[2];
+    if (is_free(s)) n.circle.second_rad = wrap_angle(n.circle.mode_rad + s.circle.second_rad - s.circle.mode_rad);
+
+    put_readiness(s, now_s, &n);
+    return n;
+}
+
+} // namespace hnav::ins

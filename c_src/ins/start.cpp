@@ -1,0 +1,219 @@
+// The start: tilt from a few seconds of motion, no heading yet.
+//
+// The velocity that the force brings in axes which the gyroscopes hold, against that of the satellites, tells the tilt of a
+// body that accelerates and banks (optimisation-based alignment, Wu and Pan 2013). Its heading is not used: the filter finds
+// that by itself, and nothing is counted twice. Without velocities the mean force has to do.
+#include "ins/model.hpp"
+
+#include <Eigen/SVD>
+
+namespace hnav::ins {
+namespace {
+
+constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean force of a vehicle
+constexpr double wide_velocity_share = 0.2; // vertical velocities are smaller than horizontal ones
+
+} // namespace
+
+void Model::begin_levelling(State& s) const {
+    s.levelling = {};
+    s.levelling.q[0] = 1;
+    s.levelling.began_s = s.levelling.first_velocity_s = nan;
+    s.phase = std::isfinite(s.last_s[imu]) ? Phase::levelling : Phase::waiting;
+    s.gates = {};
+    s.gates.velocity_s = s.gates.position_s = nan;
+    s.rest = {};
+    s.heading_since_s = s.strained_since_s = nan;
+    s.strain = 1;
+    for (double& e : s.mean) e = 0;
+}
+
+void Model::begin(State& s) const {
+    s = State{};
+    s.x[6] = 1;
+    s.u[0] = 1;
+    for (int c = 0; c < channel_count; ++c) {
+        s.last_s[c] = -std::numeric_limits<double>::infinity();
+        s.refused_since_s[c] = nan;
+        s.innovation[c].t_s = nan;
+    }
+    s.last_event_s = s.last_correction_s = -std::numeric_limits<double>::infinity();
+    for (int k = 0; k < history; ++k)
+        for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
+    s.speed_known_s = nan;
+    s.nis_mean = 1;
+    s.circle.spread_rad = M_PI / std::sqrt(3.0);
+    if (settings_.place_given) anchor(s, settings_.start_place);
+    for (int i = 0; i < 3; ++i) {
+        const auto put = [&](int row, double sigma) { s.P[packed(row + i, row + i)] = sigma * sigma; };
+        put(row_gyro, settings_.sigma_gyro);
+        put(row_accel, settings_.sigma_accel);
+    }
+    begin_levelling(s);
+}
+
+void Model::anchor(State& s, const earth::Place& place) const {
+    const Matrix3 T = earth::axes_at(place);
+    vec(s.anchor_e) = earth::position_of(place);
+    mat(s.axes) = T;
+    mat(s.fix_axes) = T;
+    vec(s.earth_rate) = T.transpose() * Vector3(0, 0, earth::rate_rad_s);
+    vec(s.x).setZero();
+    put_gravity(s);
+    s.has_place = 1;
+}
+
+// A sample of the IMU, or a velocity, on the way to the first tilt.
+void Model::level(State& s, const Event& event) const {
+    Levelling& l = s.levelling;
+    const double T = event.t_s - s.last_event_s;
+    if (std::isfinite(s.last_s[imu]) && T > 0 && T < settings_.longest_gap_s) {
+        const Vector3 w = turn_rate(s), f = specific_force(s);
+        const Quaternion q = quat(l.q);
+        const HeldTurn<double> turn(w, T);
+        const Matrix3 R = rotation_matrix(q);
+        vec(l.gained) += R * (turn.integral * f);
+        mat(l.sum_A) += T * mat(l.A) + 0.5 * T * T * R;
+        mat(l.A) += T * R;
+        quat(l.q) = multiply(q, turn.q).normalized();
+        vec(l.force) = Vector3(rotation_matrix(turn.q).transpose() * vec(l.force));
+        l.length_s += T;
+    } else if (T >= settings_.longest_gap_s && std::isfinite(s.last_event_s)) {
+        begin_levelling(s);
+    }
+    if (event.has(imu)) {
+        if (std::isnan(l.began_s)) l.began_s = event.t_s;
+        vec(l.force) += vec(event.value[imu] + 3) - vec(s.accel_bias);
+        l.samples += 1;
+        s.phase = Phase::levelling;
+    }
+    if (!event.has(velocity) || std::isnan(event.value[velocity][2]) || std::isnan(l.began_s)) return;
+    const Vector3 v = vec(event.value[velocity]);
+    if (std::isnan(l.first_velocity_s)) {
+        // From here on both sides are gathered.
+        const double samples = l.samples, began = l.began_s;
+        const Vector3 force = vec(l.force);
+        l = {};
+        l.q[0] = 1;
+        l.began_s = began;
+        l.samples = samples;
+        vec(l.force) = force;
+        l.first_velocity_s = event.t_s;
+        vec(l.velocity0) = v;
+        return;
+    }
+    const double strength = s.has_place ? vec(s.gravity).norm() : 9.8;
+    const Vector3 seen = v - vec(l.velocity0) - Vector3(0, 0, strength * (event.t_s - l.first_velocity_s)),
+                  gained = vec(l.gained);
+    mat(l.moment) += seen * gained.transpose();
+    vec(l.sum_seen) += seen;
+    vec(l.sum_gained) += gained;
+    l.count += 1;
+}
+
+// down_b: the vertical in the body now.
+bool Model::find_tilt(const State& s, double now_s, Vector3* down_b, bool* by_velocity) const {
+    const Levelling& l = s.levelling;
+    *by_velocity = l.count >= 2 && now_s - l.first_velocity_s >= settings_.level_window_s;
+    if (*by_velocity) {
+        const Matrix3 moment = mat(l.moment) - vec(l.sum_seen) * vec(l.sum_gained).transpose() / l.count;
+        const Eigen::JacobiSVD<Matrix3> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        Matrix3 U = svd.matrixU();
+        if (U.determinant() * svd.matrixV().determinant() < 0) U.col(2) *= -1;
+        *down_b = (U * svd.matrixV().transpose() * rotation_matrix(quat(l.q))).row(2).transpose();
+        return true;
+    }
+    // A single velocity may be the last one.
+    const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
+    const Vector3 force = vec(l.force);
+    if (l.count >= 2 || !(now_s - l.began_s >= patience * settings_.level_window_s) || !(force.norm() > 0)) return false;
+    *down_b = -force.normalized();
+    return true;
+}
+
+// Sigmas of the first position are its own and a wide one: a bad first fix does no harm.
+void Model::start_covariance(State& s, const Vector3& first_sigma, bool by_velocity) const {
+    Covariance P = Covariance::of(s.P);
+    for (int row = 0; row < errors; ++row)
+        if (row < row_gyro || row >= row_u) P.forget(row);
+    const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
+    for (int i = 0; i < 3; ++i) {
+        const double colour = settings_.colour_m[i == 2], wide = settings_.place_given ? 0 : settings_.sigma_first_fix_m;
+        put(row_colour + i, colour);
+        P[row_d + i][row_d + i] = first_sigma[i] * first_sigma[i] + wide * wide + colour * colour;
+        P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour * colour;
+        put(row_v + i, settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1));
+    }
+    put(row_scale, settings_.sigma_scale);
+    put(row_mount, settings_.sigma_mount);
+    put(row_mount + 1, settings_.sigma_mount);
+    put(row_latency, settings_.sigma_latency);
+    const double tilt =
+        by_velocity || settings_.state_given ? settings_.sigma_tilt : std::fmax(mean_force_tilt, settings_.sigma_tilt);
+    if (settings_.state_given) {
+        put(row_phi, tilt);
+        put(row_phi + 1, tilt);
+        put(row_phi + 2, settings_.sigma_heading);
+        P.keep(s.P);
+        return;
+    }
+    put(row_u, std::sqrt(0.5));
+    put(row_u + 1, std::sqrt(0.5));
+    // The window turned by wrong rates and pushed by wrong forces: the tilt holds the biases.
+    const Levelling& l = s.levelling;
+    const Matrix3 to_now = attitude(s) * rotation_matrix(quat(l.q)).transpose();
+    Matrix3 by_gyro = Matrix3::Zero(), by_accel = Matrix3::Zero();
+    if (l.length_s > 0) {
+        by_gyro = -(to_now * (mat(l.A) - mat(l.sum_A) / l.length_s));
+        const Matrix3 mean = to_now * mat(l.A) / l.length_s;
+        const double g = vec(s.gravity).norm();
+        by_accel.row(0) = mean.row(1) / g;
+        by_accel.row(1) = -mean.row(0) / g;
+    }
+    by_gyro.row(2).setZero();
+    const Matrix3 G = P.block(row_gyro, row_gyro), F = P.block(row_accel, row_accel);
+    const Matrix3 with_gyro = by_gyro * G, with_accel = by_accel * F;
+    const Matrix3 own = with_gyro * by_gyro.transpose() + with_accel * by_accel.transpose();
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            P[row_phi + i][row_gyro + j] = P[row_gyro + j][row_phi + i] = with_gyro(i, j);
+            P[row_phi + i][row_accel + j] = P[row_accel + j][row_phi + i] = with_accel(i, j);
+        }
+        for (int j = 0; j < 2; ++j) P[row_phi + i][row_phi + j] = own(i, j) + (i == j ? tilt * tilt : 0);
+    }
+    P.keep(s.P);
+}
+
+// At the first fix after the window, or with the place given.
+void Model::start(State& s, const Event& event, const Vector3& down_b, bool by_velocity) const {
+    Vector3 sigma = Vector3::Zero();
+    if (event.has(position)) {
+        const double* p = event.value[position];
+        anchor(s, {p[0], p[1], p[2]});
+        sigma = vec(p + 3);
+    }
+    const double roll = std::atan2(down_b[1], down_b[2]), pitch = std::atan2(-down_b[0], std::hypot(down_b[1], down_b[2]));
+    const Quaternion level = multiply(rotation_quaternion(Vector3(0, pitch, 0)), rotation_quaternion(Vector3(roll, 0, 0)));
+    quat(s.x + 6) = settings_.state_given ? settings_.start_q : level;
+    vec(s.x + 3) = settings_.state_given ? settings_.start_velocity : Vector3(Vector3::Zero());
+    vec(s.x) = -(attitude(s) * settings_.antenna_b);
+    if (settings_.place_given && !event.has(position)) vec(s.x).setZero();
+    s.u[0] = settings_.state_given ? 1 : 0;
+    s.u[1] = 0;
+    if (!settings_.state_given) s.earth_rate[0] = s.earth_rate[1] = 0;
+    s.circle = {0, settings_.state_given ? 0 : M_PI / std::sqrt(3.0), 0, 0};
+    for (double& e : s.mean) e = 0;
+    s.latency = s.scale = 0;
+    s.offset = nan; // until there is a pressure
+    for (double& c : s.colour) c = 0;
+    for (double& m : s.mount) m = 0;
+    s.nis_mean = 1;
+    start_covariance(s, sigma, by_velocity);
+    s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
+    s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
+    put_gravity(s);
+    clear_window(s);
+    s.last_correction_s = event.t_s;
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,164 @@
+// What the navigation filter is told, and all that changes in it.
+//
+//   t  Earth-fixed axes, north-east-down at an anchor near the body. While the heading is unknown vectors of t are held
+//      turned about the vertical by -alpha, and u = (cos alpha, sin alpha) is a part of the state.
+//   d  displacement from the anchor
+#pragma once
+
+#include "hybrid/event.hpp"
+#include "ins/rest_detector.hpp"
+#include "maths/earth.hpp"
+
+#include <cstdint>
+#include <limits>
+
+namespace hnav::ins {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// In the order in which samples of one instant act.
+enum Channel : int { imu, rest, speed, pressure, velocity, position, heading, channel_count };
+
+// A reading: rate and force; or what an aid tells, followed by its sigmas.
+constexpr int event_values = 6;
+using Event = FixedEvent<channel_count, event_values>;
+using Sample = Event::Sample;
+
+enum class Phase : std::uint64_t { waiting, levelling, any_heading, navigating };
+
+// Rows of the error state: q_true = exp(phi / 2) q, everything else true minus estimate; phi and vectors in t axes.
+enum Row : int {
+    row_d = 0,
+    row_v = 3,
+    row_phi = 6,
+    row_gyro = 9,
+    row_accel = 12,
+    row_u = 15,
+    row_latency = 17,
+    row_colour = 18, // slowly varying error of the satellites' position
+    row_offset = 21, // of the height by pressure
+    row_scale = 22,  // of the speed
+    row_mount = 23,  // yaw and pitch of the axis of travel in the body
+    errors = 25
+};
+
+constexpr int nx = 10; // d 3, v 3, q 4
+constexpr int history = 3; // turns before the present one that tell coning and sculling
+
+constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i; }
+
+struct Settings {
+    double gyro_psd, gyro_rate_psd, gyro_walk_psd; // (rad/s)^2/Hz, the same for each (rad/s)^2, (rad/s)^2/s
+    double gyro_scale2;
+    double accel_psd, accel_walk_psd;
+    double vibration_share; // of the power between successive samples that becomes noise
+    double colour_m[2], colour_s;
+    double pressure_colour_m, pressure_colour_s;
+    double sigma_velocity, sigma_gyro, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount, sigma_heading;
+    double sigma_first_fix_m;
+    bool state_given, place_given;
+    Quaternion start_q{1, 0, 0, 0};
+    Vector3 start_velocity = Vector3::Zero();
+    earth::Place start_place{};
+    Vector3 antenna_b = Vector3::Zero(), wheel_b = Vector3::Zero();
+    double level_window_s;
+    double gate_nis, gate_longest_s;
+    RestSettings rest;
+    double rest_velocity_m_s, rest_rate_density2;
+    double car_across_m_s;
+    double ready_tilt, ready_heading, ready_velocity, ready_position, ready_hold_s;
+    double found_rad, anchor_distance_m;
+    double correction_interval_s, longest_gap_s;
+    bool backward_hold;
+};
+
+// The last correction by one channel.
+struct Innovation {
+    double t_s, value[3], variance[3], nis, noise_scale;
+    std::uint64_t dimension;
+};
+
+// What is known of the heading on the whole circle.
+struct Circle {
+    double mode_rad, spread_rad;         // the likeliest, and the root mean square about it
+    double second_rad, second_share;     // the strongest other one and its probability; share 0: there is none
+};
+
+// What the samples between two corrections say of how errors grow:
+//     phi = phi0 - A dg,   v = v0 + T v0' - [F] phi0 + B dg - A da,   d = d0 + T v0 - [S] phi0 + C dg - D da
+struct Window {
+    double A[9], B[9], C[9], D[9]; // row-major
+    double F[3], S[3];
+    double turned2, length_s; // integral of the squared rate; seconds
+    double rate_sum[3];       // of the rate as measured, rad
+    double gap_s;             // of it without samples
+};
+
+// Velocity by integration of the force in axes that the gyroscopes hold, against that of the satellites.
+struct Levelling {
+    double q[4];      // body to the axes held since the start
+    double gained[3]; // velocity by force in them
+    double began_s, first_velocity_s, velocity0[3];
+    double moment[9], sum_seen[3], sum_gained[3], count;
+    double A[9], sum_A[9]; // integral of the rotation, and of that, for the part of the biases
+    double length_s, force[3], samples;
+};
+
+// Jumps of the satellites that show without a heading.
+struct FreeGates {
+    double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
+    double position_s, position[3];
+    double velocity_in_row, position_in_row;
+};
+
+// Numbers of eight bytes only; x comes first.
+struct State {
+    double x[nx];
+    double P[errors * (errors + 1) / 2]; // just after the last correction
+    double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
+    double gyro_bias[3], accel_bias[3], u[2], latency, colour[3], offset, scale, mount[2];
+    Circle circle;
+
+    double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
+    double earth_rate[3];             // in t
+    double gravity[3], gravity_at[3]; // where it was computed
+    double fix_axes[9];               // north-east-down of the last fix in Earth-fixed axes
+    std::uint64_t has_place;
+
+    double rate[3], force[3];     // held, as measured
+    double coning[3], sculling[3]; // what must be added to them
+    double past_turn[history][3], past_gain[history][3], past_interval_s;
+    double vibration_rate2, vibration_force2; // variance of one axis between successive samples
+    double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
+    Window window;
+    Levelling levelling;
+    FreeGates gates;
+    RestDetector rest;
+
+    double last_s[channel_count]; // time of the newest sample
+    double last_event_s, usual_interval_s, last_correction_s;
+    double refused_since_s[channel_count]; // NaN: the last one was accepted
+    double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
+    double nis_mean;
+    double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
+    double information_tilt, information_heading, information_velocity, information_position;
+    double gained_nats[channel_count]; // about the heading, by channel
+    double heading_since_s;            // its sigma has been below the limit; NaN: is not
+    Innovation innovation[channel_count];
+    std::uint64_t used[channel_count], inflated[channel_count];
+    std::uint64_t times_lost, corrections;
+    std::uint64_t gap_too_long;
+    Phase phase;
+
+    bool started() const { return phase >= Phase::any_heading; }
+};
+
+inline Eigen::Map<Vector3> vec(double* p) { return Eigen::Map<Vector3>(p); }
+inline Vector3 vec(const double* p) { return Vector3(p); }
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+inline Eigen::Map<RowMajor3> mat(double* p) { return Eigen::Map<RowMajor3>(p); }
+inline Matrix3 mat(const double* p) { return Eigen::Map<const RowMajor3>(p); }
+inline Eigen::Map<Quaternion> quat(double* p) { return Eigen::Map<Quaternion>(p); }
+inline Quaternion quat(const double* p) { return Quaternion(p); }
+
+} // namespace hnav::ins

@@ -1,0 +1,429 @@
+// Made by c_src/options/generate.py from ins.toml: change that, then ./run generate.
+#include "options/lists.hpp"
+
+#include "hnav/options/ins.h"
+
+#include <cmath>
+#include <cstddef>
+
+// clang-format off
+namespace hnav {
+namespace {
+
+const char* const ins_start_names[] = {"any_heading", "state"};
+const char* const ins_start_meanings[] = {
+    "nothing: tilt from the first seconds, heading from motion or from the rate of the Earth",
+    "start_q_nb and start_velocity_n_m_s, with their sigmas",
+};
+const char* const ins_place_names[] = {"fix", "given"};
+const char* const ins_place_meanings[] = {
+    "the first fix of the satellites",
+    "start_latitude_rad, start_longitude_rad and start_height_m: needed where no satellite is, as for finding north at rest",
+};
+const char* const gyro_hold_names[] = {"forward", "backward"};
+const char* const gyro_hold_meanings[] = {
+    "the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees",
+    "it acts on (t_k-1, t_k]: recordings of integrating gyros",
+};
+const char* const solver_names[] = {"erkstep", "adams", "closed_form", "euler"};
+const char* const solver_meanings[] = {
+    "SUNDIALS ARKODE, Dormand-Prince 5(4)",
+    "SUNDIALS CVODE, Adams-Moulton, fixed-point iteration",
+    "exact for a held rate",
+    "the paper's: forward Euler in sub-steps of euler_step_s",
+};
+
+constexpr double defaults[] = {
+    0.0002, // gyro_noise_rad_per_sqrt_s
+    0.003, // gyro_rate_noise_sqrt_s
+    2e-05, // gyro_bias_walk_rad_s_per_sqrt_s
+    0.001, // gyro_scale
+    0.002, // accel_noise_m_s_per_sqrt_s
+    0.0003, // accel_bias_walk_m_s2_per_sqrt_s
+    1, // vibration_share
+    1.5, 2.5, // position_colour_m
+    60, // position_colour_s
+    5, // pressure_colour_m
+    1000, // pressure_colour_s
+    0, // car_across_m_s
+    0, // start
+    0, // start_place
+    0, // start_latitude_rad
+    0, // start_longitude_rad
+    0, // start_height_m
+    1, 0, 0, 0, // start_q_nb
+    0, 0, 0, // start_velocity_n_m_s
+    0.087266462599716474, // start_sigma_heading_rad
+    0.03, // start_sigma_tilt_rad
+    90, // start_sigma_velocity_m_s
+    0.01, // start_sigma_gyro_bias_rad_s
+    0.3, // start_sigma_accel_bias_m_s2
+    30, // start_sigma_position_m
+    0.06, // start_sigma_latency_s
+    0.05, // start_sigma_speed_scale
+    0.03, // start_sigma_mounting_rad
+    5, // level_window_s
+    0.069813170079773182, // heading_found_rad
+    0.017453292519943295, // rest_rate_rad_s
+    0.25, // rest_force_m_s2
+    1, // rest_duration_s
+    0.02, // rest_velocity_noise_m_s
+    0.0002, // rest_rate_noise_rad_per_sqrt_s
+    16.3, // gate_nis
+    15, // gate_longest_s
+    0.017453292519943295, // ready_tilt_rad
+    0.017453292519943295, // ready_heading_rad
+    0.5, // ready_velocity_m_s
+    5, // ready_position_m
+    5, // ready_hold_s
+    1, // gyro_hold
+    0.1, // correction_interval_s
+    1, // longest_gap_s
+    0, // horizon_s
+    64, // queue_capacity
+    0, 0, 0, // antenna_b_m
+    0, 0, 0, // wheel_b_m
+    0, // declination_rad
+    1, 0, 0, 0, // q_body_sensor
+    10000, // anchor_distance_m
+    0, // solver
+    1e-08, // solver_rtol
+    1e-08, // solver_atol
+    0.005, // euler_step_s
+};
+
+const hnav_option_info rows[] = {
+    {"gyro_noise_rad_per_sqrt_s", "noise", "rad/sqrt(s)",
+     "Angle random walk: white noise of the gyroscope",
+     "Of a usual chip, 0.7 deg/sqrt(h).",
+     nullptr, nullptr, defaults + 0, offsetof(hnav_ins_options, gyro_noise_rad_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"gyro_rate_noise_sqrt_s", "noise", "sqrt(s)",
+     "Noise of the gyroscope that grows with the rate: density = this x |rate|",
+     "Scale and misalignment of a third of a per cent.",
+     nullptr, nullptr, defaults + 1, offsetof(hnav_ins_options, gyro_rate_noise_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gyro_bias_walk_rad_s_per_sqrt_s", "noise", "rad/s/sqrt(s)",
+     "Random walk of the gyro bias",
+     "Temperature moves the bias more than the walk on the datasheet.",
+     nullptr, nullptr, defaults + 2, offsetof(hnav_ins_options, gyro_bias_walk_rad_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"gyro_scale", "noise", "",
+     "Error of scale and axes of the gyroscope, one sigma: a bias of this x rate while the body turns alike",
+     "What a calibration of a usual chip leaves.",
+     nullptr, nullptr, defaults + 3, offsetof(hnav_ins_options, gyro_scale),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"accel_noise_m_s_per_sqrt_s", "noise", "m/s/sqrt(s)",
+     "Velocity random walk: white noise of the accelerometer",
+     "Of a usual chip, 0.2 mg/sqrt(Hz).",
+     nullptr, nullptr, defaults + 4, offsetof(hnav_ins_options, accel_noise_m_s_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"accel_bias_walk_m_s2_per_sqrt_s", "noise", "m/s2/sqrt(s)",
+     "Random walk of the accelerometer bias",
+     "As for the gyroscope.",
+     nullptr, nullptr, defaults + 5, offsetof(hnav_ins_options, accel_bias_walk_m_s2_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"vibration_share", "noise", "",
+     "Share of the power between neighbouring samples of rate and force that counts as their noise, where it is above that told; 0 = none",
+     "Vibration of a vehicle is far above a sensor's own noise, and is between samples what white noise would be.",
+     nullptr, nullptr, defaults + 6, offsetof(hnav_ins_options, vibration_share),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"position_colour_m", "aiding", "m",
+     "Slowly varying error of the satellites' position, horizontal and vertical, one sigma",
+     "Usual for a single receiver; 0.02 with carrier phase corrections.",
+     nullptr, nullptr, defaults + 7, offsetof(hnav_ins_options, position_colour_m),
+     0, 10000, 2, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"position_colour_s", "aiding", "s",
+     "Time for which that error stays as it is",
+     "Usual for the ionosphere and multipath of a body that moves.",
+     nullptr, nullptr, defaults + 9, offsetof(hnav_ins_options, position_colour_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"pressure_colour_m", "aiding", "m",
+     "Slowly varying error of the height by pressure, one sigma",
+     "Weather and the wind around the body.",
+     nullptr, nullptr, defaults + 10, offsetof(hnav_ins_options, pressure_colour_m),
+     0, 10000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"pressure_colour_s", "aiding", "s",
+     "Time for which that error stays as it is",
+     "Weather changes in a quarter of an hour.",
+     nullptr, nullptr, defaults + 11, offsetof(hnav_ins_options, pressure_colour_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"car_across_m_s", "aiding", "m/s",
+     "A car: noise of the velocity across its wheels and up, used from the time on at which the heading is found; 0 = no car",
+     "What the body is cannot be guessed; 0.1 for a car.",
+     nullptr, nullptr, defaults + 12, offsetof(hnav_ins_options, car_across_m_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start", "start", "",
+     "any_heading: nothing is known; state: attitude and velocity are given",
+     "It needs nothing but the samples.",
+     ins_start_names, ins_start_meanings, defaults + 13, offsetof(hnav_ins_options, start),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"start_place", "start", "",
+     "Where the first position comes from: fix, or given",
+     "It needs nothing but the samples.",
+     ins_place_names, ins_place_meanings, defaults + 14, offsetof(hnav_ins_options, start_place),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"start_latitude_rad", "start", "rad",
+     "Latitude to start from, when given",
+     "Only start_place given reads it.",
+     nullptr, nullptr, defaults + 15, offsetof(hnav_ins_options, start_latitude_rad),
+     -1.5707963267948966, 1.5707963267948966, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_longitude_rad", "start", "rad",
+     "Longitude to start from, when given",
+     "Only start_place given reads it.",
+     nullptr, nullptr, defaults + 16, offsetof(hnav_ins_options, start_longitude_rad),
+     -6.2831853071795862, 6.2831853071795862, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_height_m", "start", "m",
+     "Height above the ellipsoid to start from, when given",
+     "Only start_place given reads it.",
+     nullptr, nullptr, defaults + 17, offsetof(hnav_ins_options, start_height_m),
+     -10000, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_q_nb", "start", "",
+     "Attitude to start from, body to north-east-down, scalar first; normalised on use",
+     "Level and to the north; only start state reads it.",
+     nullptr, nullptr, defaults + 18, offsetof(hnav_ins_options, start_q_nb),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_velocity_n_m_s", "start", "m/s",
+     "Velocity to start from, north, east, down",
+     "At rest; only start state reads it.",
+     nullptr, nullptr, defaults + 22, offsetof(hnav_ins_options, start_velocity_n_m_s),
+     -10000, 10000, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_sigma_heading_rad", "start", "rad",
+     "Standard deviation of the heading at the start",
+     "Of a compass; only start state reads it.",
+     nullptr, nullptr, defaults + 25, offsetof(hnav_ins_options, start_sigma_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_tilt_rad", "start", "rad",
+     "Standard deviation of the tilt at the start",
+     "Of the tilt that a window of velocities gives, its biases apart.",
+     nullptr, nullptr, defaults + 26, offsetof(hnav_ins_options, start_sigma_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_velocity_m_s", "start", "m/s",
+     "Standard deviation of the horizontal velocity at the start; a fifth of it vertical",
+     "An aircraft, in any direction.",
+     nullptr, nullptr, defaults + 27, offsetof(hnav_ins_options, start_sigma_velocity_m_s),
+     0, 10000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_gyro_bias_rad_s", "start", "rad/s",
+     "Standard deviation of the gyro bias at the start",
+     "Half a degree per second.",
+     nullptr, nullptr, defaults + 28, offsetof(hnav_ins_options, start_sigma_gyro_bias_rad_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"start_sigma_accel_bias_m_s2", "start", "m/s2",
+     "Standard deviation of the accelerometer bias at the start",
+     "Thirty mg, its mounting in the vehicle included.",
+     nullptr, nullptr, defaults + 29, offsetof(hnav_ins_options, start_sigma_accel_bias_m_s2),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_position_m", "start", "m",
+     "Standard deviation of the first fix, beside what it says itself",
+     "A receiver that has just begun may be off by so much; a wide one costs a few fixes.",
+     nullptr, nullptr, defaults + 30, offsetof(hnav_ins_options, start_sigma_position_m),
+     0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"start_sigma_latency_s", "start", "s",
+     "Standard deviation of the satellites' latency behind their stamps",
+     "Receivers tell late by up to a tenth of a second, if their time of validity is not known.",
+     nullptr, nullptr, defaults + 31, offsetof(hnav_ins_options, start_sigma_latency_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_sigma_speed_scale", "start", "",
+     "Standard deviation of the scale of the speed",
+     "Worn tyres.",
+     nullptr, nullptr, defaults + 32, offsetof(hnav_ins_options, start_sigma_speed_scale),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_sigma_mounting_rad", "start", "rad",
+     "Standard deviation of yaw and pitch of the axis of travel in the body",
+     "A sensor screwed to a car by eye.",
+     nullptr, nullptr, defaults + 33, offsetof(hnav_ins_options, start_sigma_mounting_rad),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"level_window_s", "start", "s",
+     "Time of the window by which the first tilt is found",
+     "Long beside the noise of velocities, short beside the drift of gyroscopes; 10 for ships and vibrating aircraft.",
+     nullptr, nullptr, defaults + 34, offsetof(hnav_ins_options, level_window_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"heading_found_rad", "start", "rad",
+     "Spread of the heading over the whole circle at which it is taken to be found",
+     "All other headings together have a share below 0.0005 then.",
+     nullptr, nullptr, defaults + 35, offsetof(hnav_ins_options, heading_found_rad),
+     0, 0.3, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"rest_rate_rad_s", "rest", "rad/s",
+     "Rest: root mean square of the rate about its running mean; 0 = rest is never found",
+     "Above the noise of usual gyroscopes, below the unrest of what moves.",
+     nullptr, nullptr, defaults + 36, offsetof(hnav_ins_options, rest_rate_rad_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_force_m_s2", "rest", "m/s2",
+     "Rest: root mean square of the force about its running mean",
+     "Above the noise of usual accelerometers and an engine that idles, below the unrest of what moves.",
+     nullptr, nullptr, defaults + 37, offsetof(hnav_ins_options, rest_force_m_s2),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_duration_s", "rest", "s",
+     "Rest: within both of them for so long, with a small speed",
+     "A vehicle that stops swings for a second.",
+     nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, rest_duration_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"rest_velocity_noise_m_s", "rest", "m/s",
+     "Velocity of a body at rest, one sigma, ten times a second",
+     "A vehicle sways on its wheels.",
+     nullptr, nullptr, defaults + 39, offsetof(hnav_ins_options, rest_velocity_noise_m_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"rest_rate_noise_rad_per_sqrt_s", "rest", "rad/sqrt(s)",
+     "Noise of the rate about the vertical of a body at rest, beside that of the gyroscope",
+     "As much as a usual gyroscope has.",
+     nullptr, nullptr, defaults + 40, offsetof(hnav_ins_options, rest_rate_noise_rad_per_sqrt_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gate_nis", "gate", "",
+     "Normalised innovation squared of three values beyond which their noise is inflated, less for fewer values; 0 = never",
+     "99.9 % of chi square with 3 degrees of freedom.",
+     nullptr, nullptr, defaults + 41, offsetof(hnav_ins_options, gate_nis),
+     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gate_longest_s", "gate", "s",
+     "Positions or velocities beyond the gate for longer are believed, as a new error of the satellites or a new velocity",
+     "Longer than most reflections last, short enough to recover.",
+     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, gate_longest_s),
+     0, 1e+09, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_tilt_rad", "ready", "rad",
+     "Tilt is ready when its sigma is below this and as much information has been gained",
+     "As the heading.",
+     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, ready_tilt_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_heading_rad", "ready", "rad",
+     "Heading is ready when its sigma is below this and as much information has been gained",
+     "In simulated starts of aircraft with sigmas of 2 deg one of a hundred was false, with 1 deg none.",
+     nullptr, nullptr, defaults + 44, offsetof(hnav_ins_options, ready_heading_rad),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"ready_velocity_m_s", "ready", "m/s",
+     "Velocity is ready when its sigma is below this and as much information has been gained",
+     "Usual for satellites.",
+     nullptr, nullptr, defaults + 45, offsetof(hnav_ins_options, ready_velocity_m_s),
+     0, 10000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_position_m", "ready", "m",
+     "Position is ready when its horizontal sigma is below this and as much information has been gained",
+     "Usual for satellites.",
+     nullptr, nullptr, defaults + 46, offsetof(hnav_ins_options, ready_position_m),
+     0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"ready_hold_s", "ready", "s",
+     "Time for which the sigma of the heading has to stay below its limit",
+     "An early claim is the likeliest to be wrong.",
+     nullptr, nullptr, defaults + 47, offsetof(hnav_ins_options, ready_hold_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"gyro_hold", "timing", "",
+     "forward: rate and force act until the next sample; backward: since the one before, with coning and sculling",
+     "Integrating sensors and averaging FIFOs give the mean over the interval before a sample.",
+     gyro_hold_names, gyro_hold_meanings, defaults + 48, offsetof(hnav_ins_options, gyro_hold),
+     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"correction_interval_s", "timing", "s",
+     "The covariance follows so often at the least, and at every aid",
+     "Short beside the turns of vehicles, long beside the samples.",
+     nullptr, nullptr, defaults + 49, offsetof(hnav_ins_options, correction_interval_s),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"longest_gap_s", "timing", "s",
+     "After a longer gap without rate and force the start begins anew",
+     "A vehicle turns by tens of degrees in a second.",
+     nullptr, nullptr, defaults + 50, offsetof(hnav_ins_options, longest_gap_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"horizon_s", "timing", "s",
+     "How much older than the newest used sample a sample may be",
+     "Samples come in order; a horizon costs memory and the replay of all that lies within it.",
+     nullptr, nullptr, defaults + 51, offsetof(hnav_ins_options, horizon_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"queue_capacity", "timing", "",
+     "Instants that may wait or lie within the horizon",
+     "Enough for an advance after every few dozen samples, and little memory.",
+     nullptr, nullptr, defaults + 52, offsetof(hnav_ins_options, queue_capacity),
+     4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"antenna_b_m", "frame", "m",
+     "Antenna of the satellites, from the inertial sensor, in body axes",
+     "Together with the sensor.",
+     nullptr, nullptr, defaults + 53, offsetof(hnav_ins_options, antenna_b_m),
+     -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"wheel_b_m", "frame", "m",
+     "Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car",
+     "Together with the sensor.",
+     nullptr, nullptr, defaults + 56, offsetof(hnav_ins_options, wheel_b_m),
+     -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"declination_rad", "frame", "rad",
+     "Magnetic declination, added to headings that are pushed",
+     "Headings are taken to be true ones until a declination is given.",
+     nullptr, nullptr, defaults + 59, offsetof(hnav_ins_options, declination_rad),
+     -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"q_body_sensor", "frame", "",
+     "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use",
+     "Body axes are the sensor's.",
+     nullptr, nullptr, defaults + 60, offsetof(hnav_ins_options, q_body_sensor),
+     -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    {"anchor_distance_m", "frame", "m",
+     "The axes in which the filter calculates move along when the body is farther away from where they stand",
+     "Small displacements keep their digits.",
+     nullptr, nullptr, defaults + 64, offsetof(hnav_ins_options, anchor_distance_m),
+     100, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"solver", "solver", "",
+     "Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or forward Euler",
+     "Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow.",
+     solver_names, solver_meanings, defaults + 65, offsetof(hnav_ins_options, solver),
+     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+    {"solver_rtol", "solver", "",
+     "Relative tolerance of ERKStep and Adams",
+     "The integrator's error stays far below that of any sensor.",
+     nullptr, nullptr, defaults + 66, offsetof(hnav_ins_options, solver_rtol),
+     1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"solver_atol", "solver", "",
+     "Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state",
+     "As solver_rtol: every state is as exact as its own size asks for.",
+     nullptr, nullptr, defaults + 67, offsetof(hnav_ins_options, solver_atol),
+     1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"euler_step_s", "solver", "s",
+     "Sub-step of Euler",
+     "Steps for comparison; the other integrators need none.",
+     nullptr, nullptr, defaults + 68, offsetof(hnav_ins_options, euler_step_s),
+     0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+};
+
+// Row, component, value.
+constexpr PresetValue industrial_values[] = {
+    {0, 0, 5e-05}, // gyro_noise_rad_per_sqrt_s
+    {1, 0, 0.0003}, // gyro_rate_noise_sqrt_s
+    {3, 0, 0.0001}, // gyro_scale
+    {2, 0, 2e-06}, // gyro_bias_walk_rad_s_per_sqrt_s
+    {4, 0, 0.0006}, // accel_noise_m_s_per_sqrt_s
+    {5, 0, 3e-05}, // accel_bias_walk_m_s2_per_sqrt_s
+    {22, 0, 0.001}, // start_sigma_gyro_bias_rad_s
+    {23, 0, 0.03}, // start_sigma_accel_bias_m_s2
+};
+
+// Row, component, value.
+constexpr PresetValue tactical_values[] = {
+    {0, 0, 3e-05}, // gyro_noise_rad_per_sqrt_s
+    {1, 0, 0.0003}, // gyro_rate_noise_sqrt_s
+    {3, 0, 0.0001}, // gyro_scale
+    {2, 0, 1e-07}, // gyro_bias_walk_rad_s_per_sqrt_s
+    {6, 0, 0.1}, // vibration_share
+    {4, 0, 0.0005}, // accel_noise_m_s_per_sqrt_s
+    {5, 0, 5e-06}, // accel_bias_walk_m_s2_per_sqrt_s
+    {22, 0, 5e-06}, // start_sigma_gyro_bias_rad_s
+    {23, 0, 0.01}, // start_sigma_accel_bias_m_s2
+};
+
+// Row, component, value.
+constexpr PresetValue navigation_values[] = {
+    {0, 0, 6e-07}, // gyro_noise_rad_per_sqrt_s
+    {1, 0, 1e-05}, // gyro_rate_noise_sqrt_s
+    {3, 0, 1e-05}, // gyro_scale
+    {2, 0, 1e-10}, // gyro_bias_walk_rad_s_per_sqrt_s
+    {4, 0, 0.0001}, // accel_noise_m_s_per_sqrt_s
+    {5, 0, 1e-07}, // accel_bias_walk_m_s2_per_sqrt_s
+    {22, 0, 4.8e-08}, // start_sigma_gyro_bias_rad_s
+    {23, 0, 0.0005}, // start_sigma_accel_bias_m_s2
+    {34, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
+    {6, 0, 0}, // vibration_share
+};
+
+constexpr Preset presets[] = {
+    {{"consumer", "Chips of phones and hobby: 0.7 deg/sqrt(h), half a degree per second at the start.", 0}, nullptr, 0},
+    {{"industrial", "Good chips, calibrated: 0.17 deg/sqrt(h), 200 deg/h at the start.", 1}, industrial_values, 8},
+    {{"tactical", "Fibre-optic or the best of chips: 0.1 deg/sqrt(h), 1 deg/h.", 2}, tactical_values, 9},
+    {{"navigation", "Ring laser: 0.002 deg/sqrt(h), 0.01 deg/h; finds north at rest.", 3}, navigation_values, 10},
+};
+
+} // namespace
+
+const OptionList ins_options = {
+    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 56, presets, 4};
+
+} // namespace hnav

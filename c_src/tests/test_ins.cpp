@@ -1,0 +1,635 @@
+// The navigation filter: its mechanisation against exact solutions, its covariance against perturbation, the heading on the
+// circle, and what every hybrid filter promises.
+#include "hnav/hnav.h"
+#include "hybrid/filter.hpp"
+#include "ins/circle.hpp"
+#include "ins/model.hpp"
+#include "laws.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace hnav {
+namespace {
+
+using ins::imu;
+using ins::Phase;
+using ins::position;
+using ins::Settings;
+using ins::velocity;
+using Navigator = Filter<ins::Model>;
+
+constexpr double deg = M_PI / 180;
+
+Settings usual() {
+    Settings s{};
+    s.gyro_psd = 2.5e-9;
+    s.gyro_walk_psd = 4e-12;
+    s.accel_psd = 3.6e-7;
+    s.accel_walk_psd = 9e-10;
+    s.colour_m[0] = s.colour_m[1] = 1.5;
+    s.colour_s = 60;
+    s.pressure_colour_m = 5;
+    s.pressure_colour_s = 1000;
+    s.sigma_velocity = 30;
+    s.sigma_gyro = 1e-3;
+    s.sigma_accel = 0.03;
+    s.sigma_tilt = 0.03;
+    s.sigma_latency = 0.05;
+    s.sigma_scale = 0.05;
+    s.sigma_mount = 0.03;
+    s.sigma_heading = 0.1;
+    s.sigma_first_fix_m = 30;
+    s.level_window_s = 3;
+    s.gate_nis = 16.3;
+    s.gate_longest_s = 15;
+    s.rest = {deg, 0.25, 1};
+    s.rest_velocity_m_s = 0.02;
+    s.rest_rate_density2 = 1e-8;
+    s.ready_tilt = s.ready_heading = deg;
+    s.ready_velocity = 0.5;
+    s.ready_position = 5;
+    s.ready_hold_s = 5;
+    s.found_rad = 4 * deg;
+    s.anchor_distance_m = 1e4;
+    s.correction_interval_s = 0.1;
+    s.longest_gap_s = 1;
+    s.backward_hold = true;
+    return s;
+}
+
+// A motion given by position in Earth-fixed axes and attitude, and the samples that hold it exactly at their rate.
+struct Truth {
+    std::function<Vector3(double)> position_e;
+    std::function<Quaternion(double)> q_eb;
+    double interval_s = 0.01;
+
+    Vector3 velocity_e(double t) const {
+        const double h = 1e-3;
+        return (position_e(t + h) - position_e(t - h)) / (2 * h);
+    }
+    // Means over the interval that ends at t.
+    void sample(double t, double* value) const {
+        const double T = interval_s;
+        const Quaternion before = q_eb(t - T), after = q_eb(t);
+        const Quaternion earth = rotation_quaternion(Vector3(0, 0, earth::rate_rad_s * T));
+        const Vector3 w = rotation_vector(multiply(conjugate(before), multiply(earth, after))) / T;
+        const Vector3 v0 = velocity_e(t - T), v1 = velocity_e(t), W(0, 0, earth::rate_rad_s);
+        const Vector3 middle = position_e(t - 0.5 * T);
+        const Vector3 force_e = (v1 - v0) / T - earth::gravity_at(middle) + W.cross(v0 + v1);
+        const Matrix3 mean = HeldTurn<double>(w, T).integral / T;
+        const Vector3 half = 0.5 * T * W; // force_e is that of axes that have turned with the Earth for half the interval
+        const Vector3 f = mean.inverse() * (rotation_matrix(before).transpose() * (force_e + half.cross(force_e)));
+        for (int i = 0; i < 3; ++i) {
+            value[i] = w[i];
+            value[3 + i] = f[i];
+        }
+    }
+    ins::Event at(double t, bool fix = false) const {
+        ins::Event e{};
+        e.t_s = t;
+        ins::Sample s{t, imu, {}};
+        sample(t, s.value);
+        e.add(s);
+        if (fix) {
+            e.add(velocity_fix(t));
+            e.add(position_fix(t));
+        }
+        return e;
+    }
+    ins::Sample velocity_fix(double t, double sigma = 0.1) const {
+        const Matrix3 N = earth::axes_at(earth::place_of(position_e(t)));
+        const Vector3 v = N.transpose() * velocity_e(t);
+        return {t, velocity, {v[0], v[1], v[2], sigma, sigma, sigma}};
+    }
+    ins::Sample position_fix(double t, double sigma = 0.5) const {
+        const earth::Place p = earth::place_of(position_e(t));
+        return {t, position, {p.latitude_rad, p.longitude_rad, p.height_m, sigma, sigma, sigma}};
+    }
+    double heading(double t) const {
+        const Matrix3 N = earth::axes_at(earth::place_of(position_e(t)));
+        return roll_pitch_yaw(multiply(quaternion_from_matrix(N.transpose()), q_eb(t)))[2];
+    }
+};
+
+// A vehicle that winds over the ground about a place, body x ahead.
+Truth winding(const earth::Place& start, double heading, double speed = 15) {
+    const Vector3 p0 = earth::position_of(start);
+    const Matrix3 N = earth::axes_at(start);
+    const auto yaw = [heading](double t) { return heading + 0.9 * std::sin(0.15 * t); };
+    Truth truth;
+    truth.position_e = [=](double t) {
+        // The integral of the direction, by Simpson's rule from 0: exact to the tests' needs.
+        const int n = 60;
+        Vector3 sum = Vector3::Zero();
+        const double h = t / n;
+        for (int i = 0; i <= n; ++i) {
+            const double weight = i == 0 || i == n ? 1 : i % 2 ? 4 : 2, a = yaw(i * h);
+            sum += weight * Vector3(std::cos(a), std::sin(a), 0);
+        }
+        return Vector3(p0 + N * (speed * h / 3 * sum));
+    };
+    truth.q_eb = [=](double t) { return multiply(quaternion_from_matrix(N), rotation_quaternion(Vector3(0, 0, yaw(t)))); };
+    return truth;
+}
+
+ins::State started_at(const ins::Model& model, const Truth& truth, double t) {
+    ins::State s{};
+    model.begin(s);
+    const earth::Place p = earth::place_of(truth.position_e(t));
+    const Matrix3 N = earth::axes_at(p);
+    ins::vec(s.anchor_e) = earth::position_of(p);
+    ins::mat(s.axes) = N;
+    ins::vec(s.earth_rate) = N.transpose() * Vector3(0, 0, earth::rate_rad_s);
+    ins::vec(s.gravity) = N.transpose() * earth::gravity_at(truth.position_e(t));
+    ins::vec(s.x + 3) = N.transpose() * truth.velocity_e(t);
+    ins::quat(s.x + 6) = multiply(quaternion_from_matrix(N.transpose()), truth.q_eb(t));
+    s.phase = Phase::navigating;
+    s.has_place = 1;
+    s.last_s[imu] = s.last_event_s = s.last_correction_s = t;
+    ins::quat(s.seen_q) = ins::quat(s.x + 6);
+    return s;
+}
+
+// Free inertial over `duration_s`: the distance from the truth at the end.
+double free_run_error(const Truth& truth, double duration_s, double* heading_error = nullptr) {
+    const ins::Model model(usual());
+    ins::State s = started_at(model, truth, 0);
+    const int n = static_cast<int>(std::lround(duration_s / truth.interval_s));
+    for (int k = 1; k <= n; ++k) {
+        const ins::Event e = truth.at(k * truth.interval_s);
+        model.before_flow(s, e);
+        model.flow_exactly(s, truth.interval_s);
+        model.jump(s, e);
+    }
+    const ins::Navigation end = model.navigation(s, 0, n * truth.interval_s);
+    if (heading_error) *heading_error = wrap_angle(roll_pitch_yaw(end.q_nb)[2] - truth.heading(n * truth.interval_s));
+    return (end.position_e - truth.position_e(n * truth.interval_s)).norm();
+}
+
+// ------------------------------------------------------------------------------------------------ the Earth
+
+TEST(Earth, PlaceAndPositionAreInverse) {
+    for (const double latitude : {-90.0, -45.0, 0.0, 33.0, 89.9999, 90.0})
+        for (const double height : {-100.0, 0.0, 12000.0}) {
+            const earth::Place p{latitude * deg, 170 * deg, height};
+            const earth::Place back = earth::place_of(earth::position_of(p));
+            EXPECT_NEAR(back.latitude_rad, p.latitude_rad, 1e-12);
+            EXPECT_NEAR(back.height_m, height, 1e-5);
+            EXPECT_LT((earth::position_of(back) - earth::position_of(p)).norm(), 1e-5);
+        }
+}
+
+TEST(Earth, GravityIsThatOfTheStandard) {
+    EXPECT_NEAR(earth::gravity_m_s2(0, 0), 9.7803253359, 1e-10);
+    EXPECT_NEAR(earth::gravity_m_s2(1, 0), 9.8321849379, 1e-9);
+    EXPECT_NEAR(earth::gravity_m_s2(std::sin(45 * deg), 1000), 9.8061977694 - 3.0855e-3, 2e-6);
+}
+
+TEST(Earth, PressureIsThatOfTheStandardAtmosphere) {
+    EXPECT_NEAR(earth::pressure_height_m(101325), 0, 1e-9);
+    EXPECT_NEAR(earth::pressure_height_m(89874.6), 1000, 0.5);
+}
+
+// ------------------------------------------------------------------------------------------------ mechanisation
+
+TEST(InsMechanisation, ABodyAtRestOnTheTurningEarthStays) {
+    for (const double latitude : {0.0, 50.0, 90.0}) {
+        const Vector3 p = earth::position_of({latitude * deg, 20 * deg, 100});
+        const Quaternion q = Quaternion(0.7, 0.1, -0.2, 0.6).normalized();
+        Truth rest{[=](double) { return p; }, [=](double) { return q; }};
+        EXPECT_LT(free_run_error(rest, 60), 2e-5);
+    }
+}
+
+TEST(InsMechanisation, AGreatCircleAcrossPoleAndDateLineIsFollowed) {
+    struct Way {
+        double latitude, longitude, course;
+    };
+    for (const Way way : {Way{0, 0, 30}, Way{89.98, 40, 0}, Way{10, 179.99, 90}}) {
+        // A circle about the centre of the Earth at constant speed, and an attitude that stays in Earth-fixed axes.
+        const earth::Place start{way.latitude * deg, way.longitude * deg, 1000};
+        const Vector3 p0 = earth::position_of(start);
+        const Vector3 out = p0.normalized(),
+                      along0 = earth::axes_at(start) * Vector3(std::cos(way.course * deg), std::sin(way.course * deg), 0);
+        const Vector3 along = (along0 - out * out.dot(along0)).normalized();
+        const double radius = p0.norm(), speed = 200;
+        Truth flight{[=](double t) {
+                         const double angle = speed * t / radius;
+                         return Vector3(radius * (std::cos(angle) * out + std::sin(angle) * along));
+                     },
+                     [](double) { return Quaternion(1, 0, 0, 0); }};
+        EXPECT_LT(free_run_error(flight, 120), 5e-3) << way.latitude;
+    }
+}
+
+// Samples that are means over their intervals: of a coning motion of 10 Hz and 1 deg the axes drift by less than 0.01 deg/h.
+TEST(InsMechanisation, ConingAt200HzDriftsLessThanAHundredthOfADegreeInAnHour) {
+    const double rate = 2 * M_PI * 10, half = deg, T = 0.005;
+    const Vector3 p = earth::position_of({0.5, 0.3, 0});
+    const auto q_at = [=](double t) { return rotation_quaternion(half * Vector3(std::cos(rate * t), std::sin(rate * t), 0)); };
+    // The sample is the mean of the rate, by quadrature, not the turn.
+    const auto rate_at = [&](double t) {
+        const double h = 1e-5;
+        return Vector3(rotation_vector(multiply(conjugate(q_at(t - h)), q_at(t + h))) / (2 * h));
+    };
+    const ins::Model model(usual());
+    Truth still{[=](double) { return p; }, q_at, T};
+    ins::State s = started_at(model, still, 0);
+    ins::vec(s.earth_rate).setZero();
+    Vector3 after_start = Vector3::Zero();
+    const int n = 4000, settled = 20 * 20;
+    for (int k = 1; k <= n; ++k) {
+        Vector3 sum = Vector3::Zero();
+        const int parts = 16;
+        for (int i = 0; i <= parts; ++i) {
+            const double weight = i == 0 || i == parts ? 1 : i % 2 ? 4 : 2;
+            sum += weight * rate_at((k - 1 + double(i) / parts) * T);
+        }
+        const Vector3 w = sum / (3 * parts);
+        ins::Event e{};
+        e.t_s = k * T;
+        e.add({k * T, imu, {w[0], w[1], w[2], 0, 0, -9.8}});
+        model.before_flow(s, e);
+        model.flow_exactly(s, T);
+        s.last_s[imu] = s.last_event_s = k * T;
+        const Matrix3 N = ins::mat(s.axes);
+        const Quaternion truth = multiply(quaternion_from_matrix(N.transpose()), q_at(k * T));
+        const Vector3 off = rotation_vector(multiply(ins::quat(s.x + 6), conjugate(truth)));
+        if (k == settled) after_start = off;
+        if (k == n) {
+            EXPECT_LT((off - after_start).norm() / deg * 3600 / ((n - settled) * T), 0.01);
+        }
+    }
+}
+
+TEST(InsMechanisation, TheClosedFormIsTheIntegralOfTheFlow) {
+    const ins::Model model(usual());
+    test::Random random(3);
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    ins::State s = started_at(model, truth, 0);
+    for (int i = 0; i < 3; ++i) {
+        s.rate[i] = random.normal(0.5);
+        s.force[i] = random.normal(5);
+    }
+    ins::State exact = s;
+    model.flow_exactly(exact, 0.02);
+    double x[ins::nx], k1[ins::nx], k2[ins::nx], k3[ins::nx], k4[ins::nx], y[ins::nx];
+    std::copy(s.x, s.x + ins::nx, x);
+    const int n = 200;
+    const double h = 0.02 / n;
+    for (int step = 0; step < n; ++step) {
+        const auto probe = [&](const double* k, double share) {
+            for (int i = 0; i < ins::nx; ++i) y[i] = x[i] + share * h * k[i];
+        };
+        model.flow(s, x, k1);
+        probe(k1, 0.5);
+        model.flow(s, y, k2);
+        probe(k2, 0.5);
+        model.flow(s, y, k3);
+        probe(k3, 1);
+        model.flow(s, y, k4);
+        for (int i = 0; i < ins::nx; ++i) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+    }
+    for (int i = 0; i < ins::nx; ++i) EXPECT_NEAR(exact.x[i], x[i], 1e-8) << i;
+}
+
+// ------------------------------------------------------------------------------------------------ covariance
+
+// The transition of a window against differences of two whole flows, for every error that moves.
+TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
+    const ins::Model model(usual());
+    const Truth truth = winding({0.8, 0.2, 100}, 1, 80);
+    const auto flown = [&](int row, double by) {
+        ins::State s = started_at(model, truth, 0);
+        if (row < ins::row_v) s.x[row] += by;
+        else if (row < ins::row_phi) s.x[row] += by;
+        else if (row < ins::row_gyro) {
+            Vector3 turn = Vector3::Zero();
+            turn[row - ins::row_phi] = by;
+            ins::quat(s.x + 6) = multiply(rotation_quaternion(turn), ins::quat(s.x + 6));
+        } else if (row < ins::row_accel) s.gyro_bias[row - ins::row_gyro] += by;
+        else s.accel_bias[row - ins::row_accel] += by;
+        ins::quat(s.seen_q) = ins::quat(s.x + 6);
+        for (double& p : s.P) p = 0;
+        for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i == row ? 1 : 0;
+        for (int k = 1; k <= 9; ++k) {
+            const ins::Event e = truth.at(0.01 * k);
+            model.before_flow(s, e);
+            model.flow_exactly(s, 0.01);
+            s.last_correction_s = 0.01 * k; // no correction yet
+            model.jump(s, e);
+        }
+        return s;
+    };
+    const ins::State base = flown(0, 0);
+    for (int row = 0; row < ins::row_u; ++row) {
+        const double step = row < ins::row_v ? 10 : 1e-4;
+        const ins::State moved = flown(row, step);
+        Eigen::Matrix<double, 9, 1> slope;
+        slope << (ins::vec(moved.x) - ins::vec(base.x)) / step, (ins::vec(moved.x + 3) - ins::vec(base.x + 3)) / step,
+            rotation_vector(multiply(ins::quat(moved.x + 6), conjugate(ins::quat(base.x + 6)))) / step;
+        const ins::Covariance P = model.covariance_at(moved, 0);
+        // With one error of variance 1 the covariance is the square of its column; noise comes on top.
+        for (int i = 0; i < 9; ++i)
+            for (int j = 0; j < i; ++j)
+                EXPECT_NEAR(P[i][j], slope[i] * slope[j],
+                            1e-2 * std::fabs(slope[i] * slope[j]) + 2e-5 * slope.squaredNorm() + 1e-7)
+                    << row << " " << i << " " << j;
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ the circle
+
+TEST(InsCircle, KnowingNothingIsKnownAsNothing) {
+    const double m[2] = {0, 0}, S[2][2] = {{0.5, 0}, {0, 0.5}};
+    EXPECT_NEAR(ins::heading_on_circle(m, S).spread_rad, M_PI / std::sqrt(3.0), 1e-3);
+}
+
+TEST(InsCircle, ANarrowOneHasTheSigmaOfItsTangent) {
+    for (const double alpha : {-3.1, -0.4, 0.0, 2.0}) {
+        const double m[2] = {std::cos(alpha), std::sin(alpha)}, S[2][2] = {{1e-4, 0}, {0, 1e-4}};
+        const ins::Circle c = ins::heading_on_circle(m, S);
+        EXPECT_NEAR(c.spread_rad, 0.01, 1e-5);
+        EXPECT_NEAR(wrap_angle(c.mode_rad - alpha), 0, 1e-9);
+    }
+}
+
+TEST(InsCircle, AnAxisWithoutASignHasTwoModes) {
+    const double m[2] = {0, 0}, S[2][2] = {{1, 0}, {0, 1e-4}};
+    const ins::Circle c = ins::heading_on_circle(m, S);
+    EXPECT_NEAR(c.second_share, 0.5, 0.02);
+    EXPECT_NEAR(std::fabs(wrap_angle(c.second_rad - c.mode_rad)), M_PI, 1e-6);
+    EXPECT_GT(c.spread_rad, 1);
+}
+
+// ------------------------------------------------------------------------------------------------ any heading
+
+struct Flight {
+    Navigator filter;
+
+    explicit Flight(const Settings& settings, bool closed_form = true, double horizon_s = 0) {
+        Navigator::Settings e;
+        e.closed_form = closed_form;
+        e.horizon_s = horizon_s;
+        e.queue_capacity = 256;
+        EXPECT_TRUE(filter.create(ins::Model(settings), e));
+    }
+    void push_imu(const Truth& truth, double t) {
+        ins::Sample s{t, imu, {}};
+        truth.sample(t, s.value);
+        EXPECT_EQ(filter.push(s), Outcome::ok);
+    }
+    ins::Navigation shown() const {
+        return filter.model().navigation(filter.shown(), filter.looked_ahead_s(), filter.event_now_s());
+    }
+};
+
+TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
+    const earth::Place places[] = {{0.1, 0.2, 0}, {-0.9, M_PI - 1e-6, 500}, {89.99 * deg, 1, 0}};
+    for (const earth::Place& place : places)
+        for (int k = 0; k < 3; ++k) {
+            const Truth truth = winding(place, -3 + 2 * k);
+            Flight run(usual());
+            for (int i = 1; i <= 4000; ++i) {
+                const double t = 0.01 * i;
+                run.push_imu(truth, t);
+                if (i % 20 == 0) {
+                    run.filter.push(truth.velocity_fix(t));
+                    run.filter.push(truth.position_fix(t));
+                }
+                ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+            }
+            const ins::Navigation n = run.shown();
+            EXPECT_EQ(run.filter.shown().phase, Phase::navigating);
+            // In Earth-fixed axes, because north means little at a pole.
+            const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
+            EXPECT_LT(rotation_vector(multiply(q_eb, conjugate(truth.q_eb(40)))).norm(), 1 * deg)
+                << place.latitude_rad << " " << k;
+            EXPECT_LT((n.position_e - truth.position_e(40)).norm(), 1.0);
+            EXPECT_TRUE(n.heading_ready);
+        }
+}
+
+TEST(InsAnyHeading, WithoutMotionNothingIsClaimed) {
+    const Vector3 p = earth::position_of({0.7, 0.3, 10});
+    const Quaternion q = multiply(quaternion_from_matrix(earth::axes_at({0.7, 0.3, 10})), rotation_quaternion(Vector3(0, 0, 2)));
+    Truth rest{[=](double) { return p; }, [=](double) { return q; }, 0.02};
+    Flight run(usual());
+    for (int i = 1; i <= 3000; ++i) {
+        const double t = 0.02 * i;
+        run.push_imu(rest, t);
+        if (i % 50 == 0) {
+            run.filter.push(rest.velocity_fix(t));
+            run.filter.push(rest.position_fix(t));
+        }
+        ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+        ASSERT_FALSE(run.shown().heading_ready);
+    }
+    EXPECT_EQ(run.filter.shown().phase, Phase::any_heading);
+    EXPECT_TRUE(run.shown().tilt_ready);
+}
+
+TEST(InsAnyHeading, AGyrocompassFindsNorthByTheRateOfTheEarth) {
+    const earth::Place place{0.8, 0.3, 10};
+    const Vector3 p = earth::position_of(place);
+    for (const double heading : {-2.5, 0.4, 2.0}) {
+        const Quaternion q = multiply(quaternion_from_matrix(earth::axes_at(place)), rotation_quaternion(Vector3(0, 0, heading)));
+        Truth rest{[=](double) { return p; }, [=](double) { return q; }, 0.02};
+        Settings s = usual();
+        s.gyro_psd = 3.6e-13;
+        s.gyro_walk_psd = 1e-20;
+        s.accel_psd = 1e-8;
+        s.accel_walk_psd = 1e-14;
+        s.sigma_gyro = 4.8e-8;
+        s.sigma_accel = 5e-4;
+        s.rest_rate_density2 = 1e-10;
+        s.rest_velocity_m_s = 0.01;
+        s.place_given = true;
+        s.start_place = place;
+        Flight run(s);
+        for (int i = 1; i <= 15000; ++i) {
+            run.push_imu(rest, 0.02 * i);
+            ASSERT_EQ(run.filter.advance(0.02 * i), Outcome::ok);
+        }
+        const ins::Navigation n = run.shown();
+        EXPECT_TRUE(n.heading_ready);
+        EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - heading)), 0.1 * deg);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ what hybrid filters promise
+
+// Every phase is passed: waiting, levelling, any heading, navigating, and a change of the anchor.
+Settings restless() {
+    Settings s = usual();
+    s.anchor_distance_m = 300;
+    return s;
+}
+
+void feed(Flight& run, const Truth& truth, int i) {
+    const double t = 0.01 * i;
+    run.push_imu(truth, t);
+    if (i % 20 == 0) {
+        run.filter.push(truth.velocity_fix(t));
+        run.filter.push(truth.position_fix(t));
+    }
+}
+
+TEST(InsHybrid, TheSameSamplesGiveTheSameBitsWhateverTimesAreAskedFor) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    for (const bool closed_form : {true, false}) {
+        Flight often(restless(), closed_form), seldom(restless(), closed_form);
+        for (int i = 1; i <= 4000; ++i) {
+            feed(often, truth, i);
+            feed(seldom, truth, i);
+            for (const double share : {0.0, 0.3, 0.9}) ASSERT_EQ(often.filter.advance(0.01 * (i + share)), Outcome::ok);
+            if (i % 50 == 0) {
+                ASSERT_EQ(seldom.filter.advance(0.01 * i), Outcome::ok);
+                ASSERT_EQ(std::memcmp(&often.filter.newest(), &seldom.filter.newest(), sizeof(ins::State)), 0) << i;
+            }
+        }
+        EXPECT_EQ(seldom.filter.newest().phase, Phase::navigating);
+        EXPECT_GT((ins::vec(seldom.filter.newest().anchor_e) - earth::position_of({0.8, 0.2, 100})).norm(), 250);
+    }
+}
+
+TEST(InsHybrid, AFixThatComesLateGivesTheBitsOfAPunctualOne) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight punctual(restless(), true, 0.3), late(restless(), true, 0.3);
+    for (int i = 1; i <= 4000; ++i) {
+        const double t = 0.01 * i;
+        // Between two samples of the IMU, too.
+        const double valid = t - 0.003;
+        punctual.push_imu(truth, t);
+        late.push_imu(truth, t);
+        if (i % 20 == 0) {
+            punctual.filter.push(truth.velocity_fix(valid));
+            punctual.filter.push(truth.position_fix(valid));
+        }
+        if (i > 20 && i % 20 == 19) {
+            const double was_valid = 0.01 * (i - 19) - 0.003;
+            late.filter.push(truth.velocity_fix(was_valid));
+            late.filter.push(truth.position_fix(was_valid));
+        }
+        ASSERT_EQ(punctual.filter.advance(t), Outcome::ok);
+        ASSERT_EQ(late.filter.advance(t), Outcome::ok);
+        if (i % 20 != 19) continue;
+        ASSERT_EQ(std::memcmp(&punctual.filter.newest(), &late.filter.newest(), sizeof(ins::State)), 0) << i;
+    }
+    EXPECT_EQ(late.filter.newest().phase, Phase::navigating);
+}
+
+TEST(InsHybrid, ASavedStateGoesOnBitForBitFromEveryPhase) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    for (const int at : {5, 150, 330, 3000}) {
+        Flight whole(restless()), other(restless());
+        std::vector<unsigned char> saved(whole.filter.state_size());
+        for (int i = 1; i <= at + 400; ++i) {
+            feed(whole, truth, i);
+            if (i > at) feed(other, truth, i);
+            ASSERT_EQ(whole.filter.advance(0.01 * i), Outcome::ok);
+            if (i > at) {
+                ASSERT_EQ(other.filter.advance(0.01 * i), Outcome::ok);
+            }
+            if (i != at) continue;
+            whole.filter.save(saved.data());
+            ASSERT_EQ(other.filter.load(saved.data(), saved.size()), LoadOutcome::ok);
+        }
+        EXPECT_EQ(std::memcmp(&whole.filter.newest(), &other.filter.newest(), sizeof(ins::State)), 0) << at;
+    }
+}
+
+TEST(InsHybrid, BothEnginesGiveTheSameNavigation) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight closed(restless(), true), solver(restless(), false);
+    for (int i = 1; i <= 4000; ++i) {
+        for (Flight* run : {&closed, &solver}) {
+            feed(*run, truth, i);
+            ASSERT_EQ(run->filter.advance(0.01 * i), Outcome::ok);
+        }
+    }
+    const ins::Navigation a = closed.shown(), b = solver.shown();
+    EXPECT_LT((a.position_e - b.position_e).norm(), 1e-4);
+    EXPECT_LT((a.velocity_e - b.velocity_e).norm(), 1e-4);
+    EXPECT_LT(rotation_vector(multiply(a.q_nb, conjugate(b.q_nb))).norm(), 1e-6);
+}
+
+// ------------------------------------------------------------------------------------------------ faults
+
+TEST(InsFaults, AJumpOfThePositionIsGatedAndItsEndForgotten) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight run(usual());
+    double worst_sigmas = 0, end_error = 0;
+    for (int i = 1; i <= 10000; ++i) {
+        const double t = 0.01 * i;
+        run.push_imu(truth, t);
+        if (i % 20 == 0) {
+            run.filter.push(truth.velocity_fix(t));
+            ins::Sample fix = truth.position_fix(t);
+            if (t > 60 && t <= 70) fix.value[0] += 100 / earth::equator_m;
+            run.filter.push(fix);
+        }
+        ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+        if (i % 100 || t < 50) continue;
+        const ins::Navigation n = run.shown();
+        end_error = (n.position_e - truth.position_e(t)).norm();
+        worst_sigmas = std::fmax(worst_sigmas, end_error / n.sigma_position.norm());
+    }
+    EXPECT_LT(worst_sigmas, 3);
+    EXPECT_LT(end_error, 2);
+    EXPECT_GT(run.filter.newest().inflated[position], 40u);
+}
+
+TEST(InsFaults, AGapBeginsAnewAndKeepsTheBiases) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight run(usual());
+    for (int i = 1; i <= 9000; ++i) {
+        if (i > 4000 && i < 4300) continue;
+        feed(run, truth, i);
+        ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
+        if (i == 4310) {
+            EXPECT_EQ(run.filter.shown().phase, Phase::levelling);
+        }
+    }
+    EXPECT_EQ(run.filter.newest().times_lost, 1u);
+    EXPECT_EQ(run.filter.newest().phase, Phase::navigating);
+    EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(run.shown().q_nb)[2] - truth.heading(90))), 1 * deg);
+}
+
+// ------------------------------------------------------------------------------------------------ the C API
+
+TEST(InsApi, RefusesWhatIsNoSampleAndGoesOn) {
+    hnav_ins_options options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
+    hnav_ins* object = nullptr;
+    ASSERT_EQ(hnav_ins_create(&object, &options, nullptr, 0), HNAV_OK);
+    const double rate[3] = {0, 0, 0}, force[3] = {0, 0, -9.8}, sigma[3] = {1, 1, 1}, zero[3] = {0, 1, 1};
+    const double bad[3] = {std::nan(""), 0, 0};
+    EXPECT_EQ(hnav_ins_push_imu(object, 0, bad, force), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_ins_push_position(object, 0, 2, 0, 0, sigma), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_ins_push_position(object, 0, 1, 0, 0, zero), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_ins_push_pressure(object, 0, 1013, 1), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_NE(std::strstr(hnav_ins_message(object), "Pa"), nullptr);
+    EXPECT_EQ(hnav_ins_push_imu(object, std::nan(""), rate, force), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_ins_push_imu(nullptr, 0, rate, force), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_ins_push_imu(object, 0, rate, force), HNAV_OK);
+    EXPECT_EQ(hnav_ins_advance(object, 0), HNAV_OK);
+    EXPECT_EQ(hnav_ins_advance(object, -1), HNAV_ERROR_TIME_BACKWARDS);
+    auto now = hnav_sized<hnav_navigation>();
+    EXPECT_EQ(hnav_ins_navigation(object, &now), HNAV_OK);
+    EXPECT_EQ(now.phase, HNAV_INS_PHASE_LEVELLING);
+    EXPECT_TRUE(std::isnan(now.latitude_rad) && std::isnan(now.sigma_latency_s));
+    double covariance[225];
+    EXPECT_EQ(hnav_ins_covariance(object, covariance), HNAV_ERROR_NOT_STARTED);
+    auto diagnostics = hnav_sized<hnav_ins_diagnostics>();
+    EXPECT_EQ(hnav_ins_get_diagnostics(object, &diagnostics), HNAV_OK);
+    EXPECT_EQ(diagnostics.non_finite, 5u);
+    hnav_ins_destroy(object);
+    options.gate_nis = -1;
+    char message[160];
+    EXPECT_EQ(hnav_ins_create(&object, &options, message, sizeof message), HNAV_ERROR_OPTION);
+    EXPECT_NE(std::strstr(message, "gate_nis"), nullptr);
+}
+
+} // namespace
+} // namespace hnav

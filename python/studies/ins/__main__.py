@@ -1,0 +1,87 @@
+"""The command: simulated starts by kind, or those of the recorded flight, as a table."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, show
+from hnav.cli.words import UsageError
+from hnav.filters.ins import INS_PRESETS
+from studies.command import study
+from studies.ins.experiment import KINDS, Figures, Start, experiment, figures
+from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
+
+
+def command(
+    runs: Annotated[int, typer.Option(help="starts of each kind")] = 200,
+    kinds: Annotated[str, typer.Option(help="car, aircraft, ship, rest: any of them, separated by commas")] = "car,aircraft,ship",
+    grade: Annotated[str, typer.Option(help="preset of the filter and of the sensors")] = "industrial",
+    workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
+    seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
+) -> None:
+    """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
+    for name, value in (("--runs", runs), ("--workers", workers)):
+        if value < 1:
+            raise UsageError(f"{name} {value}: must be 1 or more")
+    if grade not in INS_PRESETS:
+        raise UsageError(f"--grade {grade}: choose one of {', '.join(INS_PRESETS)}")
+    chosen = kinds.split(",")
+    if unknown := [kind for kind in chosen if kind not in KINDS]:
+        raise UsageError(f"--kinds {unknown[0]}: choose from {', '.join(KINDS)}")
+    if flight is not None:
+        if not (flight / "thor75.csv").is_file():
+            raise UsageError(f"--flight {flight}: there is no thor75.csv")
+        show(flight_table(Flight(flight)))
+        return
+    rows = []
+    with bar() as progress:
+        task = progress.add_task("starts", total=runs * len(chosen))
+        for kind in chosen:
+            done: list[Start] = []
+            for start in experiment(kind, grade, runs, seed, workers):
+                done.append(start)
+                progress.advance(task)
+            rows.append((kind, figures(done)))
+    show(table(rows, f"{grade}, seed {seed}: first heading_ready, and the end"), width=140)
+
+
+def table(rows: list[tuple[str, Figures]], title: str) -> Table:
+    """A row for each kind."""
+    out = Table(title=title, title_justify="left")
+    out.add_column("kind", no_wrap=True)
+    for column in ("runs", "ready", "median", "95 %", "false", "heading rms at the end", "stated", "heading z2", "position z2"):
+        out.add_column(column, justify="right")
+    for kind, f in rows:
+        out.add_row(
+            kind, str(f.runs), str(f.ready), f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", str(f.false), f"{f.rms_end:.3g} deg",
+            f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
+        )  # fmt: skip
+    return out
+
+
+def flight_table(flight: Flight) -> Table:
+    """The figures of the starts in the air."""
+    starts = flight.starts()
+    rms = np.degrees([s.rms for s in starts])
+    ready = np.array([s.ready_s for s in starts])
+    out = Table(title=f"{len(starts)} starts in flight, {JUDGED_S:g} to {LENGTH_S:g} s after each", title_justify="left")
+    for column in ("rms median", "rms worst", "ready", "ready after: median", "false"):
+        out.add_column(column, justify="right")
+    out.add_row(
+        f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", str(int(np.isfinite(ready).sum())), f"{np.nanmedian(ready):.0f} s",
+        str(sum(s.is_false for s in starts)),
+    )  # fmt: skip
+    return out
+
+
+main = study("ins", command)
+
+if __name__ == "__main__":
+    main()

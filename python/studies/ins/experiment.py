@@ -1,0 +1,130 @@
+"""One start, judged; and the figures of many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from hnav.filters.ins import Ins
+from hnav.native.arrays import Array
+from hnav.reference import earth
+from studies.ins.vehicles import vehicle
+
+FALSE_RAD = np.radians(5)
+DURATIONS_S = {"car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0}
+KINDS = tuple(DURATIONS_S)
+EVERY = 10  # rows of the filter for one that is judged
+
+
+@dataclass(frozen=True)
+class Start:
+    """A start and what became of it; angles in rad, NaN where the heading was never ready."""
+
+    kind: str
+    seed: int
+    ready_s: float
+    """From switching on to the first heading_ready."""
+    error_then: float
+    """Of the heading, at that instant."""
+    sigma_then: float
+    """As stated at that instant."""
+    error_end: float
+    """Of the heading, at the end."""
+    sigma_end: float
+    """As stated at the end."""
+    position_z2: float
+    """Mean of the three squared normalised errors of the position at the end."""
+
+    @property
+    def is_false(self) -> bool:
+        """The heading was called ready, and was not."""
+        return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
+
+
+def wrapped(angle: Array | float) -> Array:
+    """In (-pi, pi]."""
+    return -np.remainder(np.pi - np.asarray(angle), 2 * np.pi) + np.pi
+
+
+def judged(kind: str, grade: str, seed: int) -> Start:
+    """The start of this number."""
+    samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
+    given: dict[str, object] = {}
+    if kind == "rest":
+        latitude, longitude, height = earth.place_of(truth.position_e[0])
+        given = dict(
+            start_place="given", start_latitude_rad=latitude, start_longitude_rad=longitude, start_height_m=height,
+            rest_velocity_noise_m_s=0.01,
+        )  # fmt: skip
+    ins = Ins(grade, solver="closed_form", **given)
+    run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, every=EVERY)
+    rows = np.arange(EVERY - 1, len(samples.t_s), EVERY)
+    error = wrapped(run.heading_rad - truth.heading_rad()[rows])
+    sigma = run.sigma_rotation_rad[:, 2]
+    off = earth.position_of(run.place[-1]) - truth.position_e[rows[-1]]
+    off_n = off @ earth.axes_at(run.place[-1])
+    ready = np.flatnonzero(run.ready[:, 1])
+    first = ready[0] if len(ready) else None
+    return Start(
+        kind,
+        seed,
+        np.nan if first is None else float(run.t_s[first] - samples.t_s[0]),
+        np.nan if first is None else float(error[first]),
+        np.nan if first is None else float(sigma[first]),
+        float(error[-1]),
+        float(sigma[-1]),
+        float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind != "rest" else np.nan,
+    )
+
+
+def _judged(of: tuple[str, str, int]) -> Start:
+    return judged(*of)
+
+
+def experiment(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Start]:
+    """Starts seed x 10^6 + 0, 1, ..., in this order."""
+    numbers = [(kind, grade, seed * 1_000_000 + i) for i in range(runs)]
+    if workers == 1:
+        yield from map(_judged, numbers)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(_judged, numbers, chunksize=8)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of many starts of one kind; angles in deg."""
+
+    runs: int
+    ready: int
+    median_s: float
+    late_s: float
+    """95 % of those that were ready were so by then."""
+    false: int
+    rms_end: float
+    stated_end: float
+    heading_z2: float
+    """Mean of the squared normalised errors at the end, each at most 100."""
+    position_z2: float
+
+
+def figures(starts: Sequence[Start]) -> Figures:
+    """Of starts of one kind."""
+    times = np.array([s.ready_s for s in starts])
+    times = times[np.isfinite(times)]
+    error, sigma = np.array([s.error_end for s in starts]), np.array([s.sigma_end for s in starts])
+    position = np.array([s.position_z2 for s in starts])
+    return Figures(
+        len(starts),
+        len(times),
+        float(np.median(times)) if len(times) else np.nan,
+        float(np.quantile(times, 0.95)) if len(times) else np.nan,
+        sum(s.is_false for s in starts),
+        float(np.degrees(np.sqrt(np.nanmean(error**2)))),
+        float(np.degrees(np.sqrt(np.nanmean(sigma**2)))),
+        float(np.nanmean(np.minimum(error**2 / sigma**2, 100))),
+        float(np.mean(np.minimum(position, 100))),
+    )

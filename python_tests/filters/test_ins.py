@@ -1,0 +1,207 @@
+"""Navigation by Python: batch and single samples agree, late samples, files of state, the recorded flight."""
+
+import copy
+import os
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hnav
+from hnav.filters.ins import INS_SENSORS, PHASES, ins_option_table
+from hnav.reference import earth
+from studies.ins.experiment import experiment, figures
+from studies.ins.flight import Flight
+from studies.ins.vehicles import RATE_HZ, vehicle
+
+FLIGHT = os.environ.get("HNAV_FLIGHT", "")
+FAST = {"solver": "closed_form"}
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return vehicle("car", "industrial", 11, 40.0)
+
+
+def navigate(samples, ins):
+    return ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids)
+
+
+def test_a_run_is_what_single_samples_give_bit_for_bit(drive):
+    samples, _ = drive
+    run = navigate(samples, hnav.Ins("industrial", **FAST))
+    ins = hnav.Ins("industrial", **FAST)
+    valid, received, sensor, value = samples.aids.arrays()
+    aid = 0
+    for i, t in enumerate(samples.t_s[:2500]):
+        while aid < len(valid) and received[aid] <= t:
+            if INS_SENSORS[sensor[aid]] == "velocity":
+                ins.push_velocity(valid[aid], value[aid, :3], value[aid, 3:])
+            else:
+                ins.push_position(valid[aid], *value[aid, :3], value[aid, 3:])
+            aid += 1
+        ins.push_imu(t, samples.rate_b_rad_s[i], samples.force_b_m_s2[i])
+        ins.advance(t)
+        if i % 500 == 499:
+            now = ins.navigation()
+            assert PHASES[run.phase[i]] == now.phase
+            np.testing.assert_array_equal(run.q_nb[i], now.q_nb)
+            np.testing.assert_array_equal(run.sigma_position_m[i], now.sigma_position_m)
+            np.testing.assert_array_equal(run.place[i], [now.latitude_rad, now.longitude_rad, now.height_m])
+
+
+def test_aids_that_are_received_late_change_nothing_once_they_are_there(drive):
+    samples, _ = drive
+    valid, _, sensor, value = samples.aids.arrays()
+    velocity, position = (np.flatnonzero(sensor == INS_SENSORS.index(name)) for name in ("velocity", "position"))
+    late = hnav.Aids().velocity(valid[velocity], value[velocity, :3], value[velocity, 3:], received_s=valid[velocity] + 0.15)
+    late.position(valid[position], *value[position, :3].T, value[position, 3:], received_s=valid[position] + 0.15)
+    runs = [
+        hnav.Ins("industrial", horizon_s=0.3, queue_capacity=200, **FAST).run(
+            samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids
+        )
+        for aids in (samples.aids, late)
+    ]
+    before_the_next = np.searchsorted(samples.t_s, valid[position]) - 1
+    rows = before_the_next[before_the_next > 10]
+    assert PHASES[runs[0].phase[rows[-1]]] == "navigating"
+    np.testing.assert_array_equal(runs[0].q_nb[rows], runs[1].q_nb[rows])
+
+
+def test_copies_and_pickles_go_on_bit_for_bit(drive):
+    samples, _ = drive
+    half = len(samples.t_s) // 2
+    ins = hnav.Ins("industrial", **FAST)
+    ins.run(samples.t_s[:half], samples.rate_b_rad_s[:half], samples.force_b_m_s2[:half], samples.aids)
+    others = [copy.deepcopy(ins), pickle.loads(pickle.dumps(ins))]
+    runs = [f.run(samples.t_s[half:], samples.rate_b_rad_s[half:], samples.force_b_m_s2[half:]) for f in (ins, *others)]
+    for run in runs[1:]:
+        np.testing.assert_array_equal(run.place, runs[0].place)
+
+
+def test_aids_leave_out_what_is_missing_and_refuse_other_shapes():
+    aids = hnav.Aids().velocity([0.0, 1, 2], [[1, 2, np.nan], [np.nan, 0, 0], [1, 1, 1]], 0.1).speed([0.5], [3.0], 0.2)
+    t, received, sensor, value = aids.arrays()
+    assert [INS_SENSORS[s] for s in sensor] == ["velocity", "speed", "velocity"]
+    np.testing.assert_array_equal(t, [0, 0.5, 2])
+    np.testing.assert_array_equal(received, t)
+    np.testing.assert_array_equal(value[1], [3, 0.2, 0, 0, 0, 0])
+    with pytest.raises(hnav.HnavValueError, match="velocity"):
+        hnav.Aids().velocity([0.0, 1], [[1.0, 2, 3]], 0.1)
+    with pytest.raises(hnav.HnavValueError, match="received_s"):
+        hnav.Aids().speed([0.0, 1], [1.0, 1], 0.1, received_s=[0.0])
+
+
+def test_errors_name_the_thing_and_the_object_goes_on():
+    with pytest.raises(hnav.HnavValueError, match="preset = best"):
+        hnav.Ins("best")
+    with pytest.raises(hnav.HnavValueError, match="gate_nis"):
+        hnav.Ins(gate_nis=-1)
+    ins = hnav.Ins()
+    with pytest.raises(hnav.HnavValueError, match="latitude"):
+        ins.push_position(0, 45.0, 9.0, 400, 2)
+    with pytest.raises(hnav.HnavRuntimeError, match="no tilt"):
+        ins.covariance()
+    with pytest.raises(hnav.HnavValueError, match="sensor = imu"):
+        ins.innovation("imu")
+    ins.push_imu(0, [0, 0, 0], [0, 0, -9.8])
+    ins.advance(0)
+    assert ins.navigation().phase == "levelling"
+    assert ins.diagnostics().non_finite == 1
+    assert repr(hnav.Ins("tactical", horizon_s=0.2)) == "Ins(InsOptions('tactical', horizon_s=0.2))"
+
+
+def test_presets_differ_in_noise_only():
+    names = {name for grade in ("industrial", "tactical", "navigation") for name in ins_option_table()
+             if getattr(hnav.InsOptions(grade), name) != getattr(hnav.InsOptions(), name)}  # fmt: skip
+    assert names and all(
+        "noise" in name or "walk" in name or "bias" in name or name in ("gyro_scale", "vibration_share") for name in names
+    )
+
+
+def test_a_table_of_a_run_has_a_column_for_each_number(drive):
+    samples, _ = drive
+    run = hnav.Ins("industrial", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, every=100)
+    table = run.to_dataframe()
+    np.testing.assert_array_equal(table.index, samples.t_s[99::100])
+    assert {"latitude_rad", "velocity_down_m_s", "yaw_rad", "sigma_heading_rad", "heading_ready", "phase"} <= set(table)
+
+
+def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
+    samples, truth = vehicle("car", "industrial", 12, 70.0)
+    valid, _, sensor, value = samples.aids.arrays()
+    seen = valid < samples.t_s[-1] - 20
+    velocity, position = (seen & (sensor == INS_SENSORS.index(name)) for name in ("velocity", "position"))
+    rng = np.random.default_rng(1)
+    rows = slice(10, None, 10)
+    speed = np.linalg.norm(truth.velocity_e[rows], axis=1)
+    height = earth.place_of(truth.position_e[rows])[:, 2]
+    pressure = 101325 * (1 - (height + 40) / 44330.77) ** (1 / 0.190263)
+    off = []
+    for with_wheels in (False, True):
+        aids = hnav.Aids().velocity(valid[velocity], value[velocity, :3], 0.1)
+        aids.position(valid[position], *value[position, :3].T, 0.5)
+        if with_wheels:
+            aids.speed(samples.t_s[rows], 1.02 * speed + 0.1 * rng.standard_normal(len(speed)), 0.1)
+        else:
+            aids.pressure(samples.t_s[rows], pressure, 20.0)
+        ins = hnav.Ins("industrial", car_across_m_s=0.1 if with_wheels else 0.0, **FAST)
+        run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+        off.append((earth.position_of(run.place[-1]) - truth.position_e[-1]) @ earth.axes_at(run.place[-1]))
+    assert np.hypot(*off[1][:2]) < 4
+    assert np.hypot(*off[1][:2]) < np.hypot(*off[0][:2])
+    assert abs(off[0][2]) < 4
+    observed = ins.observed()
+    assert observed.by_velocity > 1 and observed.by_position >= 0 and observed.by_heading == 0
+    assert observed.by_speed > 0 and observed.by_rest >= 0 and observed.by_pressure == 0
+    assert ins.innovation("speed").dimension in (1, 2)
+
+
+def test_a_heading_from_elsewhere_is_taken_at_rest_and_a_told_rest_holds_the_velocity():
+    ins = hnav.Ins("industrial", declination_rad=0.05, **FAST)
+    for k in range(3000):
+        t = k * 0.02
+        ins.push_imu(t, [0, 0, 0], [0, 0, -9.81])
+        if k % 50 == 0:
+            ins.push_position(t, 0.8, 0.2, 100, 1.0)
+            ins.push_rest(t, 0.01)
+            ins.push_heading(t, 0.95, 0.02)
+            ins.push_pressure(t, 100000, 20)
+            ins.push_speed(t, 0, 0.1)
+        ins.advance(t)
+    now = ins.navigation()
+    assert now.phase == "navigating" and now.at_rest
+    assert abs(now.euler_rad[2] - 1.0) < 0.02
+    assert np.abs(now.velocity_n_m_s).max() < 0.05
+    assert np.isfinite(now.sigma_velocity_m_s).all() and np.isfinite(now.accel_bias_m_s2).all()
+    assert ins.covariance().shape == (15, 15) and ins.observed().by_heading > 1
+
+
+@pytest.mark.parametrize("kind, runs, median_s", [("car", 10, 35), ("aircraft", 10, 60), ("rest", 2, 200)])
+def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s):
+    found = figures(list(experiment(kind, "navigation" if kind == "rest" else "industrial", runs, 5, 1)))
+    assert found.false == 0
+    assert found.ready >= 0.9 * runs
+    assert found.median_s < median_s
+    assert found.heading_z2 < 4
+    if kind != "rest":
+        assert found.position_z2 < 3
+
+
+def test_the_simulation_is_its_own_truth():
+    samples, truth = vehicle("aircraft", "navigation", 3, 20.0)
+    at = truth.position_e
+    held = np.diff(at, axis=0) * RATE_HZ
+    np.testing.assert_allclose(held, 0.5 * (truth.velocity_e[1:] + truth.velocity_e[:-1]), atol=1e-5)
+    assert np.isfinite(samples.rate_b_rad_s).all() and len(samples.t_s) == len(at)
+
+
+@pytest.mark.skipif(not FLIGHT, reason="skipped without HNAV_FLIGHT, the folder of the recorded flight")
+def test_starts_of_the_recorded_flight_are_right_and_none_is_called_ready_falsely():
+    flight = Flight(Path(FLIGHT))
+    starts = [flight.start(begin) for begin in np.linspace(215, 485, 10)]
+    rms = np.degrees([start.rms for start in starts])
+    assert rms.max() < 2
+    assert not any(start.is_false for start in starts)
+    assert sum(np.isfinite(start.ready_s) for start in starts) >= 9
