@@ -248,7 +248,11 @@ bool Instance::take_samples(double t_s) {
     const bool taken = model_->take_samples(values_, t_s);
     const double apart_s = t_s - seen_s_;
     seen_s_ = t_s;
-    if (Message what; !judged_ && (judged_ = model_->judge(&what)) && what.text[0]) warn("%s", what.text);
+    if (!judged_) {
+        Message what;
+        judged_ = model_->judge(&what);
+        if (judged_ && what.text[0]) warn("%s", what.text);
+    }
     if (told_lost_) return taken;
     const Lost lost = model_->lost();
     told_lost_ = lost.by != nullptr;
