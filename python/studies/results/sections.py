@@ -62,6 +62,14 @@ SECTIONS = {
         "study readiness --hidden --starts 240",
         True,
     ),
+    "ins": Section(
+        "Navigation from any heading",
+        "Simulated starts with exact truth, industrial sensors, coloured satellites with outliers and a latency that nobody tells: when "
+        "the heading was ready, how often falsely (error above 3 sigma and 5 deg), and the end after 150 s. A ship turns too slowly for "
+        "most of its starts to be ready by then.",
+        "study ins --runs 150 --seed 3",
+        True,
+    ),
     "speed": Section(
         "Cost of a sample beside VQF and Fusion",
         "All in C or C++ with equal outputs, over 70 s of BROAD trial 07 at 286 Hz. Instructions depend on the compiler alone; "
