@@ -498,7 +498,7 @@ const hnav_option_info rows[] = {
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"ready_undisturbed_s", "ready", "s",
      "And nothing has spoken against the reference for so long; once ready, sigma alone decides",
-     "With it a passing disturbance makes the first heading_ready wrong in one of a hundred simulated starts.",
+     "With it a passing disturbance makes the first heading_ready wrong in less than one of a hundred simulated starts.",
      nullptr, nullptr, defaults + 78, offsetof(hnav_ahrs_options, ready_undisturbed_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"navigation_frame", "frame", "",

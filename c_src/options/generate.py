@@ -226,11 +226,10 @@ def comment(*texts: str, indent: str = "") -> str:
 
 
 def enum(choices: Choices) -> str:
-    width = max(len(choices.constant(item)) for item in choices.items) + len(str(len(choices.items) - 1)) + 4
-    lines = []
-    for i, (item, meaning) in enumerate(choices.items.items()):
-        comma = "," if i + 1 < len(choices.items) else ""
-        lines.append(f"    {f'{choices.constant(item)} = {i}{comma}':<{width}} /* {meaning} */\n")
+    last = len(choices.items) - 1
+    values = [f"{choices.constant(item)} = {i}{',' * (i < last)}" for i, item in enumerate(choices.items)]
+    width = max(map(len, values))
+    lines = [f"    {value:<{width}} /* {meaning} */\n" for value, meaning in zip(values, choices.items.values())]
     return f"{comment(choices.text)}typedef enum {choices.enum} {{\n{''.join(lines)}}} {choices.enum};\n"
 
 

@@ -12,13 +12,13 @@ namespace {
 
 const char* const ins_start_names[] = {"any_heading", "state"};
 const char* const ins_start_meanings[] = {
-    "nothing: tilt from the first seconds, heading from motion or from the rate of the Earth",
+    "nothing: tilt from the first seconds, heading from motion or the rate of the Earth",
     "start_q_nb and start_velocity_n_m_s, with their sigmas",
 };
 const char* const ins_place_names[] = {"fix", "given"};
 const char* const ins_place_meanings[] = {
     "the first fix of the satellites",
-    "start_latitude_rad, start_longitude_rad and start_height_m: needed where no satellite is, as for finding north at rest",
+    "start_latitude_rad and the like: where no satellite is, as for finding north at rest",
 };
 const char* const gyro_hold_names[] = {"forward", "backward"};
 const char* const gyro_hold_meanings[] = {

@@ -292,8 +292,8 @@ typedef struct hnav_ahrs_options {
      * [0, 1e6] s, default 2.6. A field that is false in passing does not agree for so long. */
     double ready_evidence_s;
     /* And nothing has spoken against the reference for so long; once ready, sigma alone decides.
-     * [0, 1e6] s, default 7.5. With it a passing disturbance makes the first heading_ready wrong in one of a hundred
-     * simulated starts. */
+     * [0, 1e6] s, default 7.5. With it a passing disturbance makes the first heading_ready wrong in less than one of a
+     * hundred simulated starts. */
     double ready_undisturbed_s;
 
     /* ------------------------ frame

@@ -9,9 +9,9 @@
 
 /* Adaptation of the bias walk from the corrections. */
 typedef enum hnav_adaptation {
-    HNAV_ADAPTATION_OFF = 0,       /* the bias walk stays as it is set */
-    HNAV_ADAPTATION_PAPER = 1,     /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
-    HNAV_ADAPTATION_CORRECTED = 2  /* its level, from windows of ten seconds once the start has settled, annealed, bounded */
+    HNAV_ADAPTATION_OFF = 0,      /* the bias walk stays as it is set */
+    HNAV_ADAPTATION_PAPER = 1,    /* Q <- (1 - alpha) Q + alpha K nu nu' K' on the bias block, as printed */
+    HNAV_ADAPTATION_CORRECTED = 2 /* its level, from windows of ten seconds once the start has settled, annealed, bounded */
 } hnav_adaptation;
 
 /* Options of the paper's filter (HEKF, HREKF). Noise is given as densities: a sample that stands for an interval T has

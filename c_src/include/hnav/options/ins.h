@@ -17,14 +17,14 @@ typedef enum hnav_ins_preset {
 
 /* What is known at the start. */
 typedef enum hnav_ins_start {
-    HNAV_INS_START_ANY_HEADING = 0, /* nothing: tilt from the first seconds, heading from motion or from the rate of the Earth */
+    HNAV_INS_START_ANY_HEADING = 0, /* nothing: tilt from the first seconds, heading from motion or the rate of the Earth */
     HNAV_INS_START_STATE = 1        /* start_q_nb and start_velocity_n_m_s, with their sigmas */
 } hnav_ins_start;
 
 /* Where the first position comes from. */
 typedef enum hnav_ins_place {
-    HNAV_INS_PLACE_FIX = 0,   /* the first fix of the satellites */
-    HNAV_INS_PLACE_GIVEN = 1  /* start_latitude_rad, start_longitude_rad and start_height_m: needed where no satellite is, as for finding north at rest */
+    HNAV_INS_PLACE_FIX = 0,  /* the first fix of the satellites */
+    HNAV_INS_PLACE_GIVEN = 1 /* start_latitude_rad and the like: where no satellite is, as for finding north at rest */
 } hnav_ins_place;
 
 /* Options of the navigation filter. Noise is given as densities: a sample that stands for an interval T has variance
