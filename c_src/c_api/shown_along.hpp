@@ -15,13 +15,17 @@ struct ShownAlong {
     Quaternion q = Quaternion::Zero();
     Vector3 rate = Vector3::Zero(), bias = Vector3::Zero(), bias_variance = Vector3::Zero();
     ErrorCovariance covariance = ErrorCovariance::Zero();
+    Vector3 hold_error = Vector3::Zero(); // its square is left out of the covariance: it is of fourth degree in the quaternion
 };
 
 // What model shows in one state; gamma and the like do not depend on it.
 template <class Model, class State>
 ShownAlong shown_in(const Model& model, const State& s) {
     const Estimate e = model.estimate(s);
-    return {e.q_bn, e.rate_b, e.bias_b, model.bias_variances(s), model.error_covariance(s)};
+    const Vector3 hold = model.hold_error(s).template cast<double>();
+    ErrorCovariance covariance = model.error_covariance(s);
+    covariance.topLeftCorner<3, 3>() -= hold * hold.transpose();
+    return {e.q_bn, e.rate_b, e.bias_b, model.bias_variances(s), covariance, hold};
 }
 
 // Adds factor times what two states differ by; turned: factors of what is of first and second degree in the quaternion.
@@ -33,6 +37,7 @@ inline void add_difference(const ShownAlong& plus, const ShownAlong& minus, doub
     ErrorCovariance d = first * (plus.covariance - minus.covariance);
     d.topLeftCorner<3, 3>() *= second / first;
     sum->covariance += d;
+    sum->hold_error += second * (plus.hold_error - minus.hold_error);
 }
 
 // At the state s, whose first four numbers are the quaternion; nx: how many there are.
@@ -60,6 +65,8 @@ ShownAlong shown_along(const Model& model, const State& s, const double* seed, i
         }
         add_difference(shown_in(model, plus), shown_in(model, minus), 0.5 * largest, 0.5 * largest, &along);
     }
+    const Vector3 hold = model.hold_error(s).template cast<double>();
+    along.covariance.topLeftCorner<3, 3>() += along.hold_error * hold.transpose() + hold * along.hold_error.transpose();
     return along;
 }
 

@@ -91,6 +91,8 @@ public:
         return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], settings_.gap_turn_factor);
     }
     ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
+    // What of it is due to a gyroscope whose hold may have been told wrongly, as one standard deviation with its direction.
+    Vector3Of<R> hold_error(const State& s) const;
     double bias_walk(const State&) const;
     double decay_rate(const State&) const;
     FieldEstimate field_estimate(const State& s) const;

@@ -26,7 +26,7 @@ template <class R>
 typename AhrsModelOf<R>::RotationNow AhrsModelOf<R>::rotation_now(const State& s) {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
     Matrix39R L = Eigen::Map<const Matrix39R>(s.rate_moment);
-    if (s.x[13] > s.turned_s) add_turn(s, L.data());
+    if (s.x[13] != s.turned_s) add_turn(s, L.data());
     return {G, L};
 }
 
@@ -36,9 +36,15 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
     if (!s.started) return C;
     C.diagonal().array() += rotation_noise(s) + settings_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
     C(2, 2) += heading_doubt(s);
-    const Vector3R by_hold = rotation_matrix<R>(QuaternionR(s.x)) * rate(s) * R(s.spacing_s[gyro]);
-    for (int k = 0; k < 3; ++k) C.col(k) += s.wrong_hold * by_hold[k] * by_hold;
+    const Vector3R by_hold = hold_error(s);
+    for (int k = 0; k < 3; ++k) C.col(k) += by_hold[k] * by_hold;
     return C;
+}
+
+template <class R>
+Vector3Of<R> AhrsModelOf<R>::hold_error(const State& s) const {
+    const R interval_s = std::sqrt(s.wrong_hold) * s.spacing_s[gyro];
+    return rotation_matrix<R>(QuaternionR(s.x).normalized()) * rate(s) * interval_s;
 }
 
 template <class R>

@@ -77,6 +77,7 @@ public:
         return s.rate_change.silence_variance(silence_s, s.spacing_s, gap_turn_factor);
     }
     ErrorCovariance error_covariance(const State& s) const;
+    Vector3Of<R> hold_error(const State&) const { return Vector3Of<R>::Zero(); } // the hold is taken as told
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 bias_variances(const State& s) const;
     double bias_walk(const State& s) const; // root of the mean power of the bias walk in use, adapted or not
