@@ -4,12 +4,12 @@
 
 #include "attitude/common/start.hpp"
 #include "c_api/attitude_filter.hpp"
+#include "c_api/engine_settings.hpp"
 #include "c_api/message.hpp"
+#include "maths/square.hpp"
 #include "options/lists.hpp"
 
 namespace hnav {
-
-inline double square(double x) { return x * x; }
 
 template <class Options>
 Frames frames_of(const Options& o) {
@@ -58,18 +58,8 @@ struct Creation : CallersMessage {
 
     template <class Model, class Options>
     hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
-        typename Filter<Model>::Settings e;
+        auto e = engine_settings<Model>(o, list);
         e.time_jump_limit_s = o.time_jump_limit_s;
-        e.closed_form = o.solver == HNAV_SOLVER_CLOSED_FORM;
-        e.propagator.integrator = o.solver == HNAV_SOLVER_ADAMS   ? Integrator::adams
-                                  : o.solver == HNAV_SOLVER_EULER ? Integrator::euler
-                                                                  : Integrator::erkstep;
-        e.propagator.rtol = o.solver_rtol;
-        e.propagator.euler_step_s = o.euler_step_s;
-        e.atol = o.solver_atol;
-        e.horizon_s = o.horizon_s;
-        e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
-        e.fingerprint = fingerprint(list, &o);
         *filter = AttitudeFilter<Model>::make(model, frames, o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD, e);
         return *filter ? HNAV_OK
                        : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);

@@ -2,6 +2,8 @@
 #include "c_api/ins_object.hpp"
 
 #include "base/memory.hpp"
+#include "c_api/engine_settings.hpp"
+#include "maths/square.hpp"
 #include "options/lists.hpp"
 
 #include <new>
@@ -12,8 +14,6 @@ using namespace hnav::ins_boundary;
 namespace {
 
 constexpr double max_time_s = 1e12, max_reading = 1e6;
-
-double square(double x) { return x * x; }
 
 ins::Settings settings_of(const hnav_ins_options& o) {
     ins::Settings s{};
@@ -63,21 +63,6 @@ ins::Settings settings_of(const hnav_ins_options& o) {
     s.longest_gap_s = o.longest_gap_s;
     s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
     return s;
-}
-
-Filter<ins::Model>::Settings engine_of(const hnav_ins_options& o) {
-    Filter<ins::Model>::Settings e;
-    e.closed_form = o.solver == HNAV_SOLVER_CLOSED_FORM;
-    e.propagator.integrator = o.solver == HNAV_SOLVER_ADAMS   ? Integrator::adams
-                              : o.solver == HNAV_SOLVER_EULER ? Integrator::euler
-                                                              : Integrator::erkstep;
-    e.propagator.rtol = o.solver_rtol;
-    e.propagator.euler_step_s = o.euler_step_s;
-    e.atol = o.solver_atol;
-    e.horizon_s = o.horizon_s;
-    e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
-    e.fingerprint = fingerprint(ins_options, &o);
-    return e;
 }
 
 const char* name_of(int sensor) {
@@ -222,7 +207,7 @@ hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, 
     if (made) {
         made->mounting = rotation_matrix(Quaternion(options->q_body_sensor).normalized());
         made->declination_rad = options->declination_rad;
-        if (made->filter.create(ins::Model(settings_of(*options)), engine_of(*options))) {
+        if (made->filter.create(ins::Model(settings_of(*options)), engine_settings<ins::Model>(*options, ins_options))) {
             *object = made;
             return HNAV_OK;
         }

@@ -3,14 +3,13 @@
 
 #include "calibration/decompositions.hpp"
 #include "calibration/joint_fit.hpp"
+#include "maths/square.hpp"
 
 namespace hnav {
 
 using Vector13 = VectorOf<13>; // nine elements of M row by row, three of o, sin(dip)
 using Matrix13 = SquareOf<13>;
 using Matrix3x13 = Eigen::Matrix<double, 3, 13>;
-
-inline double square(double x) { return x * x; }
 
 // with_force: else the second equation counts for nothing.
 inline void residuals(const Samples& s, const Correction& c, bool with_force, Values& length, Values& angle) {

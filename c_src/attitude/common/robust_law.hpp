@@ -10,6 +10,7 @@
 #include "maths/blocks.hpp"
 #include "maths/cholesky.hpp"
 #include "maths/eigenvalues.hpp"
+#include "maths/square.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,11 +78,6 @@ R theta_for_kl(const Eigen::Matrix<R, n, 1>& eigenvalues, R c, R limit) {
     return theta;
 }
 
-template <class R>
-inline R square_of(R x) {
-    return x * x;
-}
-
 // theta = gamma^-2 for the eigenvalues of L P L', in ascending order; 0 where there is nothing to inflate.
 template <int n, class R>
 R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const RobustSettings<R>& settings,
@@ -97,7 +93,7 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     case GammaMode::kl: {
         // A hair above the limit, so that a gamma which had to be raised is told from one that lies there by itself.
         constexpr R above = 1 + std::max(R(1e-12), 4 * std::numeric_limits<R>::epsilon());
-        theta = theta_for_kl<n, R>(eigenvalues, square_of(settings.kl_rate * interval_s), limit * above);
+        theta = theta_for_kl<n, R>(eigenvalues, square(settings.kl_rate * interval_s), limit * above);
         break;
     }
     case GammaMode::off: break;
