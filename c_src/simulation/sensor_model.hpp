@@ -37,10 +37,10 @@ struct SensorModel {
     bool sample(double t_s, const Vector3& input, const Vector3& force, const Quaternion& q, State* s) const {
         const double k = clock.newest_due(t_s, s->next);
         if (k < s->next) return false;
-        s->missed += k - s->next;
+        const bool first = s->next == 0;
+        if (!first) s->missed += k - s->next; // before the first there was no truth: no coarse step has lost anything
         // Lost samples take their noise with them: the bias goes on as if they had been seen.
         for (double i = s->next; i <= k; ++i) noise.step(i, &s->noise);
-        const bool first = s->next == 0;
         s->next = k + 1;
 
         Vector3 y = error(input + faults.outside(t_s, q), t_s - clock.start_s) + g_sensitivity * force;

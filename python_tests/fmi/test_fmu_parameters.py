@@ -289,11 +289,10 @@ def test_a_gamma_that_is_raised_at_every_correction_is_said_once(name, version):
 
 
 @versions
-def test_the_default_call_of_fmpy_does_not_lose_samples_in_silence(version):
-    said = []
-    result = fmpy.simulate_fmu(str(fmu_path("Ahrs", version)), stop_time=60, output=["count.missed"],
-                               logger=lambda *line: said.append(line[-1].decode()))  # fmt: skip
-    assert bool(result["count.missed"][-1]) == any("samples are lost" in line for line in said)
+def test_the_default_call_of_fmpy_does_not_lose_samples_in_silence(version, capsys):
+    # Without a logger of our own: fmpy keeps the last one given for every later FMU of the process, also when it is gone.
+    result = fmpy.simulate_fmu(str(fmu_path("Ahrs", version)), stop_time=60, output=["count.missed"])
+    assert bool(result["count.missed"][-1]) == ("samples are lost" in capsys.readouterr().out)
 
 
 @filters
