@@ -7,6 +7,7 @@ import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -130,12 +131,16 @@ def parquet(folder: Path, r: Recording) -> Path:
     return path
 
 
-def ulog(folder: Path, r: Recording) -> Path:
-    """By hand from https://docs.px4.io/main/en/dev_log/ulog_file_format.html: header, formats, subscriptions, data."""
+def ulog(folder: Path, r: Recording, more: dict[str, tuple[str, list[bytes]]] | None = None) -> Path:
+    """By hand from https://docs.px4.io/main/en/dev_log/ulog_file_format.html: header, formats, subscriptions, data.
+
+    more: other topics by name: their fields, and the bodies of their messages."""
+    more = more or {}
     formats = {
         "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;",
         "vehicle_magnetometer": "uint64_t timestamp;uint64_t timestamp_sample;float[3] magnetometer_ga;",
     }
+    formats |= {name: fields for name, (fields, _) in more.items()}
     parts = [b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)]
 
     def message(kind: str, body: bytes) -> None:
@@ -151,13 +156,18 @@ def ulog(folder: Path, r: Recording) -> Path:
         message("D", struct.pack("<HQ3fIi3f", 0, us, *rate, 10000, -500, *force))
         if np.isfinite(field).all():
             message("D", struct.pack("<HQQ3f", 1, us + 700, us, *(1e4 * field)))
+    for number, name in enumerate(formats):
+        for body in more[name][1] if name in more else []:
+            message("D", struct.pack("<H", number) + body)
     path = folder / "log.ulg"
     path.write_bytes(b"".join(parts))
     return path
 
 
-def bag(folder: Path, r: Recording, kind: str = "bag") -> Path:
-    """By rosbags: kind bag, db3 or mcap. A second, shorter topic of an inertial sensor is there too."""
+def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, int, float, float, float]] | None = None) -> Path:
+    """By rosbags: kind bag, db3 or mcap. A second, shorter topic of an inertial sensor is there too.
+
+    fixes: of satellites, each time, status, latitude, longitude in deg, height; sigmas 2, 1, 3 m east, north, up."""
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
@@ -165,18 +175,29 @@ def bag(folder: Path, r: Recording, kind: str = "bag") -> Path:
 
     store = get_typestore(Stores.ROS1_NOETIC if kind == "bag" else Stores.ROS2_HUMBLE)
     names = ("sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField", "std_msgs/msg/Header", "geometry_msgs/msg/Vector3",
-             "geometry_msgs/msg/Quaternion", "builtin_interfaces/msg/Time")  # fmt: skip
-    imu, mag, header, vector, quaternion, stamp = (store.types[name] for name in names)
+             "geometry_msgs/msg/Quaternion", "builtin_interfaces/msg/Time", "sensor_msgs/msg/NavSatFix",
+             "sensor_msgs/msg/NavSatStatus")  # fmt: skip
+    imu, mag, header, vector, quaternion, stamp, fix, status = (store.types[name] for name in names)
     serialize = store.serialize_ros1 if kind == "bag" else store.serialize_cdr
     path = folder / (f"log.{kind}" if kind == "bag" else f"log_{kind}")
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     with Writer1(path) if kind == "bag" else Writer2(path, version=9, storage_plugin=plugin) as writer:
         to = {name: writer.add_connection(name, kind.__msgtype__, typestore=store)
               for name, kind in (("/imu/data", imu), ("/imu/other", imu), ("/imu/mag", mag))}  # fmt: skip
-        for k, (t, rate, force, field) in enumerate(zip(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla)):
+
+        def headed(k: int, t: float) -> tuple[int, Any]:
             ns = EPOCH_NS + round(1e9 * t)
             sequence = {"seq": k} if kind == "bag" else {}
-            head = header(stamp=stamp(sec=ns // 10**9, nanosec=ns % 10**9), frame_id="imu", **sequence)
+            return ns, header(stamp=stamp(sec=ns // 10**9, nanosec=ns % 10**9), frame_id="imu", **sequence)
+
+        if fixes:
+            to["/fix"] = writer.add_connection("/fix", fix.__msgtype__, typestore=store)
+        for k, (t, state, *place) in enumerate(fixes or []):
+            ns, head = headed(k, t)
+            told = fix(head, status(status=state, service=1), *place, np.diag([4.0, 1.0, 9.0]).ravel(), 2)
+            writer.write(to["/fix"], ns, serialize(told, fix.__msgtype__))
+        for k, (t, rate, force, field) in enumerate(zip(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla)):
+            ns, head = headed(k, t)
             sample = imu(
                 head,
                 quaternion(0.0, 0.0, 0.0, 1.0),

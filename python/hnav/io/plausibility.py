@@ -55,7 +55,7 @@ class Finding:
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, saturated, repeated, absent or
     not_testable."""
     sensor: str
-    """gyro, accel, mag or time."""
+    """gyro, accel, mag or time; position or velocity of what aids navigation."""
     message: str
     """What was found, with its number."""
     argument: str | None = None
@@ -286,6 +286,18 @@ def _repeated(recording: Recording, live: Samples) -> Iterator[Finding]:
             rate_hz = (1 - repeats.mean()) / float(np.median(np.diff(t_s)))
             shown = f"{100 * repeats.mean():.0f} % of the samples repeat the one before: it measures at {rate_hz:.3g} Hz, and repeats count as news"
             yield _warning("repeated", "mag", shown, "drop_repeats", "yes")
+
+
+def check_aids(recording: Recording) -> list[Finding]:
+    """What is not plausible in what aids navigation, which attitude filters do not read."""
+    found = []
+    for kind in ("position", "velocity"):
+        if (one := recording.aids.get(kind)) is not None and len(one.t_s) >= max(ENOUGH, 0.5 * len(recording.t_s)):
+            share = 1 - len(one.without_repeats().t_s) / len(one.t_s)
+            if share > REPEATED_FIELDS:
+                shown = f"{100 * share:.0f} % of the rows repeat the fix before: each would count as a new one"
+                found.append(_warning("repeated", kind, shown, "drop_repeats", "yes"))
+    return found
 
 
 # --------------------------------------------------------------------------------------------- turning

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hnav.errors import HnavValueError
+from hnav.io.aids import AidSamples, arrived_within
 from hnav.units import TESLA_PER
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ class Recording:
     Sensors of different rates keep their own times: t_s holds the instants of all of them, and nothing is resampled.
     reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
     movement marks the rows that a score is taken over. A row stands for the instant at which its samples arrive:
-    field_t_s, on instants of t_s, tells of a magnetometer whose samples arrive late; NaN where none arrives.
+    field_t_s, on instants of t_s, tells of a magnetometer whose samples arrive late; NaN where none arrives. Satellites,
+    pressure and wheels stand beside the rows, in aids, with their own times; attitude filters do not use them.
     """
 
     name: str
@@ -74,10 +76,12 @@ class Recording:
     reference_q_nb: np.ndarray | None = None  # n x 4
     movement: np.ndarray | None = None  # n, bool
     field_t_s: np.ndarray | None = None  # n: when the field of a row was measured; None: at t_s, as the rest of the row
+    aids: Mapping[str, AidSamples] = field(default_factory=dict, kw_only=True)  # by kind, one of hnav.io.aids.AIDS
     origin: Origin | None = field(default=None, kw_only=True)  # how it was read; None: made, in SI units
 
     def __repr__(self) -> str:
         sensors = [_described(self, sensor) for sensor in ARRAYS]
+        sensors += [f"{kind} {len(one.t_s)}{_rate(one.t_s)}" for kind, one in self.aids.items()]
         read_as = f"{self.origin.format}, " if self.origin else ""
         span = f"{self.t_s[-1] - self.t_s[0]:.6g} s from {self.t_s[0]:.10g} s, " if len(self.t_s) else ""
         return f"Recording({self.name!r}: {read_as}{span}{len(self.t_s)} rows; {'; '.join(sensors)})"
@@ -131,7 +135,7 @@ class Recording:
         """The first duration_s seconds."""
         keep = self.t_s < self.t_s[0] + duration_s
         cut = {k: v[keep] if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
-        return Recording(**cut)
+        return Recording(**cut | {"aids": arrived_within(self.aids, -np.inf, float(self.t_s[0]) + duration_s)})
 
     def in_order_of_measurement(self) -> Recording:
         """Late fields in the rows of their measurement."""
@@ -154,7 +158,10 @@ def _described(recording: Recording, sensor: str) -> str:
     t_s, _ = recording.samples(sensor)
     if not len(t_s):
         return f"no {sensor}"
-    steps_s = np.diff(t_s)
-    rate = f" at {1 / np.median(steps_s):.4g} Hz" if len(steps_s) and np.median(steps_s) > 0 else ""
     unit = f" ({recording.origin.units[sensor]})" if recording.origin and sensor in recording.origin.units else ""
-    return f"{sensor} {len(t_s)}{rate}{unit}"
+    return f"{sensor} {len(t_s)}{_rate(t_s)}{unit}"
+
+
+def _rate(t_s: np.ndarray) -> str:
+    steps_s = np.diff(t_s)
+    return f" at {1 / np.median(steps_s):.4g} Hz" if len(steps_s) and np.median(steps_s) > 0 else ""

@@ -12,15 +12,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hnav.io.aids import AidSamples
 from hnav.io.readers.formats import FORMATS, reader_of
-from hnav.io.readers.streams import Wishes, recording_of
+from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of
 from hnav.io.readers.tables import raw_of, table_of
 from hnav.io.recordings import Recording, RecordingError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["FORMATS", "from_dataframe", "read"]
+__all__ = ["FORMATS", "from_dataframe", "read", "read_aids"]
 
 
 def read(
@@ -38,8 +39,8 @@ def read(
 ) -> Recording:
     """A recording in SI units: a table in text, a folder or zip of tables, a log of PX4 or ROS, Parquet, a trial of BROAD.
 
-    path: file or folder. format: one of FORMATS, where its content does not tell. columns: role (t_s, gx to mz) to the name of
-    its column, before which a minus negates; of a bag, imu and mag to their topics. gyro_unit (rad/s, deg/s, mdeg/s),
+    path: file or folder. format: one of FORMATS, where its content does not tell. columns: role (t_s, gx to mz, lat_deg, ...) to
+    the name of its column, before which a minus negates; of a bag, imu, mag and gnss to their topics. gyro_unit (rad/s, deg/s, mdeg/s),
     accel_unit (m/s2, g, mg), mag_unit (T, uT, nT, G, mG, au), time_unit (s, ms, us, ns): go before what the file says.
     rate_hz: samples are at equal intervals, whatever their times are. axes: by gyro, accel or mag which axes of the file are
     x, y and z, such as {"mag": "y,x,-z"}. drop_repeats: a sample that equals the one before of its sensor is none; for files
@@ -50,11 +51,36 @@ def read(
     """
     path = Path(path)
     wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
+    return recording_of(path.stem, str(path), _raw(path, format, wishes), wishes)
+
+
+def read_aids(
+    path: str | Path,
+    *,
+    format: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    time_unit: str | None = None,
+    drop_repeats: bool = False,
+) -> dict[str, AidSamples]:
+    """What aids navigation out of a file of its own, by kind: a table, NMEA, a log of PX4 or ROS. Arguments as of read.
+
+    A table with a column received_s tells when each row arrived, and t_s when it was valid; its rows may come in any order.
+    Raises RecordingError, for a file without any too.
+    """
+    path, wishes = Path(path), Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, only_aids=True)
+    if not (found := aids_of(_raw(path, format, wishes), wishes)):
+        raise RecordingError(
+            f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa) or speed (speed_m_s): "
+            "name its columns by columns lat_deg=NAME"
+        )
+    return found
+
+
+def _raw(path: Path, format: str | None, wishes: Wishes) -> Raw:
     try:
-        raw = reader_of(path, format)(path, wishes)
+        return reader_of(path, format)(path, wishes)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    return recording_of(path.stem, str(path), raw, wishes)
 
 
 def from_dataframe(

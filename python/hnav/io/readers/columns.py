@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 
@@ -52,7 +53,7 @@ class Column:
     """What stands in a column."""
 
     role: str
-    """One of CSV_COLUMNS."""
+    """One of CSV_COLUMNS, or of ROLES of what aids navigation."""
     name: str
     """As it stands in the file."""
     place: int
@@ -60,6 +61,16 @@ class Column:
     rank: int = 0
     """Of several columns of one role, the one with the lowest is taken."""
     sign: float = 1.0
+
+    @property
+    def aids(self) -> bool:
+        """Whether inertial and magnetic sensors can do without it."""
+        return self.role in ROLES
+
+    @property
+    def factor(self) -> float:
+        """Of what aids navigation: to the first unit of its quantity, with the sign."""
+        return self.sign * (PER[ROLES[self.role]][self.unit] if self.unit else 1.0)
 
 
 def spelled_unit(quantity: str, text: str) -> str | None:
@@ -75,7 +86,10 @@ def column_of(name: str, place: int, sensor: str | None = None) -> Column | None
         return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
     bare, unit, index = _split(text)
     tokens = [t.lower() for t in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", bare)]
-    return _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
+    found = _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
+    if found is None and (aid := aid_column(name)):
+        return Column(aid.role, name, place, aid.unit, rank=0 if aid.unit else 1, sign=aid.sign)
+    return found
 
 
 def _split(text: str) -> tuple[str, str, str | None]:
@@ -162,7 +176,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     for role, candidates in found.items():
         best = min(candidates, key=lambda column: column.rank)
         twins = [column for column in candidates if column.rank == best.rank]
-        if len(twins) > 1 and role not in given and role != "t_s":
+        if len(twins) > 1 and role not in given and role != "t_s" and role not in ROLES:
             if twins[0].name.strip() == twins[1].name.strip():
                 raise RecordingError(f"{shown}: a column appears twice: {twins[0].name.strip()}")
             raise RecordingError(
@@ -171,7 +185,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
             )
         chosen[role] = twins[0]
     for role, name in given.items():
-        if role in CSV_COLUMNS:
+        if role in CSV_COLUMNS or role in ROLES:
             chosen[role] = _named(names, role, name, shown)
     return chosen
 
@@ -183,6 +197,10 @@ def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
         for i, known in enumerate(stripped):
             if text == known or text == names[i].strip():
                 column = column_of(known, i)
+                if role in ROLES:
+                    stated = aid_unit(ROLES[role], _split(known)[1])
+                    unit = column.unit if column is not None and column.role == role else stated
+                    return Column(role, names[i], i, unit, sign=sign)
                 quantity = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}[role[0]]
                 same = column is not None and column.role[0] == role[0]
                 unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hnav.io.readers.broad import is_broad, read_broad
+from hnav.io.readers.nmea import is_nmea, read_nmea
 from hnav.io.readers.phones import is_phone_export, read_phone
 from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
 from hnav.io.readers.streams import Raw, Wishes
@@ -41,6 +42,7 @@ FORMATS = {
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
     "xsens-text": Format("text exported by MT Manager", is_xsens_text, read_xsens_text),
+    "nmea": Format("sentences of a receiver of satellites (NMEA 0183)", is_nmea, read_nmea),
     "table": Format("CSV, TSV or text with semicolons", is_text, read_table),
 }
 """By name, in the order in which they are tried."""

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from hnav.io.aids import AidSamples
+from hnav.io.readers.aids import aids_in
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, parse, raw_of, stream_of, times_of
 from hnav.io.recordings import RecordingError, Unit
@@ -29,6 +31,7 @@ FILES = {
               "linearaccelerometer", "linearacceleration"),
     "mag": ("magnetometer", "magneticfield", "mag", "magnetometeruncalibrated"),
 }  # fmt: skip
+AID_FILES = (("location", "gps"), ("barometer", "pressure"))
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
 LARGEST_BYTES = 1 << 31
 
@@ -60,7 +63,23 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
             notes += [note] if note else []
         elif sensor != "mag":
             raise RecordingError(f"{path}: has no file of the {sensor}: record it too ({', '.join(sorted(files))})")
-    return Raw(format, streams, time_unit, tuple(notes))
+    aids, left_out = _aids(path, files, wishes)
+    return Raw(format, streams, time_unit, (*notes, *left_out), aids=aids)
+
+
+def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[str, AidSamples], list[str]]:
+    """What satellites and the barometer said, and what could not be read of it, which is no reason to refuse the rest."""
+    aids: dict[str, AidSamples] = {}
+    left_out = []
+    for names in AID_FILES:
+        if stem := next((name for name in names if name in files), None):
+            shown, alone = f"{path}, {stem}.csv", replace(wishes, only_aids=True)
+            try:
+                table = parse(shown, files[stem], alone)
+                aids |= aids_in(table.columns, table.values, times_of(shown, table, alone, {})[0])
+            except RecordingError as error:
+                left_out.append(f"left out: {error}")
+    return aids, left_out
 
 
 def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from hnav.io.aids import AidSamples
+from hnav.io.readers.aids import SMALLEST_PA, present
 from hnav.io.readers.streams import Raw, Stream, Wishes, library
 from hnav.io.readers.tables import parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
@@ -17,7 +19,8 @@ BAG_MAGIC = b"#ROSBAG V"
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 SQLITE_MAGIC = b"SQLite format 3\0"
 ROS_UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
-IMU, MAG = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
+IMU, MAG, FIX = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/NavSatFix"
+WORDS = {IMU: "imu", MAG: "mag", FIX: "gnss"}
 
 # --------------------------------------------------------------------------------------------- PX4
 
@@ -37,19 +40,20 @@ ULOG_TOPICS = {
 def read_ulog(path: Path, wishes: Wishes) -> Raw:
     """The first instance of each topic. Raises RecordingError."""
     pyulog = library("pyulog", "logs", str(path))
-    wanted = sorted({topic for topics in ULOG_TOPICS.values() for topic, _, _ in topics})
+    wanted = sorted({topic for topics in ULOG_TOPICS.values() for topic, _, _ in topics} | {*ULOG_GNSS, *ULOG_PRESSURE})
     try:
         log = pyulog.ULog(str(path), wanted)
         topics = {data.name: data.data for data in sorted(log.data_list, key=lambda data: -data.multi_id)}
         streams = [stream for sensor in ARRAYS if (stream := _ulog_stream(topics, sensor, wishes))]
+        aids = _ulog_satellites(topics) | _ulog_pressure(topics)
     except Exception as error:  # it raises whatever a damaged file makes it stumble over
         raise _cannot_be_read(path, error) from None
     for sensor in ("gyro", "accel"):
-        if sensor not in {stream.sensor for stream in streams}:
+        if sensor not in {stream.sensor for stream in streams} and not wishes.only_aids:
             raise RecordingError(
                 f"{path}: has no topic {' or '.join(topic for topic, _, _ in ULOG_TOPICS[sensor])}: log it (SDLOG_PROFILE)"
             )
-    return Raw("ulog", streams, wishes.unit("time", by_format="us"))
+    return Raw("ulog", streams, wishes.unit("time", by_format="us"), aids=aids)
 
 
 def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream | None:
@@ -71,6 +75,57 @@ def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream 
     return None
 
 
+ULOG_GNSS = ("vehicle_gps_position", "sensor_gps")
+ULOG_PRESSURE = {"vehicle_air_data": "baro_pressure_pa", "sensor_baro": "pressure"}
+ULOG_PLACES = (("latitude_deg", "longitude_deg", "altitude_ellipsoid_m", 1.0, 1.0), ("lat", "lon", "alt_ellipsoid", 1e-7, 1e-3))
+FIX_3D = 3
+
+
+def _ulog_times(data: dict[str, Any]) -> np.ndarray:
+    """When it was measured, where the log tells."""
+    sampled = data.get("timestamp_sample")
+    us = data["timestamp"] if sampled is None or not (sampled > 0).all() else sampled
+    return np.asarray(us, float) * 1e-6
+
+
+def _ulog_satellites(topics: dict[str, Any]) -> dict[str, AidSamples]:
+    """Positions and velocities of fixes with a height."""
+    data = next((topics[name] for name in ULOG_GNSS if name in topics), None)
+    names = next((names for names in ULOG_PLACES if data is not None and set(names[:3]) <= set(data)), None)
+    if data is None or names is None:
+        return {}
+    latitude, longitude, height, per_deg, per_m = names
+    place = np.stack([np.radians(data[latitude] * per_deg), np.radians(data[longitude] * per_deg), data[height] * per_m], axis=1)
+    velocity = np.stack([np.asarray(data[f"vel_{axis}_m_s"], float) for axis in "ned"], axis=1)
+    velocity[~np.asarray(data.get("vel_ned_valid", np.ones(len(velocity))), bool)] = np.nan
+    t_s = _ulog_times(data)
+    spread = np.stack([data["eph"], data["eph"], data["epv"]], axis=1).astype(float)
+    rate_spread = np.repeat(np.asarray(data["s_variance_m_s"], float)[:, None], 3, axis=1)
+    known = np.asarray(data["fix_type"]) >= FIX_3D
+    return _kept(
+        {"position": AidSamples(t_s, place, _known(spread)), "velocity": AidSamples(t_s, velocity, _known(rate_spread))}, known
+    )
+
+
+def _ulog_pressure(topics: dict[str, Any]) -> dict[str, AidSamples]:
+    """In Pa; logs of long ago have mbar."""
+    for topic, name in ULOG_PRESSURE.items():
+        if topic in topics and name in topics[topic]:
+            read = np.asarray(topics[topic][name], float)[:, None]
+            read = read if np.median(read) > SMALLEST_PA else 100 * read
+            return _kept({"pressure": AidSamples(_ulog_times(topics[topic]), read, np.full_like(read, np.nan))})
+    return {}
+
+
+def _known(sigma: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(sigma) & (sigma > 0), sigma, np.nan)
+
+
+def _kept(found: dict[str, AidSamples], known: np.ndarray | bool = True) -> dict[str, AidSamples]:
+    """Without the rows that hold no sample."""
+    return {kind: one.rows(present(kind, one) & known) for kind, one in found.items()}
+
+
 # --------------------------------------------------------------------------------------------- ROS
 
 
@@ -89,6 +144,10 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
         with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             imu, imu_notes = _topic(path, reader, IMU, wishes.columns.get("imu"))
             mag, mag_notes = _topic(path, reader, MAG, wishes.columns.get("mag"))
+            fix, fix_notes = _topic(path, reader, FIX, wishes.columns.get("gnss"))
+            aids = _fixes(reader, fix) if fix else {}
+            if wishes.only_aids:
+                return Raw("rosbag", [], wishes.unit("time", by_format="s"), tuple(fix_notes), aids=aids)
             if imu is None:
                 there = ", ".join(sorted(reader.topics)[:8]) or "none"
                 raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {there}")
@@ -102,7 +161,7 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
     streams = [
         Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
     ]
-    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes))
+    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes, *fix_notes), aids=aids)
 
 
 def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str | None, list[str]]:
@@ -118,7 +177,7 @@ def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str 
         return None, []
     best = max(counts, key=lambda name: counts[name])
     others = sorted(set(counts) - {best})
-    word = "imu" if kind == IMU else "mag"
+    word = WORDS[kind]
     return best, [f"{word}: {best}, not {', '.join(others)} (choose by columns {word}=TOPIC)"] if others else []
 
 
@@ -130,14 +189,32 @@ def _vectors(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> tuple[
 
 
 def _stamped(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> Iterator[tuple[float, float, float, float]]:
+    for t_s, message in _messages(reader, topic):
+        vector = vector_of(message)
+        if vector is not None:
+            yield t_s, vector.x, vector.y, vector.z
+
+
+def _messages(reader: Any, topic: str) -> Iterator[tuple[float, Any]]:
+    """With their times in s."""
     for connection, arrived_ns, data in reader.messages(connections=[c for c in reader.connections if c.topic == topic]):
         message = reader.deserialize(data, connection.msgtype)
-        vector = vector_of(message)
-        if vector is None:
-            continue
         stamp = message.header.stamp
         ns = stamp.sec * 1_000_000_000 + stamp.nanosec or arrived_ns  # a driver that sets no stamp
-        yield ns * 1e-9, vector.x, vector.y, vector.z
+        yield ns * 1e-9, message
+
+
+def _fixes(reader: Any, topic: str) -> dict[str, AidSamples]:
+    """Positions of NavSatFix; its covariance is in east, north, up."""
+    t_s, place, sigma = [], [], []
+    for stamp_s, fix in _messages(reader, topic):
+        if fix.status.status >= 0:
+            t_s.append(stamp_s)
+            place.append((np.radians(fix.latitude), np.radians(fix.longitude), fix.altitude))
+            variance = np.asarray(fix.position_covariance, float)[[4, 0, 8]]
+            sigma.append(np.sqrt(variance) if fix.position_covariance_type and (variance > 0).all() else np.full(3, np.nan))
+    one = AidSamples(np.array(t_s), np.array(place).reshape(-1, 3), np.array(sigma).reshape(-1, 3))
+    return _kept({"position": one})
 
 
 def _rate(message: Any) -> Any:

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from hnav.io.aids import AidSamples, by_arrival
+from hnav.io.readers.aid_columns import ROLES
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, Origin, Recording, RecordingError, Unit
 from hnav.units import SI_PER
 
 WITHIN_S = 1.0  # stamps that run back by less are put in order
-SOURCES = ("imu", "gyro", "accel", "mag")  # what columns may name in a file of topics
+SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class Wishes:
     rate_hz: float | None = None
     axes: Mapping[str, str] = field(default_factory=dict)
     drop_repeats: bool = False
+    only_aids: bool = False
+    """Inertial sensors need not be there."""
 
     def __post_init__(self) -> None:
         for quantity, known in SI_PER.items():
@@ -38,8 +42,8 @@ class Wishes:
         if self.rate_hz is not None and not 0 < self.rate_hz < np.inf:
             raise RecordingError(f"rate_hz = {self.rate_hz:g}: must be above 0 Hz", "rate_hz")
         for name in self.columns:
-            if name not in (*CSV_COLUMNS, *SOURCES):
-                raise RecordingError(f"columns = {name}: choose from {', '.join((*CSV_COLUMNS, *SOURCES))}", "columns")
+            if name not in (roles := (*CSV_COLUMNS, *ROLES, *SOURCES)):
+                raise RecordingError(f"columns = {name}: choose from {', '.join(roles)}", "columns")
         for sensor, axes in self.axes.items():
             if sensor not in ARRAYS:
                 raise RecordingError(f"axes = {sensor}: choose from {', '.join(ARRAYS)}", "axes")
@@ -77,6 +81,8 @@ class Raw:
     notes: tuple[str, ...] = ()
     extra: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Other arrays of a Recording, on the times of the streams, which are then all the same."""
+    aids: Mapping[str, AidSamples] = field(default_factory=dict)
+    """By kind; in any order, samples that are none among them."""
 
 
 def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
@@ -100,7 +106,14 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
         order, signs = turned(wishes.axes.get(stream.sensor, "x,y,z"))
         arrays[ARRAYS[stream.sensor]] = np.ascontiguousarray(merged[:, order] * signs)
     units = {stream.sensor: stream.unit for stream in streams} | {"time": raw.time_unit}
-    return Recording(name, t_s, **arrays, **raw.extra, origin=Origin(raw.format, units, tuple(notes)))
+    aids = aids_of(raw, wishes)
+    return Recording(name, t_s, **arrays, **raw.extra, aids=aids, origin=Origin(raw.format, units, tuple(notes)))
+
+
+def aids_of(raw: Raw, wishes: Wishes) -> dict[str, AidSamples]:
+    """What aids navigation, in the order of arrival; kinds without samples are left out."""
+    found = {kind: by_arrival(one) for kind, one in raw.aids.items() if len(one.t_s)}
+    return {kind: one.without_repeats() for kind, one in found.items()} if wishes.drop_repeats else found
 
 
 def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream, str]:

@@ -10,12 +10,13 @@ import csv
 import io
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from hnav.io.readers.aids import aids_in
 from hnav.io.readers.columns import Column, columns_of
 from hnav.io.readers.streams import Raw, Stream, Wishes, library
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
@@ -59,6 +60,10 @@ class Plan:
         """Places of the columns that are read."""
         return sorted({column.place for column in self.columns.values()})
 
+    def without_aids(self) -> Plan:
+        """Inertial and magnetic sensors alone."""
+        return replace(self, columns={role: column for role, column in self.columns.items() if not column.aids})
+
     def kind(self, place: int) -> type:
         """What the cells of a column are."""
         return str if self.instants and place == self.columns["t_s"].place else float
@@ -74,6 +79,8 @@ class Table:
     layout: Layout
     instants: bool = False
     """The times were instants of a calendar, and are in s now."""
+    notes: tuple[str, ...] = ()
+    """What was left out."""
 
 
 def read_table(path: Path, wishes: Wishes) -> Raw:
@@ -87,7 +94,10 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
     by_format = by_format or {}
     t_s, time_unit = times_of(shown, table, wishes, by_format)
-    streams = []
+    streams: list[Stream] = []
+    aids = aids_in(table.columns, table.values, t_s)
+    if wishes.only_aids:
+        return Raw(name or "table", streams, time_unit, aids=aids)
     for sensor in ARRAYS:
         roles = [sensor[0] + axis for axis in "xyz"]
         if not any(role in table.columns for role in roles):
@@ -97,7 +107,7 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
                 f"{_at(shown, table.layout)}: the column {roles[0]} is missing; if {sensor} has another name, say columns {roles[0]}=NAME"
             )
         streams.append(stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor)))
-    return Raw(name or ("csv" if house else "table"), streams, time_unit)
+    return Raw(name or ("csv" if house else "table"), streams, time_unit, table.notes, aids=aids)
 
 
 def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wishes, by_format: str | None) -> Stream:
@@ -130,6 +140,8 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     first, name = table.layout.line + 2, column.name.strip()
     if len(bad := np.flatnonzero(~np.isfinite(t_s))):
         raise RecordingError(f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite")
+    if wishes.only_aids:  # each goes by the time at which it arrived
+        return t_s, unit
     if len(bad := np.flatnonzero(np.diff(t_s) <= 0)) and not _stands_twice(table, bad):
         i = bad[0]
         raise RecordingError(
@@ -154,10 +166,18 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     encoding = encoding_of(shown, data)
     text = data.decode(encoding)
     plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
-    frame = _read(shown, text, io.BytesIO(data), plan)
+    notes: tuple[str, ...] = ()
+    try:
+        frame = _read(shown, text, io.BytesIO(data), plan)
+    except RecordingError as error:
+        if wishes.only_aids or not any(column.aids for column in plan.columns.values()):
+            raise
+        # What only navigation reads is no reason to refuse the rest.
+        plan, notes = plan.without_aids(), (f"satellites, pressure and wheels were left out: {error}",)
+        frame = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
-    return table_by(shown, frame, plan)
+    return replace(table_by(shown, frame, plan), notes=notes)
 
 
 def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | None = None) -> Plan:
@@ -388,8 +408,7 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     """The columns of a data frame, or of its index, that hold times and samples. Raises RecordingError."""
     import pandas
 
-    if "t_s" not in frame.columns and (frame.index.name or isinstance(frame.index, pandas.DatetimeIndex)):
-        frame = frame.reset_index(names=str(frame.index.name or "time"))
+    frame = _with_index(frame)
     names = [str(name) for name in frame.columns]
     layout = Layout(-1, names, ",", ".")
     columns = columns_of(names, wishes.columns, shown)
@@ -405,12 +424,28 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
         series = frame.iloc[:, column.place]
         if role == "t_s" and not pandas.api.types.is_numeric_dtype(series):
             values[role], instants = _seconds(shown, column.name, series.to_numpy()), True
-            continue
-        try:
-            values[role] = np.asarray(series.to_numpy(dtype=float, na_value=np.nan), float)
-        except (TypeError, ValueError):
-            raise RecordingError(f"{shown}: the column {column.name} holds no numbers") from None
-    return Table(columns, values, layout, instants)
+        elif (numbers := _numbers(series)) is not None:
+            values[role] = numbers
+        elif wishes.only_aids or not column.aids:
+            raise RecordingError(f"{shown}: the column {column.name} holds no numbers")
+    return Table({role: columns[role] for role in values}, values, layout, instants)
+
+
+def _with_index(frame: pd.DataFrame) -> pd.DataFrame:
+    """Its index is a column, where it has a name or holds instants."""
+    import pandas
+
+    if "t_s" in frame.columns or not (frame.index.name or isinstance(frame.index, pandas.DatetimeIndex)):
+        return frame
+    return frame.reset_index(names=str(frame.index.name or "time"))
+
+
+def _numbers(series: pd.Series[Any]) -> np.ndarray | None:
+    """None when it holds something else."""
+    try:
+        return np.asarray(series.to_numpy(dtype=float, na_value=np.nan), float)
+    except (TypeError, ValueError):
+        return None
 
 
 def read_parquet(path: Path, wishes: Wishes) -> Raw:

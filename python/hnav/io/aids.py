@@ -1,0 +1,58 @@
+"""Samples of what aids navigation: satellites, pressure, wheels. Each kind keeps times of its own, beside the rows of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+AIDS = {
+    "position": ("latitude_rad", "longitude_rad", "height_m"),
+    "velocity": ("north_m_s", "east_m_s", "down_m_s"),
+    "pressure": ("pressure_pa",),
+    "speed": ("speed_m_s",),
+}
+"""Kinds of aids, and what their values are. Heights are above the ellipsoid as far as the file tells; a vertical velocity may be
+NaN; a speed is that of wheels, along body x."""
+
+
+@dataclass(frozen=True)
+class AidSamples:
+    """Samples of one kind."""
+
+    t_s: np.ndarray
+    """m: times of validity."""
+    values: np.ndarray
+    """m x 3 or m x 1, as AIDS says."""
+    sigma: np.ndarray
+    """As values: standard deviations (position north, east, down, in m); NaN where the file does not tell."""
+    received_s: np.ndarray | None = None
+    """m, not decreasing: when each arrived; None: at t_s."""
+
+    @property
+    def arrived_s(self) -> np.ndarray:
+        """m: when each arrived."""
+        return self.t_s if self.received_s is None else self.received_s
+
+    def rows(self, keep: np.ndarray) -> AidSamples:
+        """Some of them: places, or a flag for each."""
+        received_s = None if self.received_s is None else self.received_s[keep]
+        return AidSamples(self.t_s[keep], self.values[keep], self.sigma[keep], received_s)
+
+    def without_repeats(self) -> AidSamples:
+        """Those that differ from the one before."""
+        fresh = np.ones(len(self.t_s), bool)
+        fresh[1:] = [not np.array_equal(a, b, equal_nan=True) for a, b in zip(self.values[1:], self.values[:-1])]
+        return self.rows(fresh)
+
+
+def by_arrival(samples: AidSamples) -> AidSamples:
+    """In the order in which they arrived."""
+    return samples.rows(np.argsort(samples.arrived_s, kind="stable"))
+
+
+def arrived_within(aids: Mapping[str, AidSamples], after_s: float, until_s: float) -> dict[str, AidSamples]:
+    """What arrived after the one time and not after the other; kinds without samples are left out."""
+    within = {kind: one.rows((one.arrived_s > after_s) & (one.arrived_s <= until_s)) for kind, one in aids.items()}
+    return {kind: one for kind, one in within.items() if len(one.t_s)}

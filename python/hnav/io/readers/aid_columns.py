@@ -1,0 +1,126 @@
+"""Columns of satellites, pressure and wheels, by their names: lat_deg, gps_latitude, Longitude (deg), vel_n_m_s, hAcc, baro_hPa."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+ROLES = {
+    "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
+    "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
+    "pressure_pa": "pressure", "speed_m_s": "velocity", "received_s": "time",
+}  # fmt: skip
+"""What may stand in a column, and the quantity that it is."""
+
+PER = {
+    "angle": {"deg": 1.0, "rad": 57.29577951308232, "1e7deg": 1e-7},
+    "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": 1852 / 3600, "mph": 0.44704},
+    "pressure": {"Pa": 1.0, "hPa": 100.0, "kPa": 1000.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+}
+"""Units of each quantity as what one of them is of the first, which is taken unless the name says another."""
+
+_SPELLED = {
+    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7"},
+    "length": {"m": "m meter meters metre metres", "mm": "mm", "cm": "cm", "km": "km", "ft": "ft feet"},
+    "velocity": {"m/s": "m/s ms mps mpersec ms-1", "mm/s": "mm/s mms", "cm/s": "cm/s cms", "km/h": "km/h kmh kph kmph",
+                 "kn": "kn kt kts knot knots", "mph": "mph"},
+    "pressure": {"Pa": "pa pascal", "hPa": "hpa mbar mb millibar", "kPa": "kpa"},
+    "time": {"s": "s sec", "ms": "ms", "us": "us", "ns": "ns"},
+}  # fmt: skip
+_UNITS = {
+    quantity: {word: unit for unit, words in units.items() for word in words.split()} for quantity, units in _SPELLED.items()
+}
+
+_NAMES = {
+    "lat_deg": "lat latitude",
+    "lon_deg": "lon lng long longitude",
+    "alt_m": "alt altitude height hgt ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele",
+    "vn": "vn vnorth northv velocityn velocitynorth veln velnorth northvelocity speednorth northspeed vnorthing",
+    "ve": "ve veast eastv velocitye velocityeast vele veleast eastvelocity speedeast eastspeed",
+    "vd": "vd vdown downv velocityd velocitydown veld veldown downvelocity speeddown downspeed",
+    "-vd": "vu vup velocityu velocityup velu velup upvelocity climbrate",
+    "ground_speed": "speed groundspeed speedoverground sog velocity vel gspeed",
+    "course_deg": "course bearing direction track courseoverground cog groundcourse headmot",
+    "sigma_h": "sigmah hacc hacuracy horizontalaccuracy haccuracy eph sigmahorizontal stdh hsigma accuracy",
+    "sigma_v": "sigmav vacc verticalaccuracy vaccuracy epv sigmavertical stdv vsigma",
+    "sigma_vel": "sigmavel sacc speedaccuracy velocityaccuracy velacc sigmavelocity stdvel",
+    "pressure_pa": "pressure staticpressure baro barometer barometricpressure baropressure press airpressure atmosphericpressure",
+    "speed_m_s": "wheelspeed odospeed odometerspeed vehiclespeed wheelvelocity odometry speedwheel",
+    "received_s": "received receivedat arrival arrived timereceived treceived",
+}
+_STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}
+_FILLERS = {
+    "gps",
+    "gnss",
+    "fix",
+    "satellite",
+    "satellites",
+    "nav",
+    "pos",
+    "position",
+    "location",
+    "ned",
+    "raw",
+    "data",
+    "sensor",
+    "ublox",
+    "ubx",
+}
+# Alone these are too short, or too common, to be sure.
+_ONLY_WITH_UNIT_OR_FILLER = {
+    "velocity",
+    "vel",
+    "accuracy",
+    "odometry",
+    "track",
+    "direction",
+    "height",
+    "long",
+    "ele",
+    "press",
+    "baro",
+}
+_SQUEEZED = str.maketrans(dict.fromkeys(' ^*_·"', "") | {"°": "deg", "²": "2", "⁻": "-", "¹": "1"})
+_BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*")
+
+
+class AidColumn(NamedTuple):
+    """What stands in a column: one of ROLES, its unit if the name tells, and its sign."""
+
+    role: str
+    unit: str | None
+    sign: float
+
+
+def aid_column(name: str) -> AidColumn | None:
+    """What a column of this name holds; None when it is nothing of these."""
+    text = name.strip().strip('"').lstrip("#% ")
+    if text in ROLES:
+        return AidColumn(text, next(iter(PER[ROLES[text]])), 1.0)
+    stated = ""
+    if match := _BEHIND_BRACKETS.fullmatch(text):
+        text, stated = match.groups()
+    tokens = [token.lower() for token in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", text.replace("°", "deg"))]
+    bare = [token for token in tokens if token not in _FILLERS]
+    for end in range(len(bare), 0, -1):
+        stem, behind = "".join(bare[:end]), "".join(bare[end:])
+        if role := _STEMS.get(stem):
+            sure = len(bare) < len(tokens) or stem not in _ONLY_WITH_UNIT_OR_FILLER
+            return _of_role(role, stated, behind, sure)
+    return None
+
+
+def _of_role(role: str, stated: str, behind: str, sure: bool) -> AidColumn | None:
+    """stated: the unit in brackets; behind: what follows the name, which can only be a unit."""
+    quantity = ROLES[role.lstrip("-")]
+    unit = aid_unit(quantity, stated) or aid_unit(quantity, behind)
+    if (behind and not aid_unit(quantity, behind)) or (stated and not unit) or not (sure or unit):
+        return None
+    return AidColumn(role.lstrip("-"), unit, -1.0 if role.startswith("-") else 1.0)
+
+
+def aid_unit(quantity: str, text: str) -> str | None:
+    """The unit of a quantity that a text names, if it does."""
+    return _UNITS[quantity].get(text.strip().translate(_SQUEEZED).lower())

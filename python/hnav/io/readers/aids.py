@@ -1,0 +1,80 @@
+"""Samples of satellites, pressure and wheels out of the columns of a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hnav.io.aids import AIDS, AidSamples
+from hnav.io.readers.columns import Column
+from hnav.units import S_PER
+
+# Where the name of a pressure tells no unit: no air is as thin or as thick as another unit would have it.
+SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
+
+
+def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s: np.ndarray) -> dict[str, AidSamples]:
+    """By kind, those that the table has; rows with an empty cell, or without a fix (0, 0), are no samples.
+
+    columns, values: of the table, by role; t_s: of its rows.
+    """
+    given = {role: column.factor * values[role] for role, column in columns.items() if column.aids and role != "received_s"}
+    received_s = None
+    if column := columns.get("received_s"):
+        received_s = values["received_s"] * S_PER[column.unit or "s"]
+    found = {
+        "position": _position(given),
+        "velocity": _velocity(given),
+        "pressure": _pressure(given, columns),
+        "speed": given.get("speed_m_s", np.empty(0))[:, None] if "speed_m_s" in given else None,
+    }
+    sigmas = {"position": ("sigma_h", "sigma_h", "sigma_v"), "velocity": 3 * ("sigma_vel",)}
+    nothing = np.full(len(t_s), np.nan)
+    samples = {}
+    for kind, read in found.items():
+        if read is None:
+            continue
+        sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
+        sigma = np.where(sigma > 0, sigma, np.nan)
+        one = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s)
+        samples[kind] = one.rows(present(kind, one))
+    return samples
+
+
+def present(kind: str, one: AidSamples) -> np.ndarray:
+    """Which rows hold a sample."""
+    needed = 2 if kind == "velocity" else len(AIDS[kind])
+    there: np.ndarray = np.isfinite(one.values[:, :needed]).all(axis=1) & np.isfinite(one.arrived_s) & np.isfinite(one.t_s)
+    return np.asarray(there & (one.values[:, :2] != 0).any(axis=1)) if kind == "position" else there
+
+
+def _position(given: Mapping[str, np.ndarray]) -> np.ndarray | None:
+    if not all(role in given for role in ("lat_deg", "lon_deg", "alt_m")):
+        return None
+    return np.stack([np.radians(given["lat_deg"]), np.radians(given["lon_deg"]), given["alt_m"]], axis=1)
+
+
+def _velocity(given: Mapping[str, np.ndarray]) -> np.ndarray | None:
+    """Its components, else speed over ground and its direction, which is none where a receiver says a negative speed."""
+    if "vn" in given and "ve" in given:
+        return np.stack([given["vn"], given["ve"], given.get("vd", np.full(len(given["vn"]), np.nan))], axis=1)
+    if "ground_speed" not in given or "course_deg" not in given:
+        return None
+    speed = np.where(given["ground_speed"] >= 0, given["ground_speed"], np.nan)
+    return along(speed, np.radians(np.where(speed == 0, 0.0, given["course_deg"])))
+
+
+def along(speed_m_s: np.ndarray, course_rad: np.ndarray) -> np.ndarray:
+    """m x 3: the velocity of a speed over ground, its vertical part not known."""
+    return np.stack([speed_m_s * np.cos(course_rad), speed_m_s * np.sin(course_rad), np.full(len(speed_m_s), np.nan)], axis=1)
+
+
+def _pressure(given: Mapping[str, np.ndarray], columns: Mapping[str, Column]) -> np.ndarray | None:
+    if "pressure_pa" not in given:
+        return None
+    read = given["pressure_pa"][:, None]
+    if columns["pressure_pa"].unit is None and np.isfinite(read).any():
+        typical = float(np.nanmedian(read))
+        read = read * (1.0 if typical >= SMALLEST_PA else 100.0 if typical >= SMALLEST_HPA else 1000.0)
+    return read

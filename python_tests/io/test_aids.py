@@ -1,0 +1,224 @@
+"""Satellites, pressure and wheels are the same samples in every shape of file, and never a reason to refuse inertial sensors."""
+
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+
+import recorded
+from hnav import read
+from hnav.io.aids import arrived_within
+from hnav.io.plausibility import check_aids
+from hnav.io.readers import read_aids
+from hnav.io.readers.aid_columns import aid_column
+from hnav.io.readers.pieces import long_table
+from hnav.io.recordings import RecordingError
+from motion import tilted_motion
+
+FIX_S = np.array([0.1, 0.3, 0.5])
+PLACE_DEG = np.array([[45.5, -93.25, 250.0], [45.5001, -93.2499, 251.0], [45.5002, -93.2498, 252.5]])
+VELOCITY = np.array([[1.0, -2.0, 0.25], [1.5, -2.5, -0.5], [2.0, -3.0, 0.0]])
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return tilted_motion(1).recording
+
+
+def with_fixes(motion, header, *others):
+    """A table of inertial samples with the fixes in some rows, empty cells in the others."""
+
+    def in_rows(values):
+        column = np.full(len(motion.t_s), np.nan)
+        column[np.searchsorted(motion.t_s, FIX_S - 1e-9)] = values
+        return column
+
+    columns = [*PLACE_DEG.T, *VELOCITY.T, *others]
+    return "t_s,gx,gy,gz,ax,ay,az," + header, [motion.t_s, *recorded.columns(motion)[:6], *map(in_rows, columns)]
+
+
+def assert_fixes(aids, after_s=0.0, down=True):
+    position, velocity = aids["position"], aids.get("velocity")
+    np.testing.assert_allclose(position.t_s, FIX_S + after_s, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(position.values[:, :2], np.radians(PLACE_DEG[:, :2]), rtol=0, atol=2e-9)
+    np.testing.assert_allclose(position.values[:, 2], PLACE_DEG[:, 2], atol=1e-3)
+    if velocity is not None:
+        np.testing.assert_allclose(velocity.values[:, :2], VELOCITY[:, :2], atol=1e-5)
+        assert np.isnan(velocity.values[:, 2]).all() != down
+
+
+@pytest.mark.parametrize("header", [
+    "lat_deg,lon_deg,alt_m,vn,ve,vd", "GPS_Latitude,GPS_Longitude,GPS_Altitude,VelN (m/s),VelE (m/s),VelD (m/s)",
+    "lat,lng,alt,v_north,v_east,v_down", "Latitude [deg],Longitude [deg],Height [m],vel_n_m_s,vel_e_m_s,vel_d_m_s",
+])  # fmt: skip
+def test_columns_are_known_by_their_usual_names(tmp_path, motion, header):
+    recording = read(recorded.write_rows(tmp_path / "flight.csv", *with_fixes(motion, header)))
+    assert_fixes(recording.aids)
+    np.testing.assert_array_equal(recording.rate_b_rad_s, motion.rate_b_rad_s)
+    assert "position 3 at 5 Hz; velocity 3 at 5 Hz" in repr(recording)
+    assert len(recording.cropped(0.35).aids["position"].t_s) == 2
+
+
+@pytest.mark.parametrize("name, role, unit", [
+    ("baro_hPa", "pressure_pa", "hPa"), ("wheel_speed_km_h", "speed_m_s", "km/h"), ("hAcc", "sigma_h", None), ("climb_rate", "vd", None),
+    ("lat_1e7", "lat_deg", "1e7deg"), ("airspeed_m_s", None, None), ("velocity", None, None), ("heading", None, None), ("vx", None, None),
+    ("temperature", None, None),
+])  # fmt: skip
+def test_what_a_name_means(name, role, unit):
+    found = aid_column(name)
+    assert (found and found.role, found and found.unit) == (role, unit)
+
+
+def test_units_signs_and_sigmas(tmp_path, motion):
+    header, rows = with_fixes(
+        motion, "lat,lon,alt_ft,vn_km_h,ve_kn,vu,hAcc,baro_hPa,wheel_speed_km_h", [2.0, 0.0, 3.0], [1000.0] * 3, [36.0] * 3
+    )
+    aids = read(recorded.write_rows(tmp_path / "units.csv", header, rows)).aids
+    np.testing.assert_allclose(aids["position"].values[:, 2], 0.3048 * PLACE_DEG[:, 2])
+    np.testing.assert_allclose(aids["velocity"].values, VELOCITY * [1 / 3.6, 1852 / 3600, -1])
+    np.testing.assert_array_equal(aids["position"].sigma, [[2, 2, np.nan], [np.nan] * 3, [3, 3, np.nan]])
+    np.testing.assert_allclose(aids["pressure"].values, 1e5)
+    np.testing.assert_allclose(aids["speed"].values, 10.0)
+
+
+def test_speed_and_course_are_a_velocity_and_no_fix_is_none(tmp_path, motion):
+    path = tmp_path / "gnss.csv"
+    path.write_text("time,latitude,longitude,altitude,speed,bearing\n1,0,0,0,-1,-1\n2,45,7,100,10,90\n3,45,7,100,0,nan\n")
+    aids = read_aids(path)
+    np.testing.assert_array_equal(aids["position"].t_s, [2, 3])
+    np.testing.assert_allclose(aids["velocity"].values[:, :2], [[0, 10], [0, 0]], atol=1e-12)
+
+
+def test_fixes_of_a_file_of_their_own_come_in_the_order_of_arrival(tmp_path):
+    path = tmp_path / "gnss.csv"
+    path.write_text("t_s,received_s,lat_deg,lon_deg,alt_m\n1.0,1.4,45,7,100\n1.2,1.3,45,7,101\n1.1,1.35,45,7,102\n")
+    position = read_aids(path)["position"]
+    np.testing.assert_array_equal(position.t_s, [1.2, 1.1, 1.0])
+    np.testing.assert_array_equal(position.received_s, [1.3, 1.35, 1.4])
+    assert [len(arrived_within({"position": position}, a, b)["position"].t_s) for a, b in ((0, 1.3), (1.3, 2.0))] == [1, 2]
+    with pytest.raises(RecordingError, match="gnss.csv.*no position .lat_deg, lon_deg, alt_m.*columns lat_deg=NAME"):
+        path.write_text("t_s,temperature\n1,20\n")
+        read_aids(path, columns={"t_s": "t_s"})
+
+
+def test_a_cell_that_is_no_number_costs_the_aids_alone(tmp_path, motion):
+    header, rows = with_fixes(motion, "lat_deg,lon_deg,alt_m,vn,ve,vd")
+    path = recorded.write_rows(tmp_path / "text.csv", header, rows)
+    lines = path.read_text().splitlines()
+    lines[3] = lines[3].rsplit(",", 6)[0] + ",no fix,,,,,"
+    path.write_text("\n".join(lines))
+    recording = read(path)
+    assert not recording.aids and len(recording.t_s) == len(motion.t_s)
+    assert recording.origin.notes[0].endswith("line 4, column lat_deg: 'no fix' is not a number")
+
+
+def test_pieces_hold_the_aids_of_their_rows(tmp_path, motion):
+    n = 2**17 + 500
+    t_s = np.arange(n) / 100
+    path = tmp_path / "long.csv"
+    rows = "".join(
+        f"{t!r},0.1,{k % 7},0,0,{k % 5},9.8,{'45,7,100' if k % 100 == 0 else ',,'}\n" for k, t in enumerate(t_s.tolist())
+    )
+    path.write_text("t_s,gx,gy,gz,ax,ay,az,lat_deg,lon_deg,alt_m\n" + rows)
+    pieces = [piece.aids["position"].t_s for piece in long_table(path)]
+    np.testing.assert_array_equal(np.concatenate(pieces), t_s[::100])
+
+
+def nmea(text):
+    check = 0
+    for c in text:
+        check ^= ord(c)
+    return f"${text}*{check:02X}\n"
+
+
+def sentences(seconds, stamp="", date="100224"):
+    for s, (lat, lon, height), (vn, ve, _) in zip(seconds, PLACE_DEG, VELOCITY):
+        time = f"{int(s // 3600) % 24:02d}{int(s // 60) % 60:02d}{s % 60:05.2f}"
+        at = f"{int(lat):02d}{60 * (lat % 1):09.6f},N,{int(-lon):03d}{60 * (-lon % 1):09.6f},W"
+        prefix = stamp.format(s)
+        yield prefix + nmea(f"GPGGA,{time},{at},1,08,1.5,{height - 30:.3f},M,30.000,M,,")
+        yield prefix + nmea(
+            f"GNRMC,{time},A,{at},{np.hypot(vn, ve) * 3600 / 1852:.6f},{np.degrees(np.arctan2(ve, vn)) % 360:.6f},{date},,"
+        )
+
+
+def test_sentences_of_a_receiver(tmp_path):
+    path = tmp_path / "receiver.log"
+    # Across midnight, with a line that was cut off and one with a wrong checksum.
+    path.write_text(
+        "".join([*sentences(86400 - 0.6 + FIX_S * 4)]) + "$GPGGA,12\n$GPGGA,000001.00,4530.0,N,00700.0,E,1,08,1,1,M,0,M,,*00\n"
+    )
+    aids = read_aids(path)
+    begin_s = 1707523200 + 86400 - 0.6
+    np.testing.assert_allclose(aids["position"].t_s, begin_s + 4 * FIX_S)
+    np.testing.assert_allclose(aids["velocity"].t_s, begin_s + 4 * FIX_S)
+    np.testing.assert_allclose(np.degrees(aids["position"].values[:, :2]), PLACE_DEG[:, :2], atol=1e-7)
+    np.testing.assert_allclose(aids["position"].values[:, 2], PLACE_DEG[:, 2])
+    np.testing.assert_allclose(aids["velocity"].values[:, :2], VELOCITY[:, :2], atol=1e-5)
+    np.testing.assert_allclose(aids["position"].sigma, [[3, 3, 4.5]] * 3)
+    with pytest.raises(RecordingError, match="satellites alone.*--gnss"):
+        read(path)
+    # A logger's own time, before each sentence.
+    path.write_text("".join(sentences(FIX_S, "{:.3f} ")))
+    np.testing.assert_allclose(read_aids(path)["position"].t_s, FIX_S)
+    path.write_text(nmea("GPGGA,120000,,,,,0,00,,,M,,M,,"))
+    with pytest.raises(RecordingError, match="no sentence GGA or RMC with a fix"):
+        read_aids(path)
+
+
+def test_logs_of_px4(tmp_path, motion):
+    pytest.importorskip("pyulog")
+    gps = "uint64_t timestamp;int32_t lat;int32_t lon;int32_t alt;int32_t alt_ellipsoid;float s_variance_m_s;float eph;float epv;" \
+          "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;uint8_t fix_type;bool vel_ned_valid;"  # fmt: skip
+    bodies = [
+        struct.pack(
+            "<Qiiiifff3fB?", round(1e6 * t), round(1e7 * lat), round(1e7 * lon), 0, round(1e3 * h), 0.3, 1.2, 2.4, *v, 3, True
+        )
+        for t, (lat, lon, h), v in zip(FIX_S, PLACE_DEG, VELOCITY)
+    ]
+    bodies.append(struct.pack("<Qiiiifff3fB?", 900_000, 10, 10, 0, 0, 9, 9, 9, 0, 0, 0, 1, False))
+    air = ("uint64_t timestamp;float baro_pressure_pa;", [struct.pack("<Qf", 200_000, 98500.0)])
+    recording = read(recorded.ulog(tmp_path, motion, {"vehicle_gps_position": (gps, bodies), "vehicle_air_data": air}))
+    assert_fixes(recording.aids)
+    np.testing.assert_allclose(recording.aids["position"].sigma, [[1.2, 1.2, 2.4]] * 3, rtol=1e-6)
+    np.testing.assert_array_equal(recording.aids["pressure"].values, [[98500]])
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_fixes_of_ros(tmp_path, motion, kind):
+    pytest.importorskip("rosbags")
+    fixes = [(t, 0, *place) for t, place in zip(FIX_S, PLACE_DEG.tolist())] + [(0.7, -1, 0.0, 0.0, 0.0)]
+    path = recorded.bag(tmp_path, motion, kind, fixes)
+    aids = read(path).aids
+    assert_fixes({"position": aids["position"]}, recorded.EPOCH_NS * 1e-9)
+    np.testing.assert_array_equal(aids["position"].sigma, [[1, 2, 3]] * 3)
+    assert list(read_aids(path)) == ["position"]
+    with pytest.raises(RecordingError, match="no such topic of sensor_msgs/msg/NavSatFix, but /fix"):
+        read_aids(path, columns={"gnss": "/other"})
+
+
+def test_a_phone_tells_its_location(tmp_path, motion):
+    path = recorded.sensor_logger(tmp_path, motion)
+    header = "time,seconds_elapsed,bearingAccuracy,speedAccuracy,verticalAccuracy,horizontalAccuracy,speed,bearing,altitude,longitude,latitude\n"
+    rows = [
+        f"{recorded.EPOCH_NS + round(1e9 * t)},{t},1,0.5,4,3,{np.hypot(*v[:2]):.9f},{np.degrees(np.arctan2(v[1], v[0])) % 360:.9f},{h},{lon},{lat}\n"
+        for t, (lat, lon, h), v in zip(FIX_S, PLACE_DEG.tolist(), VELOCITY.tolist())
+    ]
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("Location.csv", header + "".join(rows))
+        archive.writestr("Barometer.csv", "time,seconds_elapsed,relativeAltitude,pressure\n1,0.1,0,985\n2,0.2,0,985.1\n")
+    recording = read(path)
+    assert_fixes(recording.aids, down=False)
+    np.testing.assert_array_equal(recording.aids["position"].sigma, [[3, 3, 4]] * 3)
+    np.testing.assert_allclose(recording.aids["pressure"].values, [[98500], [98510]])
+
+
+def test_fixes_that_are_held_between_are_noticed_and_dropped(tmp_path, motion):
+    held = np.minimum((motion.t_s // 0.2).astype(int), 2)
+    columns = [motion.t_s, *recorded.columns(motion)[:6], *PLACE_DEG[held].T]
+    path = recorded.write_rows(tmp_path / "held.csv", "t_s,gx,gy,gz,ax,ay,az,lat_deg,lon_deg,alt_m", columns)
+    (finding,) = check_aids(read(path))
+    assert (finding.code, finding.argument, finding.value) == ("repeated", "drop_repeats", "yes")
+    kept = read(path, drop_repeats=True)
+    assert len(kept.aids["position"].t_s) == 3 and not check_aids(kept)
