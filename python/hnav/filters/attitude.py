@@ -42,7 +42,7 @@ from hnav.native.arrays import (
     doubles,
     times,
 )
-from hnav.native.library import PRESETS, SENSORS, StatefulObject, enumerators, failure, ffi, library, new, text
+from hnav.native.library import PRESETS, SENSORS, StatefulObject, continued, enumerators, failure, ffi, library, new, text
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.renamed import now_called
 
@@ -445,7 +445,7 @@ class Filter(StatefulObject):
         return f"Filter({self._options!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _continued, (self._options, self.save())
+        return continued, (Filter, (self._options,), self.save())
 
     # ----------------------------------------------------------------------------------------- samples
 
@@ -528,11 +528,11 @@ class Filter(StatefulObject):
 
     def attitude(self) -> Attitude:
         """Attitude and heading at the time of the last advance. Raises HnavRuntimeError while there is none."""
-        return Attitude.read(self._filled("attitude", "hnav_attitude"))
+        return Attitude.read(self._filled("hnav_attitude", "attitude"))
 
     def posterior(self) -> Posterior:
         """The estimate just after the newest used sample. Raises HnavRuntimeError while there is none."""
-        return Posterior.read(self._filled("posterior", "hnav_posterior"))
+        return Posterior.read(self._filled("hnav_posterior", "posterior"))
 
     def rate(self) -> Array:
         """3, rad/s, body axes: the newest rate without the bias; zero before the first sample."""
@@ -554,7 +554,7 @@ class Filter(StatefulObject):
 
     def field(self) -> Field:
         """What the filter holds of the magnetic field."""
-        return Field.read(self._filled("field", "hnav_field"))
+        return Field.read(self._filled("hnav_field", "field"))
 
     def innovation(self, sensor: str) -> Innovation:
         """What the last used sample of a sensor said: "accel", "mag" or "heading".
@@ -563,17 +563,15 @@ class Filter(StatefulObject):
         """
         if sensor not in SENSORS:
             raise HnavValueError("option", f"sensor = {sensor}: choose one of {', '.join(SENSORS[1:])}", "sensor")
-        innovation = new("hnav_innovation")
-        self._call("innovation", SENSORS.index(sensor), innovation)
-        return Innovation.read(innovation)
+        return Innovation.read(self._filled("hnav_innovation", "innovation", SENSORS.index(sensor)))
 
     def diagnostics(self) -> Diagnostics:
         """Counts of samples and corrections, and figures of the last correction."""
-        return Diagnostics.read(self._filled("diagnostics", "hnav_diagnostics"))
+        return Diagnostics.read(self._filled("hnav_diagnostics", "diagnostics"))
 
     def health(self) -> Health:
         """How each sensor does, and how often attitude and time base had to begin anew."""
-        return Health.read(self._filled("health", "hnav_health"))
+        return Health.read(self._filled("hnav_health", "health"))
 
     # ----------------------------------------------------------------------------------------- hybrid view
 
@@ -628,11 +626,6 @@ class Filter(StatefulObject):
 
     def _push(self, sensor: str, t_s: float, value: npt.ArrayLike, name: str) -> None:
         self._call(f"push_{sensor}", t_s, address(doubles(value, (3,), name)))
-
-    def _filled(self, name: str, kind: str) -> Any:
-        struct = new(kind)
-        self._call(name, struct)
-        return struct
 
     def _numbers(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
         arrays = [np.empty(shape) for shape in shapes]
@@ -699,9 +692,3 @@ class _Struct:
         """The struct begins at this row."""
         for name, begin, width in self._moving:
             setattr(self.struct, name, begin + width * row)
-
-
-def _continued(options: Options, state: bytes) -> Filter:
-    filter = Filter(options)
-    filter.load(state)
-    return filter

@@ -29,7 +29,7 @@ import numpy.typing as npt
 
 from hnav.errors import HnavValueError
 from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Named, Record, address, doubles, times
-from hnav.native.library import StatefulObject, enumerators, ffi, new
+from hnav.native.library import StatefulObject, continued, enumerators, ffi, new
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 
 if TYPE_CHECKING:
@@ -424,7 +424,7 @@ class Ins(StatefulObject):
         return f"Ins({self._options!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _continued, (self._options, self.save())
+        return continued, (Ins, (self._options,), self.save())
 
     def push_imu(self, t_s: float, rate_b_rad_s: npt.ArrayLike, force_b_m_s2: npt.ArrayLike) -> None:
         """Rate and force of one instant: 3 each, in sensor axes. Raises HnavValueError for numbers that are not finite,
@@ -502,7 +502,7 @@ class Ins(StatefulObject):
 
     def navigation(self) -> Navigation:
         """The estimate at the time of the last advance."""
-        return Navigation.read(self._filled("navigation", "hnav_navigation"))
+        return Navigation.read(self._filled("hnav_navigation", "navigation"))
 
     def covariance(self) -> Array:
         """15 x 15: of position, velocity (north, east, down), rotation about them, gyro bias, accelerometer bias. Raises
@@ -513,7 +513,7 @@ class Ins(StatefulObject):
 
     def observed(self) -> Observed:
         """What has told the heading, and how much."""
-        return Observed.read(self._filled("observed", "hnav_observed"))
+        return Observed.read(self._filled("hnav_observed", "observed"))
 
     def innovation(self, sensor: str) -> InsInnovation:
         """What the last used sample of an aid said; sensor: one of INS_SENSORS but imu.
@@ -522,25 +522,12 @@ class Ins(StatefulObject):
         """
         if sensor not in INS_SENSORS[1:]:
             raise HnavValueError("option", f"sensor = {sensor}: choose one of {', '.join(INS_SENSORS[1:])}", "sensor")
-        innovation = new("hnav_ins_innovation")
-        self._call("last_innovation", INS_SENSORS.index(sensor), innovation)
-        return InsInnovation.read(innovation)
+        return InsInnovation.read(self._filled("hnav_ins_innovation", "last_innovation", INS_SENSORS.index(sensor)))
 
     def diagnostics(self) -> InsDiagnostics:
         """Counts of samples and corrections."""
-        return InsDiagnostics.read(self._filled("get_diagnostics", "hnav_ins_diagnostics"))
-
-    def _filled(self, name: str, kind: str) -> Any:
-        struct = new(kind)
-        self._call(name, struct)
-        return struct
+        return InsDiagnostics.read(self._filled("hnav_ins_diagnostics", "get_diagnostics"))
 
 
 def _three(sigma: npt.ArrayLike) -> Array:
     return doubles(np.broadcast_to(np.asarray(sigma, float), (3,)), (3,), "sigma")
-
-
-def _continued(options: InsOptions, state: bytes) -> Ins:
-    ins = Ins(options)
-    ins.load(state)
-    return ins

@@ -210,9 +210,7 @@ class InsErrorFilter(StatefulObject):
 
     def info(self) -> InsErrorInfo:
         """Where the filter stands, and its sizes."""
-        info = new("hnav_ins_error_info")
-        self._call("info", info)
-        return InsErrorInfo.read(info)
+        return InsErrorInfo.read(self._filled("hnav_ins_error_info", "info"))
 
     def _arrays(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
         arrays = [np.empty(shape) for shape in shapes]

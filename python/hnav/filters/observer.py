@@ -233,16 +233,13 @@ class Observer(StatefulObject):
 
     def info(self) -> ObserverInfo:
         """Where the observer stands."""
-        info = new("hnav_observer_info")
-        self._call("get_info", info)
-        return ObserverInfo.read(info)
+        return ObserverInfo.read(self._filled("hnav_observer_info", "get_info"))
 
     def proof(self) -> dict[str, BlockProof]:
         """What became of the derivatives that the plant offers, by block; blocks that it does not offer are left out."""
         found = {}
         for index, name in enumerate(BLOCKS):
-            struct = new("hnav_observer_block_proof")
-            self._call("proof", index, struct)
+            struct = self._filled("hnav_observer_block_proof", "proof", index)
             if struct.offered:
                 found[name] = BlockProof.read(struct)
         return found

@@ -144,6 +144,12 @@ class LibraryObject:
         if status:
             raise failure(status, getattr(lib, f"hnav_{self.KIND}_message")(self._handle))
 
+    def _filled(self, kind: str, name: str, *arguments: Any) -> Any:
+        """A new struct of this kind that hnav_KIND_name(object, arguments, struct) has filled."""
+        struct = new(kind)
+        self._call(name, *arguments, struct)
+        return struct
+
 
 class StatefulObject(LibraryObject):
     """One that goes through samples: it is reset, saved and loaded."""
@@ -167,3 +173,10 @@ class StatefulObject(LibraryObject):
         """Takes the state that save gave. Raises HnavValueError when it is damaged, of another version, or of an object
         made with other arguments; the object then stays as it was."""
         self._call("load", ffi.from_buffer(state), len(state))
+
+
+def continued(kind: type[StatefulObject], made_of: tuple[Any, ...], state: bytes) -> StatefulObject:
+    """An object made anew of these arguments, which goes on from a saved state: what copy and pickle call."""
+    made = kind(*made_of)
+    made.load(state)
+    return made

@@ -20,7 +20,7 @@ from typing import Any
 
 from hnav.errors import HnavValueError
 from hnav.native.arrays import Array, Record
-from hnav.native.library import SENSORS, StatefulObject, ffi, new
+from hnav.native.library import SENSORS, StatefulObject, continued, ffi
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.simulation.turntable import Truth
 
@@ -83,7 +83,7 @@ class ImuMagSensor(StatefulObject):
         return copy(self._options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _continued, (self._options, self._start_s, self.save())
+        return continued, (ImuMagSensor, (self._options, self._start_s), self.save())
 
     def sample(self, t_s: float, truth: Truth) -> None:
         """A communication point: the sensors that are due sample truth, stamped t_s; twice at one time takes nothing twice.
@@ -104,9 +104,7 @@ class ImuMagSensor(StatefulObject):
 
     def reading(self, sensor: str) -> Reading:
         """The newest delivered sample of "gyro", "accel" or "mag"."""
-        reading = new("hnav_reading")
-        self._call("reading", _number(sensor), reading)
-        return Reading.read(reading)
+        return Reading.read(self._filled("hnav_reading", "reading", _number(sensor)))
 
     def noise_psd(self, sensor: str) -> float:
         """Two-sided spectral density of the white noise: rad2/s, m2/s3 or T2 s."""
@@ -119,9 +117,3 @@ def _number(sensor: str) -> int:
     if sensor not in KINDS:
         raise HnavValueError("option", f"sensor = {sensor}: choose one of {', '.join(KINDS)}", "sensor")
     return KINDS.index(sensor)
-
-
-def _continued(options: ImuMagSensorOptions, start_s: float, state: bytes) -> ImuMagSensor:
-    sensor = ImuMagSensor(options, start_s)
-    sensor.load(state)
-    return sensor

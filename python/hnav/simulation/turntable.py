@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.native.arrays import Array, Record, address, doubles
-from hnav.native.library import LibraryObject, ffi, new
+from hnav.native.library import LibraryObject, ffi
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 
 
@@ -83,15 +83,11 @@ class Turntable(LibraryObject):
 
     def at(self, t_s: float) -> Truth:
         """What the body does at t_s. Raises HnavValueError for times that are not finite."""
-        truth = new("hnav_truth")
-        self._call("at", t_s, truth)
-        return Truth.read(truth)
+        return Truth.read(self._filled("hnav_truth", "at", t_s))
 
     def in_piece(self, piece_s: float, t_s: float) -> Truth:
         """The truth at t_s if the motion that holds at piece_s went on without a corner, for integrators that step across."""
-        truth = new("hnav_truth")
-        self._call("in_piece", piece_s, t_s, truth)
-        return Truth.read(truth)
+        return Truth.read(self._filled("hnav_truth", "in_piece", piece_s, t_s))
 
     def next_corner_s(self, t_s: float) -> float:
         """The next corner after t_s, where a rate jumps; infinite if there is none."""
