@@ -191,7 +191,8 @@ def test_quiet_changes_what_is_printed_and_not_what_is_written(motion, tmp_path)
 
 @pytest.mark.parametrize("words, offered", [
     ("hnav s", {name for name in COMMANDS if name.startswith("s")}),
-    ("hnav filter --filter ", set(FILTERS)),
+    ("hnav filter --filter ", {*FILTERS, "ins"}),
+    ("hnav filter --filter ins --set start_place=", {"start_place=fix", "start_place=given"}),
     ("hnav options --filter hr", {"hrekf"}),
     ("hnav filter --set gyro_hold=", {"gyro_hold=forward", "gyro_hold=backward"}),
     ("hnav filter --set xyzzy", set()),

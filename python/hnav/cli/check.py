@@ -10,6 +10,7 @@ import typer
 from hnav.cli.console import say
 from hnav.cli.recordings import Reading, lines_of, with_reading
 from hnav.cli.words import with_options
+from hnav.io.plausibility import check_aids
 
 IMPLAUSIBLE = 1  # exit code
 
@@ -24,7 +25,7 @@ def command(
     say(repr(data))
     for note in data.origin.notes if data.origin else ():
         say(with_options(note))
-    findings = reading.check(data)
+    findings = [*reading.check(data), *check_aids(data)]
     for line in lines_of(findings):
         say(line)
     if any(finding.level != "note" for finding in findings):

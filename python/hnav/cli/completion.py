@@ -27,9 +27,11 @@ def among(*words: str) -> Callable[[str], list[str]]:
 def option_names(ctx: Any, incomplete: str) -> list[str]:
     """NAME= of the filter that is named before; its choices after it."""
     from hnav.filters.attitude import option_table
+    from hnav.filters.ins import ins_option_table
 
+    filter = ctx.params.get("filter") or "ahrs"
     try:
-        table = option_table(ctx.params.get("filter") or "ahrs")
+        table = ins_option_table() if filter == "ins" else option_table(filter)
     except HnavError:
         return []
     name, separator, _ = incomplete.partition("=")

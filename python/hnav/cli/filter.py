@@ -1,4 +1,7 @@
-"""hnav filter: a recording through a filter, into a table of attitude, bias, sigmas and what the filter says, and a page."""
+"""hnav filter: a recording through a filter, into a table of attitude, bias, sigmas and what the filter says, and a page.
+
+What --filter ins does stands in hnav.cli.navigation.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ from typing import Annotated
 
 import typer
 
+from hnav.cli import navigation
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Engine, FilterName, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import Engine, FilterName, Gnss, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Options, Run
@@ -56,9 +60,16 @@ def command(
     calibration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
     ] = None,
+    gnss: Gnss = None,
 ) -> None:
-    chosen = {"navigation_frame": frame} | parse_settings(settings)
     check_names(recording, out, report, calibration)
+    if filter == navigation.NAME:
+        navigation.refuse(engine=engine != "c", step=step, smooth=smooth, frame=frame != "ned", calibration=calibration)
+        navigation.navigate(navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict), reading)
+        return
+    if gnss is not None:
+        raise UsageError(f"--gnss {gnss}: attitude filters do not read it: add --filter ins, or leave it out")
+    chosen = {"navigation_frame": frame} | parse_settings(settings)
     iron = None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)
     # What needs all rows at once is a page, hindsight, and the loop of an FMU.

@@ -11,7 +11,8 @@ import typer
 from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterName
 from hnav.cli.words import UsageError
-from hnav.filters.attitude import Options, option_table
+from hnav.filters.attitude import option_table
+from hnav.filters.ins import ins_option_table
 from hnav.native.options import OptionInfo
 
 FEW = 5  # of which everything is told
@@ -24,8 +25,7 @@ def command(
     filter: FilterName = "ahrs",
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, with the reasons of the defaults")] = False,
 ) -> None:
-    Options(filter)  # a filter that there is
-    everything = list(option_table(filter).values())
+    everything = list(ins_option_table().values() if filter == "ins" else option_table(filter).values())
     found = sorted((info for info in everything if matches(info, words or [])), key=lambda info: info.advanced)
     if as_json:
         typer.echo(json.dumps([described(info) for info in found], indent=1))

@@ -28,8 +28,15 @@ FilterName = Annotated[
         "--filter",
         metavar="NAME",
         callback=known_filter,
-        help="ahrs (real sensors) or hrekf (the paper's)",
-        autocompletion=among(*FILTERS),
+        help="ahrs (real sensors), hrekf (the paper's) or, where the command navigates, ins",
+        autocompletion=among(*FILTERS, "ins"),
+    ),
+]
+Gnss = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Of --filter ins: satellites, pressure or wheels in a file of their own: a table, NMEA, a log of PX4 or ROS",
     ),
 ]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES), autocompletion=among(*ENGINES))]
@@ -66,7 +73,13 @@ Hemisphere = Annotated[
     str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="Refuse a recording that is not plausible")]
-Preset = Annotated[str, typer.Option(help="default or paper", autocompletion=among("default", "paper"))]
+Preset = Annotated[
+    str,
+    typer.Option(
+        help="default or paper; of ins consumer, industrial, tactical or navigation",
+        autocompletion=among("default", "paper", "consumer", "industrial", "tactical", "navigation"),
+    ),
+]
 Smooth = Annotated[
     bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")
 ]

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from hnav.cli import navigation
 from hnav.cli.console import say
 from hnav.cli.filter import filtered, write_page
 from hnav.cli.parameters import FilterName, Preset, Settings, Strict, parse_settings
@@ -44,6 +45,8 @@ def command(
     if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
+    elif filter == navigation.NAME:
+        raise UsageError(f"--filter ins: hnav filter {source} --filter ins --report FILE.html writes the page of navigation")
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")

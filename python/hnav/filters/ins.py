@@ -35,6 +35,8 @@ from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 if TYPE_CHECKING:
     import pandas as pd
 
+    from hnav.io.recordings import Recording
+
 INS_PRESETS = enumerators("hnav_ins_preset", "HNAV_INS_")
 """Grades of inertial sensors: consumer, industrial, tactical, navigation."""
 
@@ -499,6 +501,16 @@ class Ins(StatefulObject):
         self._call("run", len(t), given, wanted, ffi.NULL)
         run.options = self.options
         return run
+
+    def run_recording(self, recording: Recording, every: int = 1) -> InsRun:
+        """A recording with its satellites, pressure and wheels, by a filter with the options of this one, which stays as it is.
+
+        every: as of run. Late samples are waited for, whatever horizon_s is; where gyroscope and accelerometer have times of
+        their own, the force is interpolated. Raises HnavError.
+        """
+        from hnav.filters.ins_recording import run_recording  # it knows this filter
+
+        return run_recording(recording, self._options, every)
 
     def navigation(self) -> Navigation:
         """The estimate at the time of the last advance."""

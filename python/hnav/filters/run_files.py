@@ -19,7 +19,8 @@ import numpy as np
 
 from hnav import __version__
 from hnav.errors import HnavValueError
-from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES, Run
+from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES, Options, Run
+from hnav.filters.ins import InsOptions
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 
@@ -70,10 +71,7 @@ def _accepted(run: Run) -> Array:
 
 def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
     """What the head of the file says, a line each; more: what the caller knows besides."""
-    lines = [f"hnav {__version__}", *more]
-    if run.options is not None:
-        changed = ", ".join(f"{name}={value}" for name, value in run.options.changed().items()) or "none"
-        lines += [f"filter {run.options.filter}, preset {run.options.preset}", f"options that differ from the preset: {changed}"]
+    lines = [f"hnav {__version__}", *more, *option_lines(run.options)]
     states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
     frame = "" if run.options is None else f" ({run.options.navigation_frame})"
     return [
@@ -84,6 +82,14 @@ def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
     ]
 
 
+def option_lines(options: Options | InsOptions | None) -> list[str]:
+    """What the head says of a filter's options."""
+    if options is None:
+        return []
+    changed = ", ".join(f"{name}={value}" for name, value in options.changed().items()) or "none"
+    return [f"filter {options.filter}, preset {options.preset}", f"options that differ from the preset: {changed}"]
+
+
 def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
     """Writes the columns of a run with its comments, whole or not at all. Raises HnavError.
 
@@ -92,28 +98,36 @@ def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
     write_pieces(path, [run], more)
 
 
+PRECISE = {"t_s": "%r", "lat_deg": "%.12g", "lon_deg": "%.12g"}
+"""Columns whose digits count: %r is the shortest text that has the bits of the number."""
+
+
 def write_pieces(path: str | Path, runs: Iterable[Run], more: Sequence[str] = ()) -> None:
     """Writes a run that comes in pieces, one or more, each the rows after those of the one before: the same file as write_table
     of the whole, if every piece but the last has a multiple of ROW_GROUP rows. What the making of a run raises leaves the old
     file."""
-    path, runs = Path(path), iter(runs)
+    runs = iter(runs)
     first = next(runs)
-    said = [line.replace("\n", " ") for line in comments(first, more)]
-    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, map(columns, chain([first], runs)), said)})
+    write_columns(path, map(columns, chain([first], runs)), comments(first, more))
 
 
 Columns = dict[str, np.ndarray]
 
 
-def _csv(path: Path, pieces: Iterator[Columns], said: list[str]) -> Iterator[bytes]:
+def write_columns(path: str | Path, pieces: Iterator[Columns], said: Sequence[str]) -> None:
+    """The same for columns by name, whatever made them; said: the lines of the head. Raises HnavError."""
+    path, said = Path(path), [line.replace("\n", " ") for line in said]
+    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, pieces, said)})
+
+
+def _csv(path: Path, pieces: Iterator[Columns], said: Sequence[str]) -> Iterator[bytes]:
     head = [f"# {text}" for text in said]
     for table in pieces:
         if head:
             yield "\n".join([*head, ",".join(table), ""]).encode()
             head = []
         formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
-        # The shortest text that has the bits of the number.
-        line = ",".join((formats | {"t_s": "%r"}).values()) + "\n"
+        line = ",".join(PRECISE.get(name, text) for name, text in formats.items()) + "\n"
         # A part at a time: as objects of Python the numbers take many times their room.
         for begin in range(0, len(table["t_s"]), ROWS):
             rows = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))
@@ -143,7 +157,7 @@ class _Sink(io.RawIOBase):
         return parts
 
 
-def _parquet(path: Path, pieces: Iterator[Columns], said: list[str]) -> Iterator[bytes]:
+def _parquet(path: Path, pieces: Iterator[Columns], said: Sequence[str]) -> Iterator[bytes]:
     try:
         import pyarrow
         from pyarrow import parquet

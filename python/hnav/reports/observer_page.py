@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +14,8 @@ from hnav.filters.observer import ObserverRun
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, GREEN, INK, VERMILION
-from hnav.reports.page import document
-from hnav.reports.panels import Panel, band, dots, grid_of, line, no_lines, table
+from hnav.reports.page import document, heading_of
+from hnav.reports.panels import Panel, band, dots, grid_of, line, panel_of, table
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -57,17 +56,13 @@ def _header(seen: View, title: str, doubts: list[str]) -> str:
         "estimated": ", ".join(seen.run.x), "sensors": ", ".join(seen.run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
         "rows": str(len(seen.t_s)), "hnav": __version__,
     }  # fmt: skip
-    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in doubts)
-    return f"<header><h1>{escape(title)}</h1><dl>{listed}</dl>{warned}</header>"
+    return heading_of(title, facts, doubts)
 
 
 def _panel(
     name: str, title: str, note: str, draw: Callable[[View], Any], applies: Callable[[View], bool] = lambda _: True
 ) -> Panel:
-    make: Any = Panel
-    panel: Panel = make(name, title, note, applies, draw, no_lines)
-    return panel
+    return panel_of(name, title, note, draw, applies)
 
 
 def _rows(seen: View, names: list[str], draw: Callable[[go.Figure, int, str], None]) -> go.Figure:

@@ -6,10 +6,11 @@ plotly.js stands inside the page, so that it opens without a network, today and 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -64,8 +65,8 @@ def page(run: Run, panels: Sequence[Panel]) -> str:
     return document(title, header(run), summary(run), run, panels)
 
 
-def document(title: str, head: str, figures: str, run: Run, panels: Sequence[Panel]) -> str:
-    """The whole document: head and figures are HTML and stand above the panels."""
+def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Panel]) -> str:
+    """The whole document: head and figures are HTML and stand above the panels. run: what the panels draw, with times t_s."""
     style, script = (resources.files("hnav.reports").joinpath(name).read_text(encoding="utf-8") for name in (STYLE, SCRIPT))
     links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
     return "\n".join([
@@ -75,6 +76,21 @@ def document(title: str, head: str, figures: str, run: Run, panels: Sequence[Pan
         f"<script>{get_plotlyjs()}</script></head><body>",
         head, f"<nav>{links}</nav><main>", figures, *(section(p, run) for p in panels), f"</main><script>{script}</script></body></html>",
     ])  # fmt: skip
+
+
+def heading_of(title: str, facts: Mapping[str, str], doubts: Sequence[str], more: str = "") -> str:
+    """The head of a page: facts by name, and lines of warning; those that begin with note are no warning. more: HTML."""
+    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
+    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in doubts)
+    return f"<header><h1>{escape(title)}</h1><dl>{listed}</dl>{warned}{more}</header>"
+
+
+def figures_as_text(found: Sequence[tuple[str, str]]) -> str:
+    """Names and values as text that one click marks, for a copy."""
+    width = max(len(name) for name, _ in found)
+    lines = "\n".join(f"{name:<{width}}  {value}" for name, value in found)
+    note = '<p class="note">A click on the text marks all of it.</p>'
+    return f'<section id="summary"><h2>Figures</h2>{note}<div class="scroll"><pre class="figures">{escape(lines)}</pre></div></section>'
 
 
 def header(run: Run) -> str:
@@ -139,7 +155,7 @@ def _number(value: float, unit: str = "") -> str:
     return f"{value:.3g} {unit}".strip() if np.isfinite(value) else "–"
 
 
-def section(panel: Panel, run: Run) -> str:
+def section(panel: Panel, run: Any) -> str:
     """Heading, note, lines and what the panel draws."""
     said = "".join(f"<li>{escape(line)}</li>" for line in panel.lines(run))
     head = f'<h2>{escape(panel.title)}</h2><p class="note">{escape(panel.note)}</p>{f"<ul>{said}</ul>" if said else ""}'
@@ -148,7 +164,7 @@ def section(panel: Panel, run: Run) -> str:
     return f'<section id="{panel.name}">{head}{shown}</section>'
 
 
-def plot(name: str, figure: go.Figure, run: Run) -> str:
+def plot(name: str, figure: go.Figure, run: Any) -> str:
     """A figure as data that page.js gives to Plotly. Axes side by side keep a width at which they can be read."""
     figure.update_layout(LAYOUT)
     figure.update_xaxes(AXIS)

@@ -51,6 +51,11 @@ def panel(
     return lambda draw: Panel(name, title, note, applies, draw, lines)
 
 
+def panel_of(name: str, title: str, note: str, draw: Callable[[Any], go.Figure | str], applies: Callable[[Any], bool]) -> Panel:
+    """A panel of a page about something else than a simulation."""
+    return Panel(name, title, note, applies, draw, no_lines)
+
+
 def colour_of(run: Run, name: str) -> str:
     return FILTER_COLOURS[[e.name for e in estimates(run)].index(name) % len(FILTER_COLOURS)]
 

@@ -12,7 +12,7 @@ from hnav.filters.attitude import Run
 from hnav.filters.run_summary import rows, summary
 from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
-from hnav.reports.page import PANELS, document
+from hnav.reports.page import PANELS, document, figures_as_text, heading_of
 from hnav.reports.recording_run import RecordingRun, recording_run
 from hnav.reports.recording_view import began, rates, view
 from hnav.reports.strength_panel import strength_panel
@@ -49,9 +49,7 @@ def _header(run: RecordingRun) -> str:
         "filter": run.filter, "frame": "-".join(run.axes), "begins": began(run), "length": f"{t_s[-1] - t_s[0]:.6g} s",
         "rows": str(len(t_s)), "hnav": __version__,
     }  # fmt: skip
-    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in run.findings)
-    return f"<header><h1>{escape(run.recording.name)}</h1><dl>{listed}</dl>{warned}{_options(run)}</header>"
+    return heading_of(run.recording.name, facts, run.findings, _options(run))
 
 
 def _options(run: RecordingRun) -> str:
@@ -67,10 +65,7 @@ def _options(run: RecordingRun) -> str:
 def _figures(run: RecordingRun) -> str:
     """The figures as text that one click marks, for a copy."""
     found = [*rows(summary(run.result)), *_against(run), *rates(run)]
-    width = max(len(name) for name, _ in found)
-    lines = "\n".join(f"{name:<{width}}  {value}" for name, value in found)
-    note = '<p class="note">A click on the text marks all of it.</p>'
-    return f'<section id="summary"><h2>Figures</h2>{note}<div class="scroll"><pre class="figures">{escape(lines)}</pre></div></section>'
+    return figures_as_text(found)
 
 
 def _against(run: RecordingRun) -> list[tuple[str, str]]:

@@ -1,0 +1,209 @@
+"""What the commands do with --filter ins: a recording with satellites through the navigation filter, into a table and a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hnav.cli.console import bar, say
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
+from hnav.cli.words import UsageError
+from hnav.filters.ins import INS_PRESETS, INS_SENSORS, READY, InsOptions, InsRun
+from hnav.filters.ins_files import write_navigation
+from hnav.filters.ins_recording import NavigationRun, interval_of, paired, refuse_other_clock, with_aids
+from hnav.io.aids import AidSamples
+from hnav.io.outputs import refuse_overwriting
+from hnav.io.plausibility import Finding, check_aids
+from hnav.io.readers import read_aids
+from hnav.io.readers.pieces import LongTable
+from hnav.io.recordings import Recording
+
+NAME = "ins"
+ROWS = 20_000  # between two steps of the progress bar
+# Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
+OF_THE_FIELD = "mag"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the user asks of it."""
+
+    recording: Path
+    out: Path | None
+    report: Path | None
+    gnss: Path | None
+    preset: str
+    settings: Mapping[str, str]
+    strict: bool
+
+    @property
+    def options(self) -> InsOptions:
+        """Raises HnavError for impossible ones."""
+        return InsOptions(INS_PRESETS[0] if self.preset == "default" else self.preset, **self.settings)
+
+
+@dataclass
+class Told:
+    """What a run has to say, whether its rows were ever together or not."""
+
+    rows: int = 0
+    begin_s: float = np.nan
+    ready_s: np.ndarray | None = None
+    last: str = "no estimate"
+    seconds: float = 0.0
+
+    def add(self, run: InsRun) -> None:
+        """The next rows."""
+        if not self.rows:
+            self.begin_s, self.ready_s = float(run.t_s[0]), np.full(len(READY), np.nan)
+        assert self.ready_s is not None, "it is made with the first rows"
+        for i, flags in enumerate(run.ready.T):
+            if np.isnan(self.ready_s[i]) and flags.any():
+                self.ready_s[i] = run.t_s[np.argmax(flags)] - self.begin_s
+        self.rows += len(run.t_s)
+        if np.isfinite(run.place[-1]).all():
+            heading, sigma = np.degrees(run.heading_rad[-1]) % 360, np.degrees(run.sigma_rotation_rad[-1, 2])
+            self.last = f"last heading {heading:.1f} deg, sigma {sigma:.2g} deg"
+
+
+def refuse(**given: object) -> None:
+    """Raises UsageError for the first option that belongs to the attitude filters. given: by name, None or False if it was not."""
+    reasons = {
+        "--engine": "the navigation filter runs in C: leave it out",
+        "--step": "the navigation filter takes samples as they come: leave it out",
+        "--smooth": "the navigation filter has no smoother: leave it out, or take --filter ahrs",
+        "--frame": "the navigation filter answers north, east, down: leave it out",
+        "--calibration": "the navigation filter reads no magnetometer: leave it out",
+    }
+    for name, value in given.items():
+        if value:
+            option = f"--{name}"
+            raise UsageError(f"{option} with --filter {NAME}: {reasons[option]}")
+
+
+def navigate(wanted: Wanted, reading: Reading) -> None:
+    """hnav filter --filter ins. Raises HnavError or UsageError."""
+    refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss])
+    options, given = wanted.options, aids_given(wanted.gnss, reading)
+    table = None if wanted.report or wanted.out is None else reading.long_table(wanted.recording, None)
+    made = [f"recording {wanted.recording}", *([f"satellites {wanted.gnss}"] if wanted.gnss else [])]
+    if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
+        doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict)
+        told = Told()
+        write_navigation(wanted.out, pieces(table, run, told), made)
+    else:
+        data = read_navigation(wanted.recording, given, options, reading)
+        found = [*of_navigation(reading.check(data)), *check_aids(data)]
+        doubts = warnings_of(wanted.recording, found, wanted.strict)
+        run, told = NavigationRun(options, data.aids, interval_of(data)), Told()
+        parts = list(in_parts(data, run, told))
+        if wanted.out is not None:
+            write_navigation(wanted.out, parts, made)
+        if wanted.report is not None:
+            # Plotly takes a while to load.
+            from hnav.reports.navigation_page import write_navigation_report
+
+            write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
+    say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
+    warn([*doubts, *of_run(told, run)])
+
+
+def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
+    """Those of a file of their own; columns that are named go for both files."""
+    return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats)
+
+
+def read_navigation(path: Path, given: Mapping[str, AidSamples], options: InsOptions, reading: Reading) -> Recording:
+    """The recording with its aids, rate and force in the same rows. Raises HnavError or UsageError when nothing aids it."""
+    data = paired(reading.read(path))
+    data = with_aids(data, given)
+    refuse_unaided(path, data, options)
+    return data
+
+
+def refuse_unaided(path: Path, data: Recording, options: InsOptions) -> None:
+    """Raises UsageError for a recording that tells no place, unless the options do."""
+    if "position" in data.aids or options.start_place == "given":
+        return
+    notes = [note for note in (data.origin.notes if data.origin else ()) if "left out" in note]
+    raise UsageError(
+        f"{path}: has no positions (lat_deg, lon_deg, alt_m): give --gnss FILE, or of a body at rest its place by --set start_place=given "
+        "--set start_latitude_rad=... --set start_longitude_rad=..." + "".join(f" ({note})" for note in notes[:1])
+    )
+
+
+def run_of_pieces(table: LongTable, options: InsOptions, given: Mapping[str, AidSamples]) -> NavigationRun | None:
+    """A run for a long table; None for one that has to be looked at as a whole."""
+    first = next(iter(table))
+    if paired(first) is not first or not {*first.aids, *given} & {"position"}:
+        return None
+    refuse_other_clock(table.name, float(first.t_s[0]), np.inf, given)
+    return NavigationRun(options, given, interval_of(first))
+
+
+def pieces(table: LongTable, run: NavigationRun, told: Told) -> Iterator[InsRun]:
+    """Run after run, with a progress bar."""
+    with bar() as progress:
+        task = progress.add_task(table.name, total=table.rows)
+        for piece in table:
+            part = run.go_on(piece)
+            told.add(part)
+            yield part
+            progress.advance(task, len(part.t_s))
+
+
+def in_parts(data: Recording, run: NavigationRun, told: Told) -> Iterator[InsRun]:
+    """The same of a recording in memory, whose aids the run has already."""
+    with bar() as progress:
+        task = progress.add_task(data.name, total=len(data.t_s))
+        for begin in range(0, len(data.t_s), ROWS):
+            rows = slice(begin, begin + ROWS)
+            part = run.go_on(Recording(data.name, data.t_s[rows], data.rate_b_rad_s[rows], data.force_b_m_s2[rows]))
+            told.add(part)
+            yield part
+            progress.advance(task, len(part.t_s))
+
+
+def whole(parts: list[InsRun]) -> InsRun:
+    """One run of several."""
+    arrays = {
+        name: np.concatenate([vars(part)[name] for part in parts])
+        for name, value in vars(parts[0]).items()
+        if isinstance(value, np.ndarray)
+    }
+    return InsRun(**arrays, options=parts[0].options)
+
+
+def of_navigation(found: list[Finding]) -> list[Finding]:
+    """Without what concerns a magnetometer, which navigation does not read."""
+    return [finding for finding in found if finding.sensor != OF_THE_FIELD]
+
+
+def summary(told: Told, run: NavigationRun, written: str) -> str:
+    """What was done, in a line."""
+    counts = ", ".join(f"{name} {n}" for name, n in run.counts.items() if n)
+    ready = [] if told.ready_s is None else [f"{name} after {t:.3g} s" for name, t in zip(READY, told.ready_s) if np.isfinite(t)]
+    return f"{told.rows} rows to {written}; {run.us_per_sample:.2f} us/sample; {told.last}; ready: {', '.join(ready) or 'nothing'}; {counts}"
+
+
+def of_run(told: Told, run: NavigationRun) -> list[str]:
+    """What went wrong, a line each, with the cure."""
+    seen, lines = run.ins.diagnostics(), []
+    if told.ready_s is None or not np.isfinite(told.ready_s).any():
+        phase = run.ins.navigation().phase
+        lines.append(
+            f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: see whether satellites and rows have the same clock"
+        )
+    elif np.isnan(told.ready_s[1]):
+        lines.append("warning: the heading was never ready: it needs curves, or braking and gaining speed, with satellites")
+    if seen.late:
+        lines.append(f"warning: {seen.late} samples came too late: give a larger --set horizon_s=...")
+    lines += [
+        f"warning: {name}: {seen.inflated[name]} of {seen.used[name]} samples were beyond the gate: see its sigmas, units and clock"
+        for name in INS_SENSORS[1:]
+        if seen.inflated[name] > 0.5 * seen.used[name] > 0
+    ]
+    return lines

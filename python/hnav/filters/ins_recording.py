@@ -1,0 +1,170 @@
+"""The navigation filter over a recording, whole or in pieces: its aids, with sigmas where a file tells none.
+
+run = NavigationRun(InsOptions("industrial"), recording.aids).go_on(recording)
+hnav.Ins("industrial").run_recording(recording)                     # the same, of a whole one
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Mapping
+from copy import copy
+
+import numpy as np
+
+from hnav.errors import HnavValueError
+from hnav.filters.ins import INS_SENSORS, Aids, Ins, InsOptions, InsRun
+from hnav.io.aids import AidSamples, arrived_within
+from hnav.io.recordings import Recording
+from hnav.native.arrays import Array
+
+SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (0.1,)}
+"""Standard deviations where a file has none: of a usual receiver, a usual chip, usual wheels; SI units."""
+IN_A_GAP = 8
+"""So many samples of aids are kept of a time without rows: the filter starts anew after one."""
+PRESSURE_S = 0.1
+"""One pressure of so long is used: the errors of neighbours are the same, and counted as independent they would be believed too
+much."""
+PAIRED_SHARE = 0.5
+"""Of the rows with a rate, those with a force too; below it they were measured at times of their own."""
+
+
+def with_aids(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording:
+    """The recording with aids of a file of their own, which go before those of their kind that it has. Raises HnavValueError
+    when no time of theirs lies within the recording."""
+    begin_s, end_s = float(recording.t_s[0]), float(recording.t_s[-1])
+    refuse_other_clock(recording.name, begin_s, end_s, aids)
+    return _replaced(recording, {**recording.aids, **aids})
+
+
+def _replaced(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording:
+    made = copy(recording)
+    object.__setattr__(made, "aids", dict(aids))
+    return made
+
+
+def refuse_other_clock(name: str, begin_s: float, end_s: float, aids: Mapping[str, AidSamples]) -> None:
+    """Raises HnavValueError when no time of the aids lies within that of the rows."""
+    times = np.concatenate([one.t_s for one in aids.values()] or [np.empty(0)])
+    if len(times) and not ((times >= begin_s) & (times <= end_s)).any():
+        raise HnavValueError(
+            "no data", f"{name}: satellites have times from {times.min():.10g} to {times.max():.10g} s, its rows from {begin_s:.10g} to "
+            f"{end_s:.10g} s: give both the same clock"
+        )  # fmt: skip
+
+
+def paired(recording: Recording) -> Recording:
+    """Rate and force in the same rows: where the two sensors have times of their own, the force is interpolated to the times of
+    the rate."""
+    rate, force = (np.isfinite(values).all(axis=1) for values in (recording.rate_b_rad_s, recording.force_b_m_s2))
+    if (rate & force).sum() >= PAIRED_SHARE * rate.sum() or not rate.any() or not force.any():
+        return recording
+    t_s = recording.t_s[rate]
+    between = np.stack(
+        [np.interp(t_s, recording.t_s[force], axis, np.nan, np.nan) for axis in recording.force_b_m_s2[force].T], 1
+    )
+    return Recording(recording.name, t_s, recording.rate_b_rad_s[rate], between, aids=recording.aids, origin=recording.origin)
+
+
+class NavigationRun:
+    """The filter and a recording that comes in pieces.
+
+    options: horizon_s is raised to the longest delay of the aids given here. aids: those of a file of their own. Raises
+    HnavError for impossible options.
+    """
+
+    def __init__(self, options: InsOptions, aids: Mapping[str, AidSamples] | None = None, interval_s: float = 0.01):
+        self.options = _waiting(options, aids or {}, interval_s)
+        self.ins = Ins(self.options)
+        self._waiting = dict(aids or {})
+        self._until_s, self._seconds, self._rows = -np.inf, 0.0, 0
+        self._last_pressure = -np.inf  # the interval of the newest one, counted from time 0
+
+    def go_on(self, recording: Recording, every: int = 1) -> InsRun:
+        """These rows, which go on from those of the last call."""
+        if not len(recording.t_s):
+            raise HnavValueError("size", f"{recording.name}: no samples")
+        end_s = float(recording.t_s[-1])
+        if np.isneginf(self._until_s):  # what was before the first row says nothing about it
+            self._until_s = np.nextafter(recording.t_s[0], -np.inf)
+        for kind, one in recording.aids.items():
+            self._waiting[kind] = joined([self._waiting[kind], one]) if kind in self._waiting else one
+        arrived = arrived_within(self._waiting, self._until_s, end_s)
+        if "pressure" in arrived:
+            arrived["pressure"] = self._thinned(arrived["pressure"])
+        aids = aids_of(arrived, recording.t_s)
+        self._waiting = arrived_within(self._waiting, end_s, np.inf)
+        self._until_s = end_s
+        begin = time.perf_counter()
+        run = self.ins.run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every)
+        self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(recording.t_s)
+        return run
+
+    def _thinned(self, one: AidSamples) -> AidSamples:
+        """The first of each interval of PRESSURE_S, wherever a piece begins."""
+        interval = np.floor(one.t_s / PRESSURE_S)
+        fresh = np.diff(interval, prepend=self._last_pressure) > 0
+        self._last_pressure = max(self._last_pressure, float(interval[-1]))
+        return one.rows(fresh)
+
+    @property
+    def us_per_sample(self) -> float:
+        """Time that the filter took for a row, in microseconds."""
+        return 1e6 * self._seconds / self._rows
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Used samples by what they are of, inflated ones, late ones, lost alignments."""
+        seen = self.ins.diagnostics()
+        inflated = {f"{name}_inflated": seen.inflated[name] for name in INS_SENSORS}
+        return {**seen.used, **inflated, "late": seen.late, "non_finite": seen.non_finite, "times_lost": seen.times_lost}
+
+
+def run_recording(recording: Recording, options: InsOptions, every: int = 1) -> InsRun:
+    """A whole recording. every: a row of the result for each so many rows. Raises HnavError."""
+    made = paired(recording)
+    run = NavigationRun(options, made.aids, interval_of(made))
+    return run.go_on(_replaced(made, {}), every)
+
+
+def interval_of(recording: Recording) -> float:
+    """Between neighbouring rows, as usual."""
+    return float(np.median(np.diff(recording.t_s))) if len(recording.t_s) > 1 else 0.01
+
+
+def aids_of(aids: Mapping[str, AidSamples], t_s: Array | None = None) -> Aids:
+    """For Ins.run. t_s: of the rows; of the samples that came between two of them the last IN_A_GAP of each kind are kept."""
+    made = Aids()
+    for kind, one in aids.items():
+        kept = one if t_s is None else one.rows(_newest(one.arrived_s, t_s))
+        sigma = np.where(np.isfinite(kept.sigma), kept.sigma, SIGMA[kind])
+        given = kept.values.T if kind == "position" else [kept.values if kind == "velocity" else kept.values[:, 0]]
+        getattr(made, kind)(kept.t_s, *given, sigma, received_s=kept.received_s)
+    return made
+
+
+def _newest(arrived_s: Array, t_s: Array) -> Array:
+    """Which samples are among the last IN_A_GAP of those that the same row takes."""
+    row = np.searchsorted(t_s, arrived_s)
+    after = np.searchsorted(row, row, side="right") - np.arange(len(row))
+    return np.asarray(after <= IN_A_GAP)
+
+
+def joined(parts: Iterable[AidSamples]) -> AidSamples:
+    """One after the other."""
+    parts = list(parts)
+    received_s = None if all(one.received_s is None for one in parts) else np.concatenate([one.arrived_s for one in parts])
+    t_s, values, sigma = (np.concatenate([getattr(one, name) for one in parts]) for name in ("t_s", "values", "sigma"))
+    return AidSamples(t_s, values, sigma, received_s)
+
+
+def _waiting(options: InsOptions, aids: Mapping[str, AidSamples], interval_s: float) -> InsOptions:
+    """With a horizon, and a queue, that the longest delay asks for."""
+    made = copy(options)
+    delay_s = max((float(np.max(one.arrived_s - one.t_s, initial=0.0)) for one in aids.values()), default=0.0)
+    if made.horizon_s < delay_s:
+        # Some rows more than the longest delay: a sample arrives with the row after it.
+        made.horizon_s = delay_s + 2 * interval_s
+    if made.horizon_s > 0:
+        made.queue_capacity = max(made.queue_capacity, 3 * int(np.ceil(made.horizon_s / interval_s)) + 64)
+    return made
