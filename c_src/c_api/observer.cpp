@@ -42,6 +42,9 @@ bool take_memory(hnav_observer* o) {
 
 hnav_status prove(hnav_observer* o, hnav::observer::Plant& prover, double start_s, const hnav::CallersMessage& caller) {
     o->work->linearisation.create(*o->plant);
+    if (o->plant->remember(o->work->first_memory) != Answer::ok)
+        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s",
+                           *o->plant->said() ? ": " : "", o->plant->said());
     Refusal why;
     double* work = static_cast<double*>(hnav::take_block(hnav::observer::proof_doubles(*o->problem) * sizeof(double)));
     if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
@@ -113,6 +116,15 @@ hnav_status push(hnav_observer* o, const char* kind, int index, int count, int c
     }
 }
 
+// What a plant with events lacks; null: nothing.
+const char* missing_for_events(const hnav_plant& p) {
+    if (p.n_indicators > 0 && !p.indicators) return "indicators";
+    if (p.n_discrete > 0 && !p.get_discrete) return "get_discrete";
+    if (p.n_discrete > 0 && !p.set_discrete) return "set_discrete";
+    const bool needs_event = p.n_indicators > 0 || p.n_discrete > 0 || p.next_event_s;
+    return needs_event && !p.event ? "event" : nullptr;
+}
+
 // Why samples were dropped: what the plant answered, if it was that.
 hnav_status no_estimate(const hnav_observer* o, double t_s) {
     const auto& trouble = o->work->trouble;
@@ -121,7 +133,12 @@ hnav_status no_estimate(const hnav_observer* o, double t_s) {
                        "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
                        "max_steps steps, as a stiff plant needs",
                        t_s);
-    const char* what = trouble.function == Function::derivatives ? "derivatives" : "outputs";
+    const char* names[] = {"derivatives", "outputs", "indicators", "events"};
+    const char* what = names[int(trouble.function)];
+    if (trouble.function == Function::event && trouble.answer == Answer::ok)
+        return o->fail(HNAV_ERROR_SOLVER,
+                       "samples up to t = %.9g s were dropped: the events of the plant do not end at t = %.9g s", t_s,
+                       o->filter.stamp_of(trouble.t_s));
     const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
                          : trouble.answer == Answer::broken ? "failed in"
                                                             : "had no answer for";
@@ -192,6 +209,8 @@ hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_o
     if (status != HNAV_OK) return status;
     const hnav_plant given = hnav::take_in(*plant);
     if (!given.derivatives) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant.derivatives is null");
+    if (const char* missing = missing_for_events(given))
+        return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant.%s is null", missing);
     if (!given.outputs) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant.outputs is null");
     auto* made = hnav::make_object<hnav::observer::CallbackPlant>(given);
     if (!made) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");

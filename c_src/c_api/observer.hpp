@@ -3,6 +3,7 @@
 
 #include "base/memory.hpp"
 #include "c_api/message.hpp"
+#include "c_api/sized.hpp"
 #include "hnav/observer.h"
 #include "hybrid/filter.hpp"
 #include "observer/derivative_proof.hpp"
@@ -38,6 +39,14 @@ struct hnav_observer : hnav::KeptMessage<512> {
 };
 
 namespace hnav {
+
+// As they were before they told of events.
+template <>
+inline constexpr std::size_t first_size<hnav_plant> = offsetof(hnav_plant, n_indicators);
+template <>
+inline constexpr std::size_t first_size<hnav_observer_info> = offsetof(hnav_observer_info, parts);
+template <>
+inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hnav_observer_run_output, parts);
 
 // Makes the observer of a plant, which it takes over, whatever comes of it. prover: the instance of the plant that is asked for
 // the proof.

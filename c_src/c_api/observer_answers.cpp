@@ -20,6 +20,11 @@ double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * w
 void write_row(const hnav_observer& o, const double* sensors, bool used, const hnav_observer_run_output& out, std::size_t i) {
     const int N = o.problem->N, m = o.problem->sensors;
     o.filter.model().estimate(o.filter.shown(), row(out.x, i, N), row(out.sigma, i, N), row(out.covariance, i, N * N));
+    if (out.parts || out.plant_events) {
+        const auto parts = o.filter.model().parts(o.filter.shown());
+        if (out.parts) out.parts[i] = static_cast<std::uint8_t>(parts.count);
+        if (out.plant_events) out.plant_events[i] = parts.mean_events;
+    }
     if (out.ready) out.ready[i] = o.number(o.layout().ready) != 0;
     if (out.log_likelihood) {
         const bool corrected = used && std::any_of(sensors, sensors + m, [](double y) { return !std::isnan(y); });
@@ -97,6 +102,15 @@ hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_
     result.dropped = observer->dropped;
     result.flow_evaluations = filter.propagator().rhs_evals();
     result.steps = filter.propagator().steps();
+    const auto parts = filter.model().parts(filter.shown());
+    const auto count = [&](Layout::Counts what) { return static_cast<std::uint64_t>(observer->number(at.counts + what)); };
+    result.parts = parts.count;
+    result.largest_part = parts.largest;
+    result.plant_events = static_cast<std::uint64_t>(parts.events);
+    result.splits = count(Layout::splits);
+    result.grazing = count(Layout::grazing);
+    result.chattering = count(Layout::chattering);
+    result.projected = count(Layout::projected);
     hnav::hand_out(result, info);
     return HNAV_OK;
 }

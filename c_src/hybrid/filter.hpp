@@ -75,6 +75,7 @@ public:
         for (int i = 0; i < nx(); ++i) atol[i] *= settings.atol;
         settings_.propagator.atol = atol;
         settings_.propagator.knows_rate = Model::knows_rate;
+        if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         const FlowContext context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
@@ -172,6 +173,14 @@ public:
     double event_now_s() const { return event_now_; }
     const auto& stamps() const { return stamps_; }
     const Propagator& propagator() const { return propagator_; }
+
+    // Every state that there may be, also those that are over.
+    template <class Visit>
+    void visit_states(Visit&& visit) const {
+        for (int i = 0; i < settings_.queue_capacity; ++i) visit(queue_.after(i));
+        visit(*coasted_);
+        visit(*spare_);
+    }
 
     // Changes the newest state by hand (a command, not a sample) and closes every event before it.
     template <class Change>
@@ -414,6 +423,8 @@ private:
             if (!integrable || !integrate(state, interval_s)) model_.flow_exactly(state, interval_s);
             return true;
         } else {
+            if constexpr (may_cross<Model>)
+                if (model_.crosses()) return cross(state, interval_s);
             return interval_s < min_interval_s ? step_by_euler(state, interval_s) : integrate(state, interval_s);
         }
     }
@@ -425,6 +436,11 @@ private:
         if (propagator_.integrate(&context, interval_s, x_of(state), rate_of(state)) && sound(state)) return true;
         std::memcpy(x_of(state), spare_x_, nx() * sizeof(double));
         return false;
+    }
+
+    bool cross(State& state, double interval_s) {
+        const FlowContext context{&model_, &state};
+        return model_.cross(state, interval_s, propagator_, &context) && sound(state);
     }
 
     double rate_of(const State& state) const {

@@ -37,6 +37,10 @@
 //     static constexpr bool turns_back                    a filter that has seen a recording goes through it again with time
 //                                                         reversed, its next sample at t_s
 //         void turn_back(State&, double t_s) const
+//     bool cross(State&, double interval_s, Propagator&, const void* context) const      the flow over an interval with events of
+//                                                         its own, which Settings.looks_inside of the propagator is for; false: the
+//                                                         state is of no use
+//         bool crosses() const                            whether it is to be asked
 //     static std::uint64_t seldom_changes(const State&)   counts the changes of a part of the state that few events change:
 //         static constexpr std::size_t seldom_begin, seldom_bytes
 //
@@ -92,6 +96,8 @@ template <class M>
 using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
 
 template <class M>
+using Crosses = decltype(object<const M>().crosses());
+template <class M>
 using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>
 using FixedSize = std::integral_constant<int, M::nx>;
@@ -108,6 +114,10 @@ constexpr bool has_fixed_size = model_concept::Answers<model_concept::FixedSize,
 // Whether it has a part of its state that few events change.
 template <class Model>
 constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomChanges, Model>::value;
+
+// Whether it may have events of its own between those of the filter.
+template <class Model>
+constexpr bool may_cross = model_concept::Answers<model_concept::Crosses, Model>::value;
 
 template <class Model>
 auto sizes_of(const Model& model) {

@@ -207,7 +207,7 @@ struct Propagator::Solver {
     static constexpr ARKODE_ERKTableID method = ARKODE_DORMAND_PRINCE_7_4_5;
 
     SUNContext context = nullptr;
-    N_Vector y = nullptr;
+    N_Vector y = nullptr, inside = nullptr; // where it is; within the newest step
     void* erk = nullptr;
     void* equal_steps = nullptr; // ERKStep without error control
     double max_turn = 0; // of one of those steps, rad
@@ -215,6 +215,9 @@ struct Propagator::Solver {
     SUNNonlinearSolver iteration = nullptr;
     Propagator* owner = nullptr;
     const void* flow_context = nullptr;
+    // Of an interval that is crossed step by step: its length, where it has come, the next step to be tried.
+    double whole_s = 0, reached_s = 0, tried_s = 0;
+    long steps_left = 0;
 
     static int rhs(real, N_Vector x, N_Vector dx, void* self) {
         auto* solver = static_cast<Solver*>(self);
@@ -226,7 +229,8 @@ struct Propagator::Solver {
         if (sundials::create_context(&context) != 0) return false;
         y = create_vector(nx, context);
         N_Vector atol = create_vector(nx, context);
-        bool ok = y && atol;
+        if (settings.looks_inside) inside = create_vector(nx, context);
+        bool ok = y && atol && (inside || !settings.looks_inside);
         if (ok) std::memcpy(data(atol), settings.atol, nx * sizeof(double));
         ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
         if (settings.integrator == Integrator::erkstep && settings.knows_rate) ok = ok && create_equal_steps(settings);
@@ -235,18 +239,21 @@ struct Propagator::Solver {
     }
 
     bool create_erkstep(const Settings& settings, N_Vector atol) {
-        erk = create_erk();
+        erk = create_erk(settings.looks_inside);
         return erk && ERKStepSetTableNum(erk, method) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
                sundials::erk_set_max_steps(erk, settings.max_steps) == 0;
     }
 
-    void* create_erk() {
+    void* create_erk(bool looks_inside) {
         void* memory = ERKStepCreate(rhs, 0, y, context);
         if (!memory) return nullptr;
         sundials::silence_erk(memory);
-        // No output between events: the constant interpolant spares an evaluation of f at the stop time.
-        const bool ok = sundials::erk_set_interpolant_type(memory, ARK_INTERP_LAGRANGE) == 0 &&
-                        sundials::erk_set_interpolant_degree(memory, 0) == 0 && sundials::erk_set_user_data(memory, this) == 0;
+        // No output between events: the constant interpolant spares an evaluation of f at the stop time. Where there is one it has
+        // to be Hermite's: Lagrange's needs a history, and each interval begins without.
+        const int type = looks_inside ? ARK_INTERP_HERMITE : ARK_INTERP_LAGRANGE;
+        const bool ok = sundials::erk_set_interpolant_type(memory, type) == 0 &&
+                        sundials::erk_set_interpolant_degree(memory, looks_inside ? 3 : 0) == 0 &&
+                        sundials::erk_set_user_data(memory, this) == 0;
         if (!ok) sundials::free_erk(&memory);
         return memory;
     }
@@ -257,7 +264,7 @@ struct Propagator::Solver {
         constexpr double error_of_turn = 97.0 / 120000, largest_turn = 0.5;
         max_turn = std::fmin(largest_turn, std::pow(settings.rtol / error_of_turn, 0.2));
         ARKodeButcherTable table = without_error_estimate();
-        equal_steps = create_erk();
+        equal_steps = create_erk(false);
         const bool ok = table && equal_steps && ERKStepSetTable(equal_steps, table) == 0 &&
                         sundials::erk_set_fixed_step(equal_steps, 1) == 0 && sundials::erk_weights(equal_steps, no_weights) == 0;
         ARKodeButcherTable_Free(table);
@@ -330,6 +337,41 @@ struct Propagator::Solver {
         return -1;
     }
 
+    int begin_steps(double interval_s) {
+        whole_s = tried_s = interval_s;
+        reached_s = 0;
+        steps_left = owner->max_steps_;
+        return begin_again();
+    }
+
+    int begin_again() {
+        int rc = sundials::erk_reset(erk, reached_s, y);
+        if (rc == 0) rc = sundials::erk_set_first_step(erk, tried_s);
+        return rc == 0 ? sundials::erk_set_stop_time(erk, whole_s) : rc;
+    }
+
+    // One step; after a failure of the flow with half of what was too far. x: where it begins, and where it has come.
+    int next_step(double* x) {
+        constexpr double smallest = 1e-9;
+        while (steps_left-- > 0) {
+            real t_s = reached_s;
+            const int rc = sundials::erk_evolve(erk, whole_s, y, &t_s, ARK_ONE_STEP);
+            if (rc >= 0) {
+                reached_s = t_s;
+                sundials::erk_next_step(erk, &tried_s);
+                ++owner->steps_;
+                std::memcpy(x, data(y), owner->nx_ * sizeof(double));
+                return 0;
+            }
+            const bool flow_failed = rc == ARK_UNREC_RHSFUNC_ERR || rc == ARK_FIRST_RHSFUNC_ERR || rc == ARK_REPTD_RHSFUNC_ERR;
+            tried_s *= 0.5;
+            if (!flow_failed || !(tried_s > smallest * whole_s)) return rc;
+            std::memcpy(data(y), x, owner->nx_ * sizeof(double));
+            if (begin_again() < 0) return -1;
+        }
+        return -1;
+    }
+
     // As many equal steps as the turn of the interval needs; 0 where that is unknown or too many.
     int count_of_steps(double turn) const {
         constexpr int most = 8; // beyond, error control finds out
@@ -372,6 +414,7 @@ struct Propagator::Solver {
         if (erk) sundials::free_erk(&erk);
         if (cv) CVodeFree(&cv);
         if (iteration) SUNNonlinSolFree(iteration);
+        if (inside) N_VDestroy(inside);
         if (y) N_VDestroy(y);
         if (context) SUNContext_Free(&context);
     }
@@ -414,6 +457,25 @@ bool Propagator::integrate(const void* context, double interval_s, double* x, do
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
     if (solver_->evolve(interval_s, rate_rad_s, x) < 0) return false;
     std::memcpy(x, data(solver_->y), nx_ * sizeof(double));
+    return true;
+}
+
+bool Propagator::begin(const void* context, double interval_s, const double* x) {
+    if (!solver_ || !solver_->erk) return false;
+    solver_->flow_context = context;
+    std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
+    return solver_->begin_steps(interval_s) >= 0;
+}
+
+bool Propagator::step(double* reached_s, double* x) {
+    if (solver_->next_step(x) < 0) return false;
+    *reached_s = solver_->reached_s;
+    return true;
+}
+
+bool Propagator::between(double s, double* x) {
+    if (sundials::erk_between(solver_->erk, s, 0, solver_->inside) < 0) return false;
+    std::memcpy(x, data(solver_->inside), nx_ * sizeof(double));
     return true;
 }
 

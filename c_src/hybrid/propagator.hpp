@@ -28,6 +28,7 @@ public:
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
         bool knows_rate = false; // integrate will be told the rate of the flow
+        bool looks_inside = false; // begin, step and between will be called: erkstep only
         double euler_step_s = 0.005;
         // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing.
         long max_steps = 100000;
@@ -46,6 +47,13 @@ public:
     // Advances x over interval_s > 0. False: more steps than one interval is worth, tolerances out
     // of reach, or no flow; x is then of no use. rate_rad_s: of the fastest mode of the flow.
     bool integrate(const void* context, double interval_s, double* x, double rate_rad_s = unknown_rate);
+
+    // The same step by step, for whoever looks at what lies within them. begin: afresh at x. step: the next one, x at its end
+    // reached_s, which is interval_s at last; false as for integrate. between: x within the newest step by the cubic of its ends
+    // and slopes.
+    bool begin(const void* context, double interval_s, const double* x);
+    bool step(double* reached_s, double* x);
+    bool between(double s, double* x);
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
     std::uint64_t steps() const { return steps_; }

@@ -23,4 +23,8 @@ bool Propagator::integrate(const void* context, double interval_s, double* x, do
     return max_steps_ > 0 && integrate_euler(context, interval_s, x);
 }
 
+bool Propagator::begin(const void*, double, const double*) { return false; }
+bool Propagator::step(double*, double*) { return false; }
+bool Propagator::between(double, double*) { return false; }
+
 } // namespace hnav

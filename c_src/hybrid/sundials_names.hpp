@@ -36,6 +36,7 @@ constexpr auto erk_set_fixed_step = ARKodeSetFixedStep;
 constexpr auto erk_weights = ARKodeWFtolerances;
 constexpr auto erk_steps = ARKodeGetNumSteps;
 constexpr auto erk_next_step = ARKodeGetCurrentStep;
+constexpr auto erk_between = ARKodeGetDky;
 #else
 using real = realtype;
 using boolean = booleantype;
@@ -59,6 +60,7 @@ constexpr auto erk_set_fixed_step = ERKStepSetFixedStep;
 constexpr auto erk_weights = ERKStepWFtolerances;
 constexpr auto erk_steps = ERKStepGetNumSteps;
 constexpr auto erk_next_step = ERKStepGetCurrentStep;
+constexpr auto erk_between = ERKStepGetDky;
 #endif
 
 } // namespace hnav::sundials

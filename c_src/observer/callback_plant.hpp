@@ -13,12 +13,36 @@ namespace hnav::observer {
 class CallbackPlant final : public Plant {
 public:
     explicit CallbackPlant(const hnav_plant& given) : given_(given) {
-        sizes = {given.n_states, given.n_inputs, given.n_unknown_inputs, given.n_parameters, given.n_outputs};
+        sizes = {given.n_states,  given.n_inputs,     given.n_unknown_inputs, given.n_parameters,
+                 given.n_outputs, given.n_indicators, given.n_discrete,       given.event != nullptr};
     }
 
     Answer evaluate(Function function, const Point& at, double* values) override {
         return ask(function == Function::derivatives ? given_.derivatives : given_.outputs, at, values);
     }
+
+    Answer indicators(const Point& at, double* z) override {
+        return given_.indicators ? ask(given_.indicators, at, z) : Answer::ok;
+    }
+
+    Answer event(const Point& at, double* x, double* next_s) override {
+        std::copy_n(at.x, sizes.states, x);
+        const Answer answer = ask(given_.event, at, x);
+        *next_s = given_.next_event_s ? given_.next_event_s(given_.context, at.t_s) : HUGE_VAL;
+        return answer;
+    }
+
+    Answer remember(double* memory) override {
+        if (sizes.memory > 0) given_.get_discrete(given_.context, memory);
+        return Answer::ok;
+    }
+
+    Answer recall(const double* memory) override {
+        if (sizes.memory > 0) given_.set_discrete(given_.context, memory);
+        return Answer::ok;
+    }
+
+    double first_event_s() override { return given_.next_event_s ? given_.next_event_s(given_.context, -HUGE_VAL) : HUGE_VAL; }
 
     bool offers(Function function, Variable) const override { return jacobian_of(function) != nullptr; }
 

@@ -4,9 +4,13 @@
 //   x' = f(t, x, u, d, theta),  S' = A [S; rest of I],  Qd' = A Qd + Qd A' + Q        A = d(x', d')/dX
 //
 // The flow does not know P, which stays positive semidefinite through the congruence; Phi and Qd have tolerances of their own.
+//
+// A plant may have events of its own. Then the flow goes from guard to guard (crossing.cpp), an event carries P along by its
+// saltation matrix (saltation.cpp), and where an event may have been or not the estimate splits into parts (hypotheses.cpp).
 #pragma once
 
 #include "hybrid/model_concept.hpp"
+#include "hybrid/propagator.hpp"
 #include "observer/linearisation.hpp"
 
 namespace hnav::observer {
@@ -17,14 +21,40 @@ struct ModelSettings {
     double covariance_rtol = 1e-4; // of Phi and Qd
 };
 
+// An event of the plant and what it does to the estimate: N numbers before and after it, their slopes, the saltation matrix Xi, the
+// gradient of its guard, P and the discrete state before it.
+struct Passage {
+    Passage(Arena& arena, const Problem& problem);
+
+    double *X, *slope, *after, *slope_after, *gradient, *Xi, *P, *memory, *memory_after, *sides;
+    double elapsed = 0, next_event = 0, next_after = 0;
+    double rate = 0; // of the indicator, along the flow
+    double sigma_s = 0; // of the time of the event
+    bool silent = false, grazing = false;
+    bool is_newest = false; // it changed something, and nothing has come after it
+};
+
 // Memory in which a model computes, and what it has to tell beside its state. One for each filter.
 class Workspace {
 public:
     // Counts on an arena without memory.
     Workspace(Arena& arena, const Problem& problem);
 
+    double* branch(int i) const { return branches + static_cast<std::ptrdiff_t>(i) * branch_numbers; }
+
     Linearisation linearisation;
-    double *x, *u, *A, *Qd, *product, *H, *y, *gain, *P; // N; inputs; moving x N; N x N twice; sensors x N; sensors; N; N x N
+    // N; inputs; moving x N; N x N twice; for each part sensors x N, sensors, and of each sensor innovation and variance; N;
+    // N x N.
+    double *x, *u, *A, *Qd, *product, *H, *y, *nu, *variance, *gain, *P;
+
+    // Of a plant with events: parts that an interval makes, twice as many as are kept; points of a step; values of indicators at
+    // both ends of a bracket and anywhere, their gradients and rates.
+    double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *gradients, *rates, *probe, *slope_here;
+    double* first_memory; // what the plant remembers at the start
+    int branch_numbers, branches_used = 0;
+    int passed = 0; // events of the present interval that changed something
+    const double* part = nullptr; // that flows; null: the first
+    Passage newest, present;
 
     struct Trouble {
         bool any;
@@ -59,31 +89,115 @@ public:
     void normalise(State&) const {}
     void before_flow(State&, const Event&) const {}
     int flow(const State& s, const double* x, double* dx) const;
+    bool crosses() const { return problem_->sizes.events; }
+    bool cross(State& s, double interval_s, Propagator& propagator, const void* context) const;
     void jump(State& s, const Event& event) const;
     void nominal(double* x) const;
 
     // N numbers each, of a state that may have flowed since its event; P is N x N. Null is not written.
     void estimate(const State& s, double* X, double* sigma, double* P) const;
+    // Of its parts: how many there are, the weight of the largest, events of the plant so far in it and in the mean.
+    struct Parts {
+        int count;
+        double largest, events, mean_events;
+    };
+    Parts parts(const State& s) const;
 
     Layout layout() const { return Layout(*problem_); }
     const Problem& problem() const { return *problem_; }
 
 private:
-    Point point(const State& s, const double* x) const;
+    enum class Cause { guard, time, input };
+    enum class Inside { was, is_now, is_not, failed };
+    enum class Stop { end, guard, step, failed };
+    // An interval that is crossed.
+    struct Run {
+        State& s;
+        double interval_s;
+        Propagator* propagator; // null: nothing flows
+        const void* context;
+    };
+
+    // observer_model.cpp
+    Point point(const State& s, const double* part, const double* x) const;
+    Point point_of(const State& s, double t_s, const double* X) const;
     void flow_of_matrices(double usual_s, const double* x, double* dx) const;
-    void expected(const State& s, double* X) const;
-    void covariance(const State& s, double* P) const;
-    void collect(State& s) const;
-    void correct(State& s, const Event& event) const;
-    void innovate(State& s, const Event& event) const;
-    double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
-    void judge(State& s, const double* before) const;
+    void expected(const double* part, double* X) const;
+    void put(const double* X, double* part) const;
+    void covariance(const State& s, const double* part, double* P) const;
+    void collect(const State& s, double* part) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
+    int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
+    double* part_of(State& s, int i) const { return s.x() + i * layout().part_numbers; }
+    const double* part_of(const State& s, int i) const { return s.x() + i * layout().part_numbers; }
+
+    // corrections.cpp
+    void collect_all(State& s) const;
+    bool take_inputs(State& s, const Event& event, bool begins) const;
+    bool linearise(State& s, const Event& event, int part) const;
+    void innovate(State& s, const Event& event) const;
+    void correct(State& s, const Event& event) const;
+    double correct_part(State& s, const Event& event, int part, const double* inflation) const;
+    double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
+    bool settle(State& s, double* part) const;
+    void judge(State& s, const double* before) const;
+
+    // crossing.cpp
+    bool cross_part(const Run& run, double* part) const;
+    Stop flow_until(const Run& run, double* part, double length_s) const;
+    Stop go_step_by_step(const Run& run, double* part, double length_s) const;
+    Stop end_of_step(const Run& run, const double* part) const;
+    Stop look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s, double* high_s) const;
+    bool narrow(const Run& run, const double* part, double* low_s, double* high_s) const;
+    bool look(const Run& run, const double* part, const double* x) const;
+    bool polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const;
+    bool move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const;
+    bool move(const State& s, double* x, double by_s) const;
+    bool jump_part(const Run& run, double* part, Cause cause, int count) const;
+
+    // saltation.cpp
+    bool slope(const State& s, double t_s, const double* X, double* dX) const;
+    bool indicators(const State& s, double t_s, const double* X, double* z) const;
+    bool take_sides(const State& s, double* part, double t_s, const double* X) const;
+    int first_changed(const double* part) const;
+    bool gradients(const State& s, double t_s, const double* X, const double* dX) const;
+    bool pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const;
+    void choose_guard(const double* part, int guard, Passage& e) const;
+    bool probe(const State& s, double t_s, Cause cause, Passage& e) const;
+    bool one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const;
+    void carry(const Passage& e, const double* P, double* to) const;
+    bool changes_nothing(const Passage& e, bool with_matrix) const;
+
+    // hypotheses.cpp
+    bool split_near_guard(const Run& run, double* part) const;
+    bool split_at_newest(const Run& run, double* part) const;
+    bool split_at_next(const Run& run, double* part) const;
+    bool reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const;
+    int next_guard(const double* part, const double* P) const;
+    bool split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const;
+    Inside put_inside(const State& s, double* part, double t_s, double* X, const double* P) const;
+    void keep_parts(State& s, bool after_correction) const;
+    void merge(double* part, const double* other) const;
+    void merge_branches(int i, int j) const;
+    double apart(const double* part, const double* other) const;
+    bool alike(const double* part, const double* other) const;
+    void fused(const State& s, double* X, double* P) const;
 
     Plant* plant_ = nullptr;
     const Problem* problem_ = nullptr;
     Workspace* work_ = nullptr;
     ModelSettings settings_{};
 };
+
+// Upper triangles, row by row.
+inline void unpack_upper(const double* upper, int n, double factor, double* full) {
+    for (int i = 0; i < n; ++i)
+        for (int j = i; j < n; ++j) full[i * n + j] = full[j * n + i] = factor * *upper++;
+}
+
+inline void pack_upper(const double* full, int n, double* upper) {
+    for (int i = 0; i < n; ++i)
+        for (int j = i; j < n; ++j) *upper++ = full[i * n + j];
+}
 
 } // namespace hnav::observer

@@ -2,14 +2,16 @@
 // an FMU, is behind this.
 #pragma once
 
+#include <cmath>
+
 namespace hnav::observer {
 
 // elsewhere: no answer at this point, a solver may try one nearer to where it came from. broken: none at all.
 enum class Answer { ok = 0, elsewhere = 1, broken = -1 };
 
-enum class Function { derivatives, outputs };
+enum class Function { derivatives, outputs, indicators, event };
 enum class Variable { state, unknown_input, parameter };
-constexpr int functions = 2, variables = 3;
+constexpr int functions = 2, variables = 3; // that have derivatives
 
 struct Point {
     double t_s;
@@ -18,12 +20,16 @@ struct Point {
 
 // How many there are of each; the unknown inputs are the last of the inputs.
 struct PlantSizes {
-    int states = 0, inputs = 0, unknown_inputs = 0, parameters = 0, outputs = 0;
+    int states = 0, inputs = 0, unknown_inputs = 0, parameters = 0, outputs = 0, indicators = 0;
+    int memory = 0;      // numbers that hold what it remembers: its discrete state
+    bool events = false; // it has events of its own: indicators, times, inputs that it acts on
 
     int known_inputs() const { return inputs - unknown_inputs; }
     // What is estimated: states, unknown inputs, parameters.
     int estimated() const { return states + unknown_inputs + parameters; }
-    int rows(Function function) const { return function == Function::derivatives ? states : outputs; }
+    int rows(Function function) const {
+        return function == Function::derivatives ? states : function == Function::outputs ? outputs : indicators;
+    }
     int count(Variable variable) const {
         return variable == Variable::state ? states : variable == Variable::unknown_input ? unknown_inputs : parameters;
     }
@@ -44,6 +50,27 @@ public:
     // Writes those columns of J (rows of the function, columns of all that is estimated, row-major) that are wanted. Only
     // what is offered is asked.
     virtual Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) = 0;
+
+    // Events. What a plant remembers changes in event alone; between events its answers depend on what it was asked and on that.
+    // An event comes where an indicator leaves its domain, z > 0 or z <= 0, at a time that the event before has named, and with
+    // inputs and parameters that have changed.
+    virtual Answer indicators(const Point&, double*) { return Answer::ok; }
+    // x: the states after it; next_s: of the next that time brings, infinite for none.
+    virtual Answer event(const Point& at, double* x, double* next_s) {
+        for (int i = 0; i < sizes.states; ++i) x[i] = at.x[i];
+        *next_s = HUGE_VAL;
+        return Answer::ok;
+    }
+    // What it remembers, to and from so many numbers; nothing else changes.
+    virtual Answer remember(double*) { return Answer::ok; }
+    virtual Answer recall(const double*) { return Answer::ok; }
+    // A step of the solver has come to this point. wants_event: now.
+    virtual Answer step_done(const Point&, bool* wants_event) {
+        *wants_event = false;
+        return Answer::ok;
+    }
+    // When the first event of time comes, before there was any.
+    virtual double first_event_s() { return HUGE_VAL; }
 
     // The state that an output is, or -1.
     virtual int state_of_output(int) const { return -1; }

@@ -66,7 +66,7 @@ Problem::Problem(Arena& arena, const PlantSizes& given)
       noise_scale(arena.doubles(N)) {}
 
 bool Problem::sizes_fit(const PlantSizes& s, Refusal& why) {
-    for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs})
+    for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs, s.indicators})
         if (count < 0 || count > max_size)
             return why.refuse(Refusal::size, "a size of the plant is %d, not 0 to %d", count, max_size);
     if (s.states == 0) return why.refuse(Refusal::impossible, "the plant has no continuous states: there is nothing to estimate");
@@ -138,7 +138,8 @@ void Problem::set_scales(const Statistics& g) {
 }
 
 std::uint64_t Problem::fingerprint(std::uint64_t from) const {
-    const int counts[] = {sizes.states, sizes.inputs, sizes.unknown_inputs, sizes.parameters, sizes.outputs, 0};
+    const int counts[] = {sizes.states,  sizes.inputs,     sizes.unknown_inputs, sizes.parameters,
+                          sizes.outputs, sizes.indicators, sizes.memory,         sizes.events};
     std::uint64_t sum = hash(counts, sizeof counts, from);
     for (const double* values : {start, start_variance, noise, scale, ready_sigma}) sum = hash(values, N * sizeof(double), sum);
     sum = hash(decay_1_s, sizes.unknown_inputs * sizeof(double), sum);

@@ -57,7 +57,10 @@ private:
     void set_scales(const Statistics& given);
 };
 
-// Where the numbers of a state stand: first what flows.
+constexpr int max_parts = 4;
+
+// Where the numbers of a state stand: up to four parts, each with all that it knows of the plant, then what they share. Of a
+// plant without events there is one.
 struct Layout {
     explicit Layout(const Problem& p)
         : S(p.moving),
@@ -66,7 +69,15 @@ struct Layout {
           nx(clock + 1),
           parameters(nx),
           P(parameters + p.sizes.parameters),
-          inputs(P + triangle(p.N)),
+          weight(P + triangle(p.N)),
+          elapsed(weight + 1),
+          jumps(weight + 2),
+          next_event(weight + 3),
+          sides(weight + 4),
+          memory(sides + p.sizes.indicators),
+          part_numbers(memory + p.sizes.memory),
+          parts(p.sizes.events ? max_parts : 1),
+          inputs(parts * part_numbers),
           information(inputs + p.known),
           t(information + p.N),
           usual(t + 1),
@@ -77,18 +88,28 @@ struct Layout {
           events(t + 6),
           corrections(t + 7),
           likelihood(t + 8),
-          sensors(t + 9),
+          parts_used(t + 9),
+          counts(t + 10),
+          sensors(counts + all_counts),
           numbers(sensors + per_sensor * p.sensors) {}
 
     static constexpr int triangle(int n) { return n * (n + 1) / 2; }
     enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, per_sensor };
     int of_sensor(int i, OfSensor what) const { return sensors + per_sensor * i + what; }
+    enum Counts { splits, grazing, chattering, projected, all_counts };
 
-    // x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual` seconds; the time since the event.
+    // Of a part, from where it begins. x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual`
+    // seconds; clock: the time since S and Qd began, elapsed: of these since the event of the filter.
     int S, Qd, clock, nx;
-    int parameters, P, inputs, information;
+    int parameters, P;
+    // How likely it is; events of the plant that changed something; time of the next that time brings; 1 where an indicator is
+    // above 0; what the plant remembers.
+    int weight, elapsed, jumps, next_event, sides, memory, part_numbers;
+
+    int parts;
+    int inputs, information;
     // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, sensors;
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, counts, sensors;
     int numbers;
 };
 

@@ -16,7 +16,11 @@
  * What is estimated, X, has N numbers: the states, then the unknown inputs, then the parameters. Units are the plant's, times
  * seconds. Between samples SUNDIALS integrates the states and their transition matrix; the samples of an instant correct
  * together (extended Kalman filter, Joseph's form), inputs of that instant before sensors. The same samples give the same bits
- * whatever times are asked for. A plant without events is assumed: its answers depend on nothing but what it is given. */
+ * whatever times are asked for.
+ *
+ * A plant may have events of its own (hnav_plant.event): indicators that leave their domain, z > 0 or z <= 0, times that it names,
+ * inputs that it acts on. The covariance goes through them by the saltation matrix, and where the samples do not tell whether one
+ * has been, the estimate splits into up to four parts that differ in it. */
 #ifndef HNAV_OBSERVER_H
 #define HNAV_OBSERVER_H
 
@@ -55,20 +59,34 @@ typedef struct hnav_plant {
      * confirmed by differences is not used; hnav_observer_proof tells. */
     hnav_plant_function derivatives_jacobian;
     hnav_plant_function outputs_jacobian;
+
+    /* Events; null and 0 for a plant without. Then its answers depend on nothing but what it is given; otherwise on its discrete
+     * state besides, which event changes and nothing else. */
+    int32_t n_indicators;
+    int32_t n_discrete; /* numbers of the discrete state */
+    hnav_plant_function indicators; /* n_indicators */
+    /* An event at this point, with inputs that are new there, if any: writes the states after it (n_states; they stand there
+     * before it) and changes the discrete state. Asked as often as a matrix of its effects needs, each time from the same
+     * discrete state. */
+    hnav_plant_function event;
+    double (*next_event_s)(void* context, double t_s); /* time of the next event that time brings, as the last event left it;
+                                                          infinite for none. Null: never */
+    void (*get_discrete)(void* context, double* discrete);
+    void (*set_discrete)(void* context, const double* discrete);
 } hnav_plant;
 
 /* Copied by create. Lengths: N unless said otherwise. Null where a default stands for it. */
 typedef struct hnav_observer_statistics {
-    size_t size;                   /* of this struct; set by the caller */
-    const double* start;           /* X at the start; null: zero */
-    const double* start_sigma;     /* its standard deviations, at least 0; not null */
-    const double* noise;           /* white noise that drives X, unit / sqrt(s), at least 0; null: none */
-    const double* nominal;         /* usual sizes, beside start and start_sigma the scale of tolerances; null: 1 */
-    const double* ready_sigma;     /* see hnav_observer_info.ready; above 0; infinite and null: no limit */
+    size_t size; /* of this struct; set by the caller */
+    const double* start; /* X at the start; null: zero */
+    const double* start_sigma; /* its standard deviations, at least 0; not null */
+    const double* noise; /* white noise that drives X, unit / sqrt(s), at least 0; null: none */
+    const double* nominal; /* usual sizes, beside start and start_sigma the scale of tolerances; null: 1 */
+    const double* ready_sigma; /* see hnav_observer_info.ready; above 0; infinite and null: no limit */
     const double* time_constant_s; /* n_unknown_inputs: d' = -d / tau + w; 0 and null: random walk */
-    const double* input_start;     /* known inputs before their first sample; null: zero */
-    const double* sensor_sigma;    /* n_outputs: white noise of a sample, above 0; not null */
-    const double* gate_nis;        /* n_outputs: once ready, the variance of a sample of larger NIS is inflated by NIS / gate;
+    const double* input_start; /* known inputs before their first sample; null: zero */
+    const double* sensor_sigma; /* n_outputs: white noise of a sample, above 0; not null */
+    const double* gate_nis; /* n_outputs: once ready, the variance of a sample of larger NIS is inflated by NIS / gate;
                                       0 and null: never */
 } hnav_observer_statistics;
 
@@ -137,6 +155,13 @@ typedef struct hnav_observer_info {
     uint64_t corrections; /* those with a sensor */
     uint64_t late, non_finite, dropped; /* samples; instants that led to no estimate */
     uint64_t flow_evaluations, steps; /* of the solver */
+    int32_t parts; /* into which the estimate is split: they differ in the events that have been */
+    double largest_part; /* weight of the largest, 0 to 1 */
+    uint64_t plant_events; /* that changed something, as the largest part has them */
+    uint64_t splits;
+    uint64_t grazing; /* events whose time the estimate does not tell: what they do to the covariance is known badly */
+    uint64_t chattering; /* events beyond the fiftieth of an interval: the covariance does not go through them */
+    uint64_t projected; /* corrections that were put back before a guard */
 } hnav_observer_info;
 HNAV_API hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info);
 
@@ -176,6 +201,8 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double *innovation, *innovation_sigma, *nis; /* n x n_outputs, NaN where the row has no sample or it was not used */
     uint8_t* ready; /* n */
     double* log_likelihood; /* n: of the samples of a row, given those before; NaN where there was none */
+    uint8_t* parts; /* n: see hnav_observer_info */
+    double* plant_events; /* n: events that have been, the mean of the parts */
 } hnav_observer_run_output;
 
 /* A row that the plant has no answer for is dropped and counted, and the next one goes on. rows_done (may be null): less than n

@@ -75,6 +75,10 @@ class ObserverRun:
     """Of the samples of a row, given those before; NaN in rows without one."""
     ready: npt.NDArray[np.bool_]
     """As ObserverInfo.ready."""
+    parts: npt.NDArray[np.uint8]
+    """As ObserverInfo.parts."""
+    plant_events: Array
+    """Events of the plant that have been, the mean of the parts."""
     proof: dict[str, BlockProof]
     """What became of the derivatives that the plant offers."""
     dropped: int
@@ -111,6 +115,20 @@ class ObserverInfo(Record):
     """How often the plant's derivatives were asked by the solver."""
     steps: int
     """Of the solver."""
+    parts: int
+    """Into which the estimate is split: they differ in the events that have been."""
+    largest_part: float
+    """Weight of the largest, 0 to 1."""
+    plant_events: int
+    """Events of the plant that changed something, as the largest part has them."""
+    splits: int
+    """How often the estimate was split."""
+    grazing: int
+    """Events whose time the estimate does not tell."""
+    chattering: int
+    """Events beyond the fiftieth of an interval: the covariance does not go through them."""
+    projected: int
+    """Corrections that were put back before a guard."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +194,7 @@ class Observer(StatefulObject):
         asked = self._asked = Asked(plant, [*plan.sensors], [*plan.inputs, *plan.unknown_inputs], [*plan.parameters])
         struct = new(
             "hnav_plant", n_states=len(plan.states), n_inputs=len(plan.inputs) + len(plan.unknown_inputs),
-            n_unknown_inputs=len(plan.unknown_inputs), n_parameters=len(plan.parameters), n_outputs=len(plan.sensors), **asked.functions,
+            n_unknown_inputs=len(plan.unknown_inputs), n_parameters=len(plan.parameters), n_outputs=len(plan.sensors), **asked.sizes, **asked.functions,
         )  # fmt: skip
         rows = _statistics(plan, plant)
         known = new("hnav_observer_statistics", **{name: address(row) for name, row in rows.items() if len(row)})
@@ -268,11 +286,13 @@ class Observer(StatefulObject):
         seen = seen * scale + np.array([s.offset for s in plan.sensors.values()])
         held = _columns(inputs or {}, plan.inputs, n, "input")
         x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
-        innovation, nis, likelihood, ready = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n, np.uint8)
+        innovation, nis, likelihood, events = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n)
+        ready, parts = np.empty(n, np.uint8), np.empty(n, np.uint8)
         given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
         wanted = new(
             "hnav_observer_run_output", x=address(x), sigma=address(sigma), covariance=address(covariance),
             innovation=address(innovation), nis=address(nis), ready=address(ready), log_likelihood=address(likelihood),
+            parts=address(parts), plant_events=address(events),
         )  # fmt: skip
         before = self.info().dropped
         self._call("run", n, given, wanted, ffi.NULL)
@@ -287,6 +307,8 @@ class Observer(StatefulObject):
             nis=dict(zip(plan.sensors, nis.T)),
             log_likelihood=likelihood,
             ready=ready.astype(bool),
+            parts=parts,
+            plant_events=events,
             proof=self.proof(),
             dropped=self.info().dropped - before,
         )

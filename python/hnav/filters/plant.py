@@ -12,8 +12,10 @@ from hnav.errors import HnavValueError
 from hnav.native.arrays import Array
 from hnav.native.library import ffi
 
-Function = Callable[[float, Array, Array, Array], npt.ArrayLike]
-"""Of time, states, inputs and parameters."""
+Function = Callable[..., npt.ArrayLike]
+"""Of time, states, inputs and parameters, and of the discrete state where there is one."""
+Event = Callable[..., Any]
+"""The same: answers the states after an event, and the discrete state where there is one."""
 
 _FUNCTION = "int(void *, double, const double *, const double *, const double *, double *)"
 
@@ -30,6 +32,16 @@ class Plant:
     x, u and p are arrays in the order of states, inputs and parameters, whose values are where they start; sensors names what
     outputs answers. jacobian(t, x, u, p): derivatives by x, rows of derivatives; without it, or where it is found
     wrong, differences are taken. The functions must depend on their arguments alone.
+
+    A plant with events: where one of indicators(t, x, u, p) leaves its domain, above 0 or not, when inputs are new, and at the time
+    that next_event(t) names, event(t, x, u, p) answers the states after it:
+
+        ball = hnav.Plant(lambda t, x, u, p: (x[1], -9.81), lambda t, x, u, p: x[0], states={"h": 1.0, "v": 0.0}, sensors=["h"],
+                          indicators=lambda t, x, u, p: x[0],
+                          event=lambda t, x, u, p: (0.0, -0.7 * x[1]) if x[0] <= 0 and x[1] < 0 else x)
+
+    discrete: what only events change, by name and start. All functions take it as an array behind p (next_event behind t), and event
+    answers the states and it.
     """
 
     def __init__(
@@ -42,8 +54,16 @@ class Plant:
         inputs: Mapping[str, float] | None = None,
         parameters: Mapping[str, float] | None = None,
         jacobian: Function | None = None,
+        indicators: Function | None = None,
+        event: Event | None = None,
+        next_event: Callable[..., float] | None = None,
+        discrete: Mapping[str, float] | None = None,
     ):
         self.derivatives, self.outputs, self.jacobian = derivatives, outputs, jacobian
+        self.indicators, self.event, self.next_event = indicators, event, next_event
+        self.discrete = dict(discrete or {})
+        if event is None and (indicators is not None or next_event is not None or discrete):
+            raise HnavValueError("option", "indicators, next_event and discrete need event, which says what happens", "event")
         self.states, self.sensors = dict(states), tuple(sensors)
         self.inputs, self.parameters = dict(inputs or {}), dict(parameters or {})
         names = [*self.states, *self.inputs, *self.parameters]
@@ -72,6 +92,10 @@ class Asked:
             "derivatives": self._function(lambda *at: self._vector(plant.derivatives, at, n, "derivatives")),
             "outputs": self._function(lambda *at: self._vector(plant.outputs, at, len(plant.sensors), "outputs")[self._rows]),
         }
+        self.sizes: dict[str, int] = {}
+        self._discrete = np.array([*plant.discrete.values()], float)
+        if plant.event is not None:
+            self._add_events(plant)
         jacobian = plant.jacobian
         if jacobian is not None and free == 0:
             self.functions["derivatives_jacobian"] = self._function(
@@ -84,10 +108,54 @@ class Asked:
         if error is not None:
             raise error
 
-    def _full(self, t: float, x: Array, u: Array, p: Array) -> tuple[float, Array, Array, Array]:
+    def _add_events(self, plant: Plant) -> None:
+        self.sizes["n_discrete"] = len(self._discrete)
+        self.functions["event"] = self._function(self._event)
+        if plant.indicators is not None:
+            indicators = plant.indicators
+            start = (0.0, np.array([*plant.states.values()], float), np.zeros(self._sizes[1]), np.zeros(self._sizes[2]))
+            start[2][:] = [[*plant.inputs.values()][i] for i in self._inputs]
+            start[3][:] = [[*plant.parameters.values()][i] for i in self._parameters]
+            count = np.atleast_1d(np.asarray(indicators(*self._full(*start)), float)).size
+            self.sizes["n_indicators"] = count
+            self.functions["indicators"] = self._function(lambda *at: self._vector(indicators, at, count, "indicators"))
+        if plant.next_event is not None:
+            self.functions["next_event_s"] = ffi.callback("double(void *, double)", self._next_event, error=float("inf"))
+        if len(self._discrete):
+            self.functions["get_discrete"] = ffi.callback("void(void *, double *)", self._get_discrete)
+            self.functions["set_discrete"] = ffi.callback("void(void *, const double *)", self._set_discrete)
+
+    def _event(self, *at: Any) -> Array:
+        assert self.plant.event is not None
+        told, n = self.plant.event(*self._full(*at)), self._sizes[0]
+        if len(self._discrete):
+            told, discrete = told
+            self._discrete = _shaped(
+                np.atleast_1d(np.asarray(discrete, float)), self._discrete.shape, "discrete state after event"
+            )
+        return _shaped(np.atleast_1d(np.asarray(told, float)), (n,), "event")
+
+    def _next_event(self, _: Any, t: float) -> float:
+        assert self.plant.next_event is not None
+        try:
+            return float(self.plant.next_event(t, *self._also_discrete()))
+        except BaseException as error:
+            self.error = error
+            return float("inf")
+
+    def _get_discrete(self, _: Any, values: Any) -> None:
+        values[0 : len(self._discrete)] = self._discrete.tolist()
+
+    def _set_discrete(self, _: Any, values: Any) -> None:
+        self._discrete = np.array(ffi.unpack(values, len(self._discrete)))
+
+    def _also_discrete(self) -> tuple[Array, ...]:
+        return (self._discrete.copy(),) if len(self._discrete) else ()
+
+    def _full(self, t: float, x: Array, u: Array, p: Array) -> tuple[Any, ...]:
         inputs, parameters = np.array([*self.plant.inputs.values()], float), np.array([*self.plant.parameters.values()], float)
         inputs[self._inputs], parameters[self._parameters] = u, p
-        return t, x, inputs, parameters
+        return (t, x, inputs, parameters, *self._also_discrete())
 
     def _vector(self, function: Function, at: Any, length: int, name: str) -> Array:
         return _shaped(np.atleast_1d(np.asarray(function(*self._full(*at)), float)), (length,), name)

@@ -1,0 +1,243 @@
+// What an event of the filter does: inputs, then the sensors of the instant together, in each part of the estimate.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hnav::observer {
+namespace {
+
+constexpr double nis_window = 50; // samples
+// 99.9 % of the mean of 50 squares of unit normals lies within.
+constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
+constexpr int samples_to_ready = 20, doubts_to_fall = 3;
+constexpr double sure_part = 0.99;
+
+} // namespace
+
+void Model::jump(State& s, const Event& event) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double* v = s.x();
+    if (v[at.begun] != 0) collect_all(s);
+    v[at.t] = event.t_s;
+    const bool begins = v[at.begun] == 0 && (settings_.start_at_first_sample || event.has(start_channel()));
+    if (begins) v[at.begun] = 1;
+    if (!take_inputs(s, event, begins)) v[at.broken] = 1;
+    v[at.events] += 1;
+    if (v[at.begun] == 0) return;
+    for (int i = 0; i < p.sensors; ++i)
+        if (event.has(sensor_channel(i))) return correct(s, event);
+}
+
+void Model::collect_all(State& s) const {
+    const Layout at = layout();
+    double* v = s.x();
+    const double interval_s = v[at.elapsed] + v[at.clock];
+    for (int i = 0; i < parts_of(s); ++i) {
+        collect(s, part_of(s, i));
+        part_of(s, i)[at.elapsed] = 0;
+    }
+    // The noise of an interval is judged by that of one about as long; two samples that are nearly one change little.
+    if (interval_s > 0) v[at.usual] = std::max(interval_s, 0.5 * v[at.usual]);
+}
+
+// For a plant with events those that are new, and all of them at the beginning, are an event.
+bool Model::take_inputs(State& s, const Event& event, bool begins) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    bool any = begins && p.known > 0;
+    for (int i = 0; i < p.known; ++i) {
+        if (!event.has(i)) continue;
+        s.x()[at.inputs + i] = *event.value(i);
+        any = true;
+    }
+    if (!any || !crosses() || s.x()[at.begun] == 0) return true;
+    for (int i = 0; i < parts_of(s); ++i)
+        if (!jump_part({s, 0, nullptr, nullptr}, part_of(s, i), Cause::input, 1)) return false;
+    return true;
+}
+
+// Outputs and their derivatives, as the part expects them.
+bool Model::linearise(State& s, const Event& event, int i) const {
+    const Problem& p = *problem_;
+    const double* part = part_of(s, i);
+    double *y = work_->y + i * p.sensors, *H = work_->H + i * p.sensors * p.N;
+    if (crosses()) plant_->recall(part + layout().memory);
+    const Point here = point(s, part, part);
+    if (!ask(plant_->evaluate(Function::outputs, here, y), Function::outputs, here.t_s, nullptr, 0)) return false;
+    for (int k = 0; k < p.sensors; ++k)
+        if (event.has(sensor_channel(k)) && !ask(Answer::ok, Function::outputs, here.t_s, y + k, 1)) return false;
+    if (!ask(work_->linearisation.jacobian(*plant_, Function::outputs, here, H), Function::outputs, here.t_s, H, p.sensors * p.N))
+        return false;
+    unpack_upper(part + layout().P, p.N, 1, work_->P);
+    for (int k = 0; k < p.sensors; ++k) {
+        if (!event.has(sensor_channel(k))) continue;
+        const double* h = H + k * p.N;
+        double variance = p.sensor_variance[k];
+        for (int j = 0; j < p.N; ++j)
+            for (int l = 0; l < p.N; ++l) variance += h[j] * work_->P[j * p.N + l] * h[l];
+        work_->nu[i * p.sensors + k] = *event.value(sensor_channel(k)) - y[k];
+        work_->variance[i * p.sensors + k] = variance;
+    }
+    return true;
+}
+
+// Innovations by all of P, before any sensor has acted; of several parts those of their sum.
+void Model::innovate(State& s, const Event& event) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double* v = s.x();
+    for (int k = 0; k < p.sensors; ++k) {
+        if (!event.has(sensor_channel(k))) continue;
+        double innovation = work_->nu[k], variance = work_->variance[k];
+        if (parts_of(s) > 1) {
+            double squares = innovation = 0;
+            for (int i = 0; i < parts_of(s); ++i) {
+                const double w = part_of(s, i)[at.weight], nu = work_->nu[i * p.sensors + k];
+                innovation += w * nu;
+                squares += w * (work_->variance[i * p.sensors + k] + nu * nu);
+            }
+            variance = squares - innovation * innovation;
+        }
+        const double nis = innovation * innovation / variance;
+        v[at.of_sensor(k, Layout::innovation)] = innovation;
+        v[at.of_sensor(k, Layout::innovation_sigma)] = std::sqrt(variance);
+        v[at.of_sensor(k, Layout::nis)] = nis;
+        // One that is beyond all numbers would stay in every mean.
+        if (!std::isfinite(nis)) v[at.broken] = 1;
+    }
+}
+
+void Model::correct(State& s, const Event& event) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *v = s.x(), *before = work_->gain + 2 * p.N, inflation[max_channels_used];
+    for (int i = 0; i < parts_of(s); ++i)
+        if (!linearise(s, event, i)) {
+            v[at.broken] = 1;
+            return;
+        }
+    innovate(s, event);
+    if (v[at.broken] != 0) return;
+    fused(s, work_->x, work_->P);
+    for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
+    for (int k = 0; k < p.sensors; ++k) {
+        if (!event.has(sensor_channel(k))) continue;
+        double nis = v[at.of_sensor(k, Layout::nis)];
+        inflation[k] = 1;
+        if (p.gate_nis[k] > 0 && nis > p.gate_nis[k] && v[at.ready] != 0) {
+            inflation[k] = nis / p.gate_nis[k];
+            v[at.of_sensor(k, Layout::gated)] += 1;
+            nis = p.gate_nis[k];
+        }
+        double& samples = v[at.of_sensor(k, Layout::samples)];
+        double& mean = v[at.of_sensor(k, Layout::mean_nis)];
+        samples += 1;
+        mean += (nis - mean) / std::min(samples, nis_window);
+    }
+    double likelihood[max_parts], most = -HUGE_VAL, sum = 0;
+    for (int i = 0; i < parts_of(s); ++i) most = std::max(most, likelihood[i] = correct_part(s, event, i, inflation));
+    for (int i = 0; i < parts_of(s); ++i) sum += part_of(s, i)[at.weight] *= std::exp(likelihood[i] - most);
+    for (int i = 0; i < parts_of(s); ++i) part_of(s, i)[at.weight] /= sum;
+    v[at.likelihood] = most + std::log(sum);
+    v[at.corrections] += 1;
+    if (crosses()) keep_parts(s, true);
+    fused(s, work_->x, work_->P);
+    judge(s, before);
+}
+
+// The sensors of an instant act one after the other on one linearisation, which is what all of them together do: their noises
+// are independent. Answers the logarithm of their likelihood.
+double Model::correct_part(State& s, const Event& event, int i, const double* inflation) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *part = part_of(s, i), *X = work_->x, *moved = work_->gain + p.N;
+    unpack_upper(part + at.P, p.N, 1, work_->P);
+    std::fill_n(moved, p.N, 0.0);
+    expected(part, X);
+    double likelihood = 0;
+    for (int k = 0; k < p.sensors; ++k) {
+        if (!event.has(sensor_channel(k))) continue;
+        const double* h = work_->H + (i * p.sensors + k) * p.N;
+        double nu = work_->nu[i * p.sensors + k], variance = p.sensor_variance[k];
+        for (int j = 0; j < p.N; ++j) nu -= h[j] * moved[j];
+        if (inflation[k] != 1) variance *= inflation[k];
+        const double S = correct_by(work_->P, moved, h, nu, variance);
+        likelihood -= 0.5 * (nu * nu / S + std::log(2 * M_PI * S));
+    }
+    for (int j = 0; j < p.N; ++j) X[j] += moved[j];
+    pack_upper(work_->P, p.N, part + at.P);
+    if (crosses()) {
+        plant_->recall(part + at.memory);
+        const Inside inside = put_inside(s, part, s.x()[at.t], X, work_->P);
+        if (inside != Inside::was) s.x()[at.counts + Layout::projected] += 1;
+        if (inside == Inside::failed) s.x()[at.broken] = 1;
+    }
+    put(X, part);
+    if (crosses() && !settle(s, part)) s.x()[at.broken] = 1;
+    return likelihood;
+}
+
+// Parameters that were corrected change a plant that holds them at an event alone; its states stay what the correction made of
+// them.
+bool Model::settle(State& s, double* part) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    if (p.sizes.parameters == 0 || p.sizes.memory == 0) return true;
+    expected(part, work_->probe);
+    const Point here = point_of(s, s.x()[at.t], work_->probe);
+    plant_->recall(part + at.memory);
+    if (!ask(plant_->event(here, work_->x, part + at.next_event), Function::event, here.t_s, nullptr, 0)) return false;
+    return ask(plant_->remember(part + at.memory), Function::event, here.t_s, nullptr, 0);
+}
+
+// One sensor, Joseph's form: P = (I - K h) P (I - K h)' + K R K'. Answers the variance of the innovation.
+double Model::correct_by(double* P, double* moved, const double* h, double innovation, double variance) const {
+    const int N = problem_->N;
+    double* Ph = work_->gain;
+    const auto times_h = [&] {
+        for (int i = 0; i < N; ++i) {
+            Ph[i] = 0;
+            for (int j = 0; j < N; ++j) Ph[i] += P[i * N + j] * h[j];
+        }
+    };
+    times_h();
+    double S = variance;
+    for (int i = 0; i < N; ++i) S += h[i] * Ph[i];
+    double* K = work_->product;
+    for (int i = 0; i < N; ++i) K[i] = Ph[i] / S;
+    for (int i = 0; i < N; ++i) moved[i] += K[i] * innovation;
+    for (int i = 0; i < N; ++i)
+        for (int j = 0; j < N; ++j) P[i * N + j] -= K[i] * Ph[j];
+    times_h();
+    for (int i = 0; i < N; ++i)
+        for (int j = i; j < N; ++j) {
+            P[i * N + j] += (variance * K[i] - Ph[i]) * K[j];
+            P[j * N + i] = P[i * N + j];
+        }
+    return S;
+}
+
+// Ready: every sigma below its limit, by evidence of at least as much as that limit stands for, innovations as large as they
+// are said to be, and no doubt which events have been. Three corrections that deny it make an end of it.
+void Model::judge(State& s, const double* before) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double* v = s.x();
+    bool ready = parts(s).largest > sure_part;
+    for (int i = 0; i < p.N; ++i) {
+        const double after = work_->P[i * p.N + i], limit = p.ready_sigma[i] * p.ready_sigma[i];
+        double& information = v[at.information + i];
+        if (after > 0 && before[i] > after) information += 1 / after - 1 / before[i];
+        if (std::isfinite(limit)) ready = ready && after < limit && information > 1 / limit;
+    }
+    for (int i = 0; i < p.sensors; ++i) {
+        const double mean = v[at.of_sensor(i, Layout::mean_nis)], samples = v[at.of_sensor(i, Layout::samples)];
+        if (samples > 0) ready = ready && samples >= samples_to_ready && mean > min_mean_nis && mean < max_mean_nis;
+    }
+    v[at.doubts] = ready ? 0 : v[at.doubts] + 1;
+    v[at.ready] = ready || (v[at.ready] != 0 && v[at.doubts] < doubts_to_fall);
+}
+
+} // namespace hnav::observer

@@ -1,0 +1,240 @@
+// An interval of the filter with events of the plant in it: each part flows to the next guard or time, has its event, and goes on.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hnav::observer {
+namespace {
+
+constexpr int most_matrices = 50; // of an interval: what goes on beyond chatters
+constexpr int most_events = 5000; // and this does not end
+constexpr double shortest_s = 1e-12; // that a solver is asked for
+
+} // namespace
+
+bool Model::cross(State& s, double interval_s, Propagator& propagator, const void* context) const {
+    const Layout at = layout();
+    const Run run{s, interval_s, &propagator, context};
+    work_->branches_used = 0;
+    for (int i = 0; i < parts_of(s); ++i) {
+        double* part = work_->branch(work_->branches_used++);
+        std::copy_n(part_of(s, i), at.part_numbers, part);
+        if (!cross_part(run, part)) return false;
+    }
+    keep_parts(s, false);
+    return true;
+}
+
+bool Model::cross_part(const Run& run, double* part) const {
+    const Layout at = layout();
+    work_->newest.is_newest = false;
+    work_->passed = 0;
+    const double begin_s = run.s.x()[at.t];
+    plant_->recall(part + at.memory);
+    expected(part, work_->x);
+    if (!indicators(run.s, begin_s, work_->x, work_->z)) return false;
+    int events = 0;
+    if (problem_->sizes.indicators > 0 && part[at.sides] < 0) {
+        if (!take_sides(run.s, part, begin_s, work_->x)) return false;
+    } else if (first_changed(part) >= 0 && !jump_part(run, part, Cause::input, ++events)) {
+        return false;
+    }
+    for (;;) {
+        const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
+        const double to_event_s = std::max(0.0, part[at.next_event] - (begin_s + part[at.elapsed]));
+        const bool time_comes = to_event_s <= left_s;
+        const double length_s = std::min(left_s, to_event_s);
+        const Stop stop = length_s > 0 ? flow_until(run, part, length_s) : Stop::end;
+        if (stop == Stop::failed) return false;
+        collect(run.s, part);
+        if (stop == Stop::end && !time_comes) break;
+        if (++events > most_events) {
+            work_->trouble = {true, Function::event, Answer::ok, begin_s + part[at.elapsed]};
+            return false;
+        }
+        const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
+        if (!jump_part(run, part, cause, events)) return false;
+    }
+    part[at.elapsed] = run.interval_s;
+    return split_near_guard(run, part);
+}
+
+// The plant's event where the part is.
+bool Model::jump_part(const Run& run, double* part, Cause cause, int count) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double* c = run.s.x();
+    Passage& e = work_->present;
+    const double t_s = c[at.t] + part[at.elapsed];
+    const bool with_matrix = count <= most_matrices;
+    expected(part, e.X);
+    unpack_upper(part + at.P, p.N, 1, e.P);
+    if (!pass(run.s, part, t_s, cause, -1, with_matrix, e)) return false;
+    if (!with_matrix) c[at.counts + Layout::chattering] += 1;
+    if (e.grazing) c[at.counts + Layout::grazing] += 1;
+    put(e.after, part);
+    std::copy_n(e.memory_after, p.sizes.memory, part + at.memory);
+    part[at.next_event] = e.next_after;
+    if (!e.silent) {
+        if (with_matrix) carry(e, e.P, part + at.P);
+        part[at.jumps] += 1;
+        ++work_->passed;
+    }
+    if (!take_sides(run.s, part, t_s, e.after)) return false;
+    if (!e.silent) {
+        e.is_newest = cause == Cause::guard && with_matrix && !e.grazing;
+        std::swap(work_->newest, work_->present);
+    }
+    return true;
+}
+
+// ------------------------------------------------------------------------------------------------ to a guard
+
+Model::Stop Model::flow_until(const Run& run, double* part, double length_s) const {
+    work_->part = part;
+    Stop stop = Stop::end;
+    if (length_s < shortest_s) stop = move(run.s, part, length_s) ? Stop::end : Stop::failed;
+    else stop = go_step_by_step(run, part, length_s);
+    work_->part = nullptr;
+    return stop;
+}
+
+// By one step of Euler, which is as good as any where it is short.
+bool Model::move(const State& s, double* x, double by_s) const {
+    if (flow(s, x, work_->slope) != 0) return false;
+    for (int i = 0; i < nx(); ++i) x[i] += by_s * work_->slope[i];
+    return true;
+}
+
+Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s) const {
+    const int numbers = nx();
+    double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
+    std::copy_n(part, numbers, x);
+    if (!run.propagator->begin(run.context, length_s, x)) return Stop::failed;
+    while (to_s < length_s) {
+        from_s = to_s;
+        std::copy_n(x, numbers, work_->step_from);
+        if (!run.propagator->step(&to_s, x)) return Stop::failed;
+        const Stop stop = look_between(run, part, from_s, to_s, &low_s, &high_s);
+        if (stop == Stop::failed) return stop;
+        if (stop == Stop::guard) {
+            if (!narrow(run, part, &low_s, &high_s) || !polish(run, part, from_s, low_s, high_s)) return Stop::failed;
+            std::copy_n(work_->inside, numbers, part);
+            return Stop::guard;
+        }
+        const Stop done = end_of_step(run, part);
+        if (done != Stop::end) {
+            std::copy_n(x, numbers, part);
+            return done;
+        }
+    }
+    std::copy_n(x, numbers, part);
+    return Stop::end;
+}
+
+Model::Stop Model::end_of_step(const Run& run, const double* part) const {
+    bool wants_event = false;
+    const Point here = point(run.s, part, work_->step_to);
+    if (!ask(plant_->step_done(here, &wants_event), Function::event, here.t_s, nullptr, 0)) return Stop::failed;
+    return wants_event ? Stop::step : Stop::end;
+}
+
+// Solvers look at the ends of their steps, and two crossings within one hide. So quarters are looked at too.
+Model::Stop Model::look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s,
+                                double* high_s) const {
+    if (problem_->sizes.indicators == 0) return Stop::end;
+    *low_s = from_s;
+    for (int quarter = 1; quarter <= 4; ++quarter) {
+        *high_s = quarter < 4 ? from_s + 0.25 * quarter * (to_s - from_s) : to_s;
+        const double* x = work_->step_to;
+        if (quarter < 4) {
+            if (!run.propagator->between(*high_s, work_->inside)) return Stop::failed;
+            x = work_->inside;
+        }
+        if (!look(run, part, x)) return Stop::failed;
+        if (first_changed(part) >= 0) return Stop::guard;
+        *low_s = *high_s;
+    }
+    return Stop::end;
+}
+
+// The bracket of the first crossing, by the cubic of the step, to a millionth of the interval: the rule of Illinois, and halves
+// where an indicator jumps.
+bool Model::narrow(const Run& run, const double* part, double* low_s, double* high_s) const {
+    const int count = problem_->sizes.indicators;
+    const double enough_s = 1e-6 * (*high_s - *low_s);
+    double *low = work_->z_low, *z = work_->z;
+    const auto look_at = [&](double at_s) {
+        return run.propagator->between(at_s, work_->inside) && look(run, part, work_->inside);
+    };
+    int guard = first_changed(part);
+    double z_high = z[guard];
+    if (!look_at(*low_s)) return false;
+    std::copy_n(z, count, low);
+    double z_low = low[guard];
+    for (int k = 0; k < 60 && *high_s - *low_s > enough_s; ++k) {
+        const double width_s = *high_s - *low_s, share = z_low / (z_low - z_high);
+        const bool halve = k % 4 == 3 || !(share > 0 && share < 1);
+        const double middle_s = *low_s + (halve ? 0.5 : share) * width_s;
+        if (!(middle_s > *low_s && middle_s < *high_s)) break;
+        if (!look_at(middle_s)) return false;
+        const int changed = first_changed(part);
+        if (changed >= 0) {
+            *high_s = middle_s;
+            if (changed != guard) z_low = low[changed];
+            else if (!halve) z_low *= 0.5;
+            guard = changed;
+            z_high = z[guard];
+        } else {
+            *low_s = middle_s;
+            std::copy_n(z, count, low);
+            z_low = z[guard];
+            if (!halve) z_high *= 0.5;
+        }
+    }
+    return true;
+}
+
+// The values of all indicators at x, to work_->z.
+bool Model::look(const Run& run, const double* part, const double* x) const {
+    const Point here = point(run.s, part, x);
+    return ask(plant_->indicators(here, work_->z), Function::indicators, here.t_s, work_->z, problem_->sizes.indicators);
+}
+
+// The cubic is no solution: the flow itself is taken to the bracket, and moved to where the indicator is zero, then as little as
+// it takes to be beyond it, where the plant has its event. To work_->inside.
+bool Model::polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const {
+    const State& s = run.s;
+    double* x = work_->inside;
+    if (!run.propagator->between(high_s, x) || !look(run, part, x)) return false;
+    const int guard = std::max(0, first_changed(part));
+    std::copy_n(work_->step_from, nx(), x);
+    const double way_s = high_s - from_s;
+    if (way_s < shortest_s ? !move(s, x, way_s) : !run.propagator->integrate(run.context, way_s, x)) return false;
+    if (!look(run, part, x) || !move_to_zero(run, part, guard, way_s, std::max(1e-3 * way_s, 10 * (high_s - low_s))))
+        return false;
+    for (double beyond_s = 1e-14 * way_s; first_changed(part) < 0; beyond_s *= 4)
+        if (!(beyond_s < way_s) || !move(s, x, beyond_s) || !look(run, part, x)) return false;
+    return true;
+}
+
+// By Newton's rule, unless the zero is further away than it can be: an indicator that jumps has none.
+bool Model::move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const {
+    double *x = work_->inside, *z = work_->z;
+    const double small_s = 1e-7 * way_s;
+    for (int k = 0; k < 3 && z[guard] != 0; ++k) {
+        const double here = z[guard];
+        std::copy_n(x, nx(), work_->step_to);
+        if (!move(run.s, x, -small_s) || !look(run, part, x)) return false;
+        const double rate = (here - z[guard]) / small_s;
+        std::copy_n(work_->step_to, nx(), x);
+        if (!(std::fabs(here) < near_s * std::fabs(rate))) return look(run, part, x);
+        if (!move(run.s, x, -here / rate) || !look(run, part, x)) return false;
+        if (std::fabs(here / rate) < 1e-13 * way_s) break;
+    }
+    return true;
+}
+
+} // namespace hnav::observer

@@ -1,0 +1,324 @@
+// Parts of an estimate. Where an event of the plant has come for the mean and not for all of what may be true, or the other way
+// round, one Gaussian would be wrong, however its covariance was made. It is cut at the guard: with k = P g / sd, a the distance to
+// the guard in sd, and the normal density phi and distribution Phi,
+//
+//     not yet   weight Phi(a)     mean m + k l          P - k k' l (l + a)               l  = phi(a) / Phi(a)
+//     jumped    weight Phi(-a)    J(m) - Xi k l'        Xi (P - k k' l' (l' - a)) Xi'    l' = phi(a) / Phi(-a)
+//
+// The next samples weigh the parts; those with equal numbers of events merge.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace hnav::observer {
+namespace {
+
+constexpr double near_sigma = 4;
+constexpr double smallest_weight = 1e-4;
+
+double density(double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); }
+double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
+
+} // namespace
+
+// ------------------------------------------------------------------------------------------------ splits
+
+// At the end of an interval: the plant is as the part has it.
+bool Model::split_near_guard(const Run& run, double* part) const {
+    if (problem_->sizes.indicators == 0) return true;
+    const Passage& e = work_->newest;
+    const bool uncertain = e.is_newest && work_->passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
+    return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
+}
+
+// The event has come, but may not have: the part as it was before it, carried to now as if there was no guard.
+bool Model::split_at_newest(const Run& run, double* part) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    Passage& e = work_->newest;
+    const double since_s = run.interval_s - e.elapsed;
+    for (int i = 0; i < p.N; ++i) {
+        e.X[i] += since_s * e.slope[i];
+        e.P[i * p.N + i] += since_s * p.noise[i];
+    }
+    double *waiting = work_->branch(work_->branches_used), *J = work_->slope_here;
+    std::copy_n(part, at.part_numbers, waiting);
+    std::copy_n(e.memory, p.sizes.memory, waiting + at.memory);
+    std::copy_n(e.sides, p.sizes.indicators, waiting + at.sides);
+    waiting[at.next_event] = e.next_event;
+    waiting[at.jumps] -= 1;
+    expected(part, J);
+    if (e.rate > 0)
+        for (int i = 0; i < p.N; ++i) e.gradient[i] = -e.gradient[i];
+    return split(run, waiting, part, e, -std::fabs(e.rate) * since_s, J);
+}
+
+// The event has not come, but may have: the guard is reached along the flow, jumped there, and flown back from.
+bool Model::split_at_next(const Run& run, double* part) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    Passage& e = work_->present;
+    const double now_s = run.s.x()[at.t] + run.interval_s;
+    expected(part, e.X);
+    unpack_upper(part + at.P, p.N, 1, e.P);
+    if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
+    const int guard = next_guard(part, e.P);
+    if (guard < 0) return true;
+    const double distance = std::fabs(work_->z[guard]);
+    const bool falls = work_->z[guard] > 0;
+    double to_s = 0;
+    if (!reach(run, part, guard, e, &to_s)) return false;
+    if (first_changed(part) != guard) return true; // another one is before it, or there is none
+    if (!pass(run.s, part, now_s + to_s, Cause::guard, guard, true, e)) return false;
+    if (e.silent || e.grazing) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
+
+    double *jumped = work_->branch(work_->branches_used), *J = work_->slope_here;
+    std::copy_n(part, at.part_numbers, jumped);
+    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
+    jumped[at.next_event] = e.next_after;
+    jumped[at.jumps] += 1;
+    for (int i = 0; i < p.N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
+    expected(part, e.X);
+    for (int i = 0; !falls && i < p.N; ++i) e.gradient[i] = -e.gradient[i];
+    return split(run, part, jumped, e, distance, J);
+}
+
+// e.X goes along its slope to a guard and as little as it takes beyond, after_s from now.
+bool Model::reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const {
+    const double now_s = run.s.x()[layout().t] + run.interval_s, rate = work_->rates[guard];
+    const auto go_on = [&](double by_s) {
+        *after_s += by_s;
+        for (int i = 0; i < problem_->N; ++i) e.X[i] += by_s * e.slope[i];
+        return indicators(run.s, now_s + *after_s, e.X, work_->z);
+    };
+    for (int k = 0; k < 4; ++k)
+        if (!go_on(-work_->z[guard] / rate)) return false;
+    for (double beyond_s = 1e-12 * run.interval_s; first_changed(part) != guard && beyond_s < run.interval_s; beyond_s *= 4)
+        if (!go_on(beyond_s)) return false;
+    return true;
+}
+
+// Of those that come nearer and are within four sigma the one that comes first; -1: none.
+int Model::next_guard(const double* part, const double* P) const {
+    const Problem& p = *problem_;
+    int first = -1;
+    double soonest_s = HUGE_VAL;
+    for (int i = 0; i < p.sizes.indicators; ++i) {
+        const double *g = work_->gradients + i * p.N, z = work_->z[i], rate = work_->rates[i];
+        if (!(rate * z < 0) || (z > 0) != (part[layout().sides + i] > 0)) continue;
+        double variance = 0;
+        for (int j = 0; j < p.N; ++j)
+            for (int k = 0; k < p.N; ++k) variance += g[j] * P[j * p.N + k] * g[k];
+        if (!(z * z < near_sigma * near_sigma * variance) || !(-z / rate < soonest_s)) continue;
+        soonest_s = -z / rate;
+        first = i;
+    }
+    return first;
+}
+
+// waiting and jumped are one part beside one that comes anew, its weight in both; e: X and P not jumped, the gradient rising on the
+// near side. J: X after the event, carried to now.
+bool Model::split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *k = work_->gain, *cut = work_->P, sd = 0;
+    for (int i = 0; i < p.N; ++i) {
+        k[i] = 0;
+        for (int j = 0; j < p.N; ++j) k[i] += e.P[i * p.N + j] * e.gradient[j];
+        sd += k[i] * e.gradient[i];
+    }
+    sd = std::sqrt(sd);
+    const double a = distance / sd, not_yet = below(a), has_been = below(-a);
+    if (!(not_yet > smallest_weight && has_been > smallest_weight)) return true;
+    for (int i = 0; i < p.N; ++i) k[i] /= sd;
+    const auto cut_by = [&](double share) {
+        for (int i = 0; i < p.N; ++i)
+            for (int j = 0; j < p.N; ++j) cut[i * p.N + j] = e.P[i * p.N + j] - share * k[i] * k[j];
+    };
+    ++work_->branches_used;
+    run.s.x()[at.counts + Layout::splits] += 1;
+    double* X = work_->x;
+
+    const double l_jumped = density(a) / has_been;
+    cut_by(l_jumped * (l_jumped - a));
+    carry(e, cut, jumped + at.P);
+    for (int i = 0; i < p.N; ++i) {
+        X[i] = J[i];
+        for (int j = 0; j < p.N; ++j) X[i] -= l_jumped * e.Xi[i * p.N + j] * k[j];
+    }
+    put(X, jumped);
+    jumped[at.weight] *= has_been;
+    const double now_s = run.s.x()[at.t] + run.interval_s;
+    plant_->recall(jumped + at.memory);
+    if (!take_sides(run.s, jumped, now_s, X)) return false;
+
+    const double l = density(a) / not_yet;
+    cut_by(l * (l + a));
+    pack_upper(cut, p.N, waiting + at.P);
+    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] + l * k[i];
+    waiting[at.weight] *= not_yet;
+    plant_->recall(waiting + at.memory);
+    if (put_inside(run.s, waiting, now_s, X, cut) == Inside::failed) return false;
+    put(X, waiting);
+    return true;
+}
+
+// A correction may have put X through a guard. That is no event: X goes back along P. The plant is as the part has it.
+Model::Inside Model::put_inside(const State& s, double* part, double t_s, double* X, const double* P) const {
+    const Problem& p = *problem_;
+    constexpr int tries = 5;
+    if (p.sizes.indicators == 0) return Inside::was;
+    for (int k = 0; k <= tries; ++k) {
+        if (!indicators(s, t_s, X, work_->z)) return Inside::failed;
+        const int guard = first_changed(part);
+        if (guard < 0) return k > 0 ? Inside::is_now : Inside::was;
+        if (k == tries) break;
+        std::fill_n(work_->slope_here, p.N, 0.0);
+        if (!gradients(s, t_s, X, work_->slope_here)) return Inside::failed;
+        const double* g = work_->gradients + guard * p.N;
+        double variance = 0;
+        for (int i = 0; i < p.N; ++i)
+            for (int j = 0; j < p.N; ++j) variance += g[i] * P[i * p.N + j] * g[j];
+        if (!(variance > 0)) break;
+        const double aim = (part[layout().sides + guard] > 0 ? 1e-9 : -1e-9) * std::sqrt(variance);
+        const double by = (work_->z[guard] - aim) / variance;
+        for (int i = 0; i < p.N; ++i)
+            for (int j = 0; j < p.N; ++j) X[i] -= by * P[i * p.N + j] * g[j];
+    }
+    return Inside::is_not;
+}
+
+// ------------------------------------------------------------------------------------------------ merges
+
+// Mean and covariance of all parts at the time that each has come to.
+void Model::fused(const State& s, double* X, double* P) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const int count = parts_of(s);
+    if (count == 1) {
+        expected(s.x(), X);
+        if (s.x()[at.clock] == 0) unpack_upper(s.x() + at.P, p.N, 1, P);
+        else covariance(s, s.x(), P);
+        return;
+    }
+    double* mean = work_->slope_here;
+    std::fill_n(mean, p.N, 0.0);
+    for (int i = 0; i < count; ++i) {
+        expected(part_of(s, i), X);
+        for (int j = 0; j < p.N; ++j) mean[j] += part_of(s, i)[at.weight] * X[j];
+    }
+    std::fill_n(P, p.N * p.N, 0.0);
+    for (int i = 0; i < count; ++i) {
+        const double w = part_of(s, i)[at.weight];
+        expected(part_of(s, i), X);
+        unpack_upper(part_of(s, i) + at.P, p.N, 1, work_->Qd);
+        for (int j = 0; j < p.N; ++j)
+            for (int k = 0; k < p.N; ++k) P[j * p.N + k] += w * (work_->Qd[j * p.N + k] + (X[j] - mean[j]) * (X[k] - mean[k]));
+    }
+    std::copy_n(mean, p.N, X);
+}
+
+// The other into the part, by moments; what the plant remembers is that of the heavier.
+void Model::merge(double* part, const double* other) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *X = work_->x, *with = work_->slope_here, *P = work_->P, *more = work_->Qd;
+    const double sum = part[at.weight] + other[at.weight], share = other[at.weight] / sum;
+    expected(part, X);
+    expected(other, with);
+    unpack_upper(part + at.P, p.N, 1, P);
+    unpack_upper(other + at.P, p.N, 1, more);
+    for (int i = 0; i < p.N; ++i)
+        for (int j = 0; j < p.N; ++j) {
+            const double apart = share * (1 - share) * (with[i] - X[i]) * (with[j] - X[j]);
+            P[i * p.N + j] = (1 - share) * P[i * p.N + j] + share * more[i * p.N + j] + apart;
+        }
+    for (int i = 0; i < p.N; ++i) X[i] += share * (with[i] - X[i]);
+    if (share > 0.5) std::copy_n(other, at.part_numbers, part);
+    part[at.weight] = sum;
+    put(X, part);
+    pack_upper(P, p.N, part + at.P);
+}
+
+// How far two parts are from each other, the largest difference in sigma.
+double Model::apart(const double* part, const double* other) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    expected(part, work_->x);
+    expected(other, work_->slope_here);
+    const double *P = part + at.P, *Q = other + at.P;
+    double most = 0;
+    for (int i = 0; i < p.N; P += p.N - i, Q += p.N - i, ++i) {
+        const double sigma = std::sqrt(std::max({*P, *Q, 1e-12 * p.scale[i] * p.scale[i]}));
+        most = std::max(most, std::fabs(work_->x[i] - work_->slope_here[i]) / sigma);
+    }
+    return most;
+}
+
+// Whether two parts may be one: the events that they have had are as many, or the plant does not tell them apart.
+bool Model::alike(const double* part, const double* other) const {
+    const Layout at = layout();
+    if (part[at.jumps] == other[at.jumps]) return true;
+    return std::memcmp(part + at.memory, other + at.memory, problem_->sizes.memory * sizeof(double)) == 0 &&
+           std::equal(part + at.sides, part + at.memory, other + at.sides) && apart(part, other) < 1;
+}
+
+void Model::merge_branches(int i, int j) const {
+    merge(work_->branch(i), work_->branch(j));
+    const int last = --work_->branches_used;
+    for (int k = j; k < last; ++k) std::copy_n(work_->branch(k + 1), work_->branch_numbers, work_->branch(k));
+}
+
+// The parts of an interval, or those that a correction has weighed, become the parts of a state: at most four.
+void Model::keep_parts(State& s, bool after_correction) const {
+    const Layout at = layout();
+    if (after_correction) {
+        work_->branches_used = 0;
+        for (int i = 0; i < parts_of(s); ++i)
+            if (part_of(s, i)[at.weight] > smallest_weight || parts_of(s) == 1)
+                std::copy_n(part_of(s, i), at.part_numbers, work_->branch(work_->branches_used++));
+        for (int i = 0; i < work_->branches_used; ++i)
+            for (int j = i + 1; j < work_->branches_used;)
+                if (alike(work_->branch(i), work_->branch(j))) merge_branches(i, j);
+                else ++j;
+    }
+    while (work_->branches_used > max_parts) {
+        int first = 0, second = 1;
+        double nearest = HUGE_VAL;
+        for (int i = 0; i < work_->branches_used; ++i)
+            for (int j = i + 1; j < work_->branches_used; ++j) {
+                constexpr double other_count = 1e6; // those of another number of events come last
+                const bool equal = work_->branch(i)[at.jumps] == work_->branch(j)[at.jumps];
+                const double far = apart(work_->branch(i), work_->branch(j)) + (equal ? 0 : other_count);
+                if (!(far < nearest)) continue;
+                nearest = far;
+                first = i;
+                second = j;
+            }
+        merge_branches(first, second);
+    }
+    double sum = 0;
+    for (int i = 0; i < work_->branches_used; ++i) sum += work_->branch(i)[at.weight];
+    for (int i = 0; i < work_->branches_used; ++i) {
+        std::copy_n(work_->branch(i), at.part_numbers, part_of(s, i));
+        part_of(s, i)[at.weight] /= sum;
+    }
+    s.x()[at.parts_used] = work_->branches_used;
+}
+
+Model::Parts Model::parts(const State& s) const {
+    const Layout at = layout();
+    Parts all{parts_of(s), 0, 0, 0};
+    for (int i = 0; i < all.count; ++i) {
+        const double* part = part_of(s, i);
+        all.mean_events += part[at.weight] * part[at.jumps];
+        if (!(part[at.weight] > all.largest)) continue;
+        all.largest = part[at.weight];
+        all.events = part[at.jumps];
+    }
+    return all;
+}
+
+} // namespace hnav::observer

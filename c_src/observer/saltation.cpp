@@ -1,0 +1,189 @@
+// An event of the plant and its first-order effect on the estimate, the saltation matrix
+//
+//   Xi = R + (f+ - R f- - r_t) z_X' / (z_t + z_X' f-)          R = dr/dX of the reset r
+//
+// R cannot be asked for on a guard. So the whole is: differences of "flow, event, flow back", each from the discrete state before
+// the event. Every probe starts on a surface parallel to the guard and a little beyond, so that every one has its event.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace hnav::observer {
+namespace {
+
+constexpr double probe_step = 6e-6; // as in linearisation.cpp
+constexpr double rate_step = 1e-5; // of an interval
+constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets is to be correctable
+constexpr double grazing_1_s = 1e-3;
+
+} // namespace
+
+bool Model::slope(const State& s, double t_s, const double* X, double* dX) const {
+    const Problem& p = *problem_;
+    std::fill_n(dX, p.N, 0.0);
+    if (!ask(plant_->evaluate(Function::derivatives, point_of(s, t_s, X), dX), Function::derivatives, t_s, dX, p.n)) return false;
+    for (int i = 0; i < p.sizes.unknown_inputs; ++i) dX[p.n + i] = -p.decay_1_s[i] * X[p.n + i];
+    return true;
+}
+
+bool Model::indicators(const State& s, double t_s, const double* X, double* z) const {
+    const int count = problem_->sizes.indicators;
+    if (count == 0) return true;
+    return ask(plant_->indicators(point_of(s, t_s, X), z), Function::indicators, t_s, z, count);
+}
+
+// On which sides of the guards X is, into the part.
+bool Model::take_sides(const State& s, double* part, double t_s, const double* X) const {
+    if (!indicators(s, t_s, X, work_->z)) return false;
+    for (int i = 0; i < problem_->sizes.indicators; ++i) part[layout().sides + i] = work_->z[i] > 0;
+    return true;
+}
+
+// The first indicator that is not on the side where the part is; -1: none.
+int Model::first_changed(const double* part) const {
+    const double* sides = part + layout().sides;
+    for (int i = 0; i < problem_->sizes.indicators; ++i)
+        if ((work_->z[i] > 0) != (sides[i] > 0)) return i;
+    return -1;
+}
+
+// Of all indicators: derivatives by what is estimated, and rates along the flow.
+bool Model::gradients(const State& s, double t_s, const double* X, const double* dX) const {
+    const Problem& p = *problem_;
+    const int count = p.sizes.indicators;
+    double *moved = work_->probe, *above = work_->z_above, *below = work_->z;
+    std::copy_n(X, p.N, moved);
+    for (int k = 0; k < p.N; ++k) {
+        const double step = probe_step * std::max(std::fabs(X[k]), p.scale[k]), up = X[k] + step, down = X[k] - step;
+        moved[k] = up;
+        if (!indicators(s, t_s, moved, above)) return false;
+        moved[k] = down;
+        if (!indicators(s, t_s, moved, below)) return false;
+        moved[k] = X[k];
+        for (int i = 0; i < count; ++i) work_->gradients[i * p.N + k] = (above[i] - below[i]) / (up - down);
+    }
+    const double step_s = rate_step * s.x()[layout().usual];
+    for (const double sign : {1.0, -1.0}) {
+        for (int k = 0; k < p.N; ++k) moved[k] = X[k] + sign * step_s * dX[k];
+        if (!indicators(s, t_s + sign * step_s, moved, sign > 0 ? above : below)) return false;
+    }
+    for (int i = 0; i < count; ++i) work_->rates[i] = (above[i] - below[i]) / (2 * step_s);
+    return indicators(s, t_s, X, work_->z);
+}
+
+// Several indicators may tell one event: the steepest says when it comes. guard: the only one that is meant, or -1.
+void Model::choose_guard(const double* part, int guard, Passage& e) const {
+    const Problem& p = *problem_;
+    const double* sides = part + layout().sides;
+    double steepest = -1;
+    for (int i = 0; i < p.sizes.indicators; ++i) {
+        if (guard >= 0 ? i != guard : (work_->z[i] > 0) == (sides[i] > 0)) continue;
+        const double* g = work_->gradients + i * p.N;
+        double variance = 0;
+        for (int j = 0; j < p.N; ++j) {
+            const double floor = floor_step * p.scale[j];
+            variance += g[j] * g[j] * floor * floor;
+            for (int k = 0; k < p.N; ++k) variance += g[j] * e.P[j * p.N + k] * g[k];
+        }
+        const double rate = std::fabs(work_->rates[i]), steep = variance > 0 ? rate / std::sqrt(variance) : HUGE_VAL;
+        if (!(steep > steepest)) continue;
+        steepest = steep;
+        std::copy_n(g, p.N, e.gradient);
+        e.rate = work_->rates[i];
+        e.sigma_s = 1 / steep;
+    }
+    e.grazing = !(steepest > grazing_1_s);
+}
+
+// The event at e.X, which has e.P. The plant is left as it is after it.
+bool Model::pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    std::copy_n(part + at.memory, p.sizes.memory, e.memory);
+    std::copy_n(part + at.sides, p.sizes.indicators, e.sides);
+    e.elapsed = part[at.elapsed];
+    e.next_event = part[at.next_event];
+    e.grazing = false;
+    plant_->recall(e.memory);
+    if (!slope(s, t_s, e.X, e.slope)) return false;
+    if (cause == Cause::guard) {
+        if (!gradients(s, t_s, e.X, e.slope)) return false;
+        choose_guard(part, guard, e);
+        plant_->recall(e.memory);
+    }
+    std::copy_n(e.X, p.N, e.after);
+    if (!ask(plant_->event(point_of(s, t_s, e.X), e.after, &e.next_after), Function::event, t_s, e.after, p.n)) return false;
+    if (!ask(plant_->remember(e.memory_after), Function::event, t_s, nullptr, 0)) return false;
+    const bool moved = std::memcmp(e.after, e.X, p.N * sizeof(double)) != 0;
+    if (cause == Cause::input && !moved) with_matrix = false;
+    if (with_matrix && (!slope(s, t_s, e.after, e.slope_after) || !probe(s, t_s, cause, e))) return false;
+    e.silent = changes_nothing(e, with_matrix);
+    return ask(plant_->recall(e.memory_after), Function::event, t_s, nullptr, 0);
+}
+
+// An indicator that comes back changes nothing.
+bool Model::changes_nothing(const Passage& e, bool with_matrix) const {
+    const Problem& p = *problem_;
+    for (int i = 0; i < p.N; ++i) {
+        if (!(std::fabs(e.after[i] - e.X[i]) < 1e-6 * p.scale[i])) return false;
+        for (int j = 0; with_matrix && j < p.N; ++j)
+            if (!(std::fabs(e.Xi[i * p.N + j] - (i == j)) < 1e-4 * p.scale[i] / p.scale[j])) return false;
+    }
+    return true;
+}
+
+bool Model::probe(const State& s, double t_s, Cause cause, Passage& e) const {
+    const Problem& p = *problem_;
+    const bool shifts = cause == Cause::guard && !e.grazing;
+    double largest = 0;
+    for (int k = 0; k < p.N; ++k)
+        largest = std::max(largest, std::fabs(e.gradient[k]) * probe_step * std::max(std::fabs(e.X[k]), p.scale[k]));
+    const double margin_s = shifts ? 2 * largest / std::fabs(e.rate) : 0;
+    double *up = work_->probe, *down = work_->probe + p.N;
+    for (int k = 0; k < p.N; ++k) {
+        const double step = probe_step * std::max(std::fabs(e.X[k]), p.scale[k]);
+        for (const double by : {step, -step}) {
+            const double shift_s = shifts ? margin_s - e.gradient[k] * by / e.rate : 0;
+            if (!one_probe(s, t_s, e, k, by, shift_s)) return false;
+            std::copy_n(work_->x, p.N, by > 0 ? up : down);
+        }
+        for (int i = 0; i < p.N; ++i) e.Xi[i * p.N + k] = (up[i] - down[i]) / (2 * step);
+    }
+    return true;
+}
+
+// One number moved, then the flow over the time by which its event comes later, the event, the flow back: to work_->x.
+bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const {
+    const Problem& p = *problem_;
+    double *X = work_->slope_here, *out = work_->x, next_s;
+    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] + shift_s * e.slope[i];
+    X[number] += by;
+    std::copy_n(X, p.N, out);
+    plant_->recall(e.memory);
+    if (!ask(plant_->event(point_of(s, t_s + shift_s, X), out, &next_s), Function::event, t_s, out, p.n)) return false;
+    for (int i = 0; i < p.N; ++i) out[i] -= shift_s * e.slope_after[i];
+    return true;
+}
+
+// Xi P Xi' and the floor, to an upper triangle.
+void Model::carry(const Passage& e, const double* P, double* to) const {
+    const Problem& p = *problem_;
+    double* product = work_->product;
+    for (int i = 0; i < p.N; ++i)
+        for (int j = 0; j < p.N; ++j) {
+            double sum = 0;
+            for (int k = 0; k < p.N; ++k) sum += e.Xi[i * p.N + k] * P[k * p.N + j];
+            product[i * p.N + j] = sum;
+        }
+    for (int i = 0; i < p.N; ++i)
+        for (int j = i; j < p.N; ++j) {
+            const double floor = floor_step * p.scale[i];
+            double sum = i == j ? floor * floor : 0;
+            for (int k = 0; k < p.N; ++k) sum += product[i * p.N + k] * e.Xi[j * p.N + k];
+            *to++ = sum;
+        }
+}
+
+} // namespace hnav::observer

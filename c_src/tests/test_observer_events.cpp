@@ -1,0 +1,613 @@
+// Plants with events of their own: the covariance goes through them, the estimate splits where they may have been, and the
+// same samples give the same bits whatever is asked for between.
+#include "laws.hpp"
+#include "observer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+using hnav::test::Bytes;
+using hnav::test::Given;
+using hnav::test::Numbers;
+using hnav::test::Observer;
+using hnav::test::Random;
+
+namespace {
+
+constexpr double gravity = 9.81, restitution = 0.7;
+
+// A ball that bounces: h' = v, v' = -g, v+ = -e v where h <= 0 and v < 0.
+int ball_flow(void*, double, const double* x, const double*, const double*, double* dx) {
+    dx[0] = x[1];
+    dx[1] = -gravity;
+    return 0;
+}
+
+int ball_height(void*, double, const double* x, const double*, const double*, double* z) {
+    z[0] = x[0];
+    return 0;
+}
+
+int ball_bounce(void*, double, const double* x, const double*, const double* p, double* after) {
+    if (x[0] > 0 || x[1] >= 0) return 0;
+    after[0] = 0;
+    after[1] = -(p ? p[0] : restitution) * x[1];
+    return 0;
+}
+
+Given ball(Numbers start = {1, 0}, Numbers start_sigma = {0.05, 0.3}, double noise = std::sqrt(0.02), double sensor = 0.02) {
+    Given g;
+    g.plant.n_states = 2;
+    g.plant.n_outputs = 1;
+    g.plant.n_indicators = 1;
+    g.plant.derivatives = ball_flow;
+    g.plant.outputs = ball_height;
+    g.plant.indicators = ball_height;
+    g.plant.event = [](void* c, double t_s, const double* x, const double* u, const double*, double* after) {
+        return ball_bounce(c, t_s, x, u, nullptr, after);
+    };
+    g.start = start;
+    g.start_sigma = start_sigma;
+    g.noise = {0, noise};
+    g.sensor_sigma = {sensor};
+    g.options.start_mode = HNAV_OBSERVER_START_GIVEN;
+    return g;
+}
+
+// The truth: steps of Heun, a bounce at the end of the one that went below.
+struct Ball {
+    void step(double T) {
+        constexpr int n = 200;
+        for (int k = 0; k < n; ++k) {
+            const double d = T / n, w = v - gravity * d + random.normal(noise * std::sqrt(d));
+            h += 0.5 * (v + w) * d;
+            v = w;
+            if (h <= 0 && v < 0) {
+                h = 0;
+                v = -e * v;
+            }
+        }
+    }
+    Random random;
+    double h, v, noise = std::sqrt(0.02), e = restitution;
+};
+
+// A pendulum whose swing a stop ends at -0.2 rad.
+constexpr double stop_rad = -0.2;
+
+Given pendulum() {
+    Given g = ball({0.5, 0}, {0.05, 0.1}, 0.05, 0.02);
+    g.plant.derivatives = [](void*, double, const double* x, const double*, const double*, double* dx) {
+        dx[0] = x[1];
+        dx[1] = -gravity * std::sin(x[0]) - 0.1 * x[1];
+        return 0;
+    };
+    g.plant.indicators = [](void*, double, const double* x, const double*, const double*, double* z) {
+        z[0] = x[0] - stop_rad;
+        return 0;
+    };
+    g.plant.event = [](void*, double, const double* x, const double*, const double*, double* after) {
+        if (x[0] <= stop_rad && x[1] < 0) after[1] = -0.8 * x[1];
+        return 0;
+    };
+    return g;
+}
+
+struct Pendulum {
+    void step(double T) {
+        constexpr int n = 400;
+        for (int k = 0; k < n; ++k) {
+            const double d = T / n;
+            w += d * (-gravity * std::sin(a) - 0.1 * w) + random.normal(0.05 * std::sqrt(d));
+            a += d * w;
+            if (a <= stop_rad && w < 0) {
+                a = 2 * stop_rad - a;
+                w = -0.8 * w;
+            }
+        }
+    }
+    Random random;
+    double a, w;
+};
+
+// A heater that a thermostat switches: x' = -x + 3 on, on below -1, off above 1. Which it is the plant alone remembers.
+struct Heater {
+    double on = 1;
+
+    static int flow(void* c, double, const double* x, const double*, const double*, double* dx) {
+        dx[0] = (static_cast<Heater*>(c)->on > 0 ? 3 : -3) - x[0];
+        return 0;
+    }
+    static int to_switch(void* c, double, const double* x, const double*, const double*, double* z) {
+        z[0] = static_cast<Heater*>(c)->on > 0 ? 1 - x[0] : x[0] + 1;
+        return 0;
+    }
+    static int switch_over(void* c, double, const double* x, const double*, const double*, double*) {
+        double& on = static_cast<Heater*>(c)->on;
+        if (on > 0 && x[0] >= 1) on = 0;
+        else if (on == 0 && x[0] <= -1) on = 1;
+        return 0;
+    }
+
+    Given given() {
+        Given g = ball({0}, {0.3}, 0, 0.1);
+        g.noise = {0.1};
+        g.plant.n_states = 1;
+        g.plant.n_discrete = 1;
+        g.plant.context = this;
+        g.plant.derivatives = flow;
+        g.plant.indicators = to_switch;
+        g.plant.event = switch_over;
+        g.plant.get_discrete = [](void* c, double* d) { *d = static_cast<Heater*>(c)->on; };
+        g.plant.set_discrete = [](void* c, const double* d) { static_cast<Heater*>(c)->on = *d; };
+        return g;
+    }
+};
+
+struct Room {
+    void step(double T) {
+        constexpr int n = 200;
+        for (int k = 0; k < n; ++k) {
+            const double d = T / n;
+            x += d * ((on ? 3 : -3) - x) + random.normal(0.1 * std::sqrt(d));
+            if (on ? x >= 1 : x <= -1) on = !on;
+        }
+    }
+    Random random;
+    double x;
+    bool on = true;
+};
+
+// Means over many runs.
+struct Errors {
+    double nees = 0, parts = 0, count = 0;
+    void add(const Observer& observer, const Numbers& truth) {
+        nees += observer.nees(truth) / static_cast<double>(truth.size());
+        parts += observer.info().parts;
+        count += 1;
+    }
+};
+
+void use(hnav_observer* o, double t_s, double y) {
+    ASSERT_EQ(hnav_observer_push(o, 0, t_s, y), HNAV_OK);
+    ASSERT_EQ(hnav_observer_advance(o, t_s), HNAV_OK) << hnav_observer_message(o);
+}
+
+Errors balls(unsigned first_seed, int runs) {
+    Errors all;
+    for (int run = 0; run < runs; ++run) {
+        Ball truth{Random(first_seed + run), 1, 0};
+        truth.h += truth.random.normal(0.05);
+        truth.v += truth.random.normal(0.3);
+        Observer observer(ball());
+        for (int k = 1; k <= 24; ++k) {
+            truth.step(0.05);
+            use(observer, 0.05 * k, truth.h + truth.random.normal(0.02));
+            all.add(observer, {truth.h, truth.v});
+        }
+    }
+    return all;
+}
+
+// The samples of a run of the ball or the heater.
+Numbers heights(unsigned seed, int count) {
+    Ball truth{Random(seed), 1, 0};
+    Numbers y;
+    for (int k = 0; k < count; ++k) {
+        truth.step(0.05);
+        y.push_back(truth.h + truth.random.normal(0.02));
+    }
+    return y;
+}
+
+Numbers temperatures(unsigned seed, int count) {
+    Room truth{Random(seed), 0};
+    Numbers y;
+    for (int k = 0; k < count; ++k) {
+        truth.step(0.1);
+        y.push_back(truth.x + truth.random.normal(0.1));
+    }
+    return y;
+}
+
+} // namespace
+
+// ------------------------------------------------------------------------------------------------ covariance through an event
+
+TEST(ObserverEvents, TheCovarianceGoesThroughABounceByItsClosedForm) {
+    const double T = 0.7, bounce_s = std::sqrt(2 / gravity), speed = -gravity * bounce_s;
+    Given given = ball({1, 0}, {0.02, 0.1}, 0);
+    Observer observer(given);
+    ASSERT_EQ(hnav_observer_advance(observer, T), HNAV_OK);
+    Eigen::Matrix2d before, Xi, after;
+    before << 1, bounce_s, 0, 1;
+    Xi << -restitution, 0, -gravity * (1 + restitution) / speed, -restitution;
+    after << 1, T - bounce_s, 0, 1;
+    const Eigen::Matrix2d Phi = after * Xi * before;
+    const Eigen::Matrix2d P = Phi * Eigen::Vector2d(4e-4, 1e-2).asDiagonal() * Phi.transpose();
+    for (int i = 0; i < 4; ++i)
+        EXPECT_NEAR(observer.P()[i], P(i / 2, i % 2), 1e-7 * std::sqrt(P(i / 2, i / 2) * P(i % 2, i % 2)));
+    const double a = T - bounce_s, v = -restitution * speed;
+    EXPECT_NEAR(observer.x()[0], v * a - 0.5 * gravity * a * a, 1e-10);
+    EXPECT_NEAR(observer.x()[1], v - gravity * a, 1e-10);
+    EXPECT_EQ(observer.info().plant_events, 1u);
+    EXPECT_EQ(observer.info().parts, 1);
+}
+
+TEST(ObserverEvents, TheCovarianceAfterABounceIsThatOfTwentyThousandSamples) {
+    Observer observer(ball({1, 0}, {0.02, 0.1}, 0));
+    ASSERT_EQ(hnav_observer_advance(observer, 0.7), HNAV_OK);
+    Random random(1);
+    const int n = 20000;
+    Eigen::MatrixXd X(n, 2);
+    for (int k = 0; k < n; ++k) {
+        const double h = 1 + random.normal(0.02), v = random.normal(0.1);
+        const double bounce_s = (v + std::sqrt(v * v + 2 * gravity * h)) / gravity, up = -restitution * (v - gravity * bounce_s);
+        const double a = 0.7 - bounce_s;
+        X.row(k) << up * a - 0.5 * gravity * a * a, up - gravity * a;
+    }
+    const Eigen::MatrixXd centred = X.rowwise() - X.colwise().mean();
+    for (int i = 0; i < 2; ++i) EXPECT_NEAR(observer.sigma()[i] / (centred.col(i).norm() / std::sqrt(n - 1.0)), 1, 0.03);
+}
+
+TEST(ObserverEvents, AnEventThatChangesNothingIsSilent) {
+    Given given = ball({0.5, 1.2}, {0.05, 0.3}), plain = given;
+    given.plant.event = [](void*, double, const double*, const double*, const double*, double*) { return 0; };
+    plain.plant.n_indicators = 0;
+    plain.plant.event = nullptr;
+    Observer observer(given), without(plain);
+    for (int k = 1; k < 20; ++k) {
+        const double t_s = 0.05 * k, y = 0.5 + 1.2 * t_s - 0.5 * gravity * t_s * t_s;
+        use(observer, t_s, y);
+        use(without, t_s, y);
+        EXPECT_EQ(observer.info().parts, 1);
+        for (int i = 0; i < 2; ++i) {
+            EXPECT_NEAR(observer.x()[i], without.x()[i], 1e-9);
+            EXPECT_NEAR(observer.sigma()[i], without.sigma()[i], 1e-9);
+        }
+    }
+    EXPECT_LT(observer.x()[0], -1);
+    EXPECT_EQ(observer.info().plant_events, 0u);
+}
+
+// ------------------------------------------------------------------------------------------------ sigmas that are right
+
+TEST(ObserverEvents, StatesItsErrorsOfABouncingBall) {
+    for (unsigned first_seed : {0u, 1000u, 2000u}) {
+        const Errors all = balls(first_seed, 100);
+        EXPECT_GT(all.nees / all.count, 0.85);
+        EXPECT_LT(all.nees / all.count, 1.2);
+        EXPECT_LT(all.parts / all.count, 1.1);
+    }
+}
+
+TEST(ObserverEvents, StatesItsErrorsOfAPendulumWithAStop) {
+    Errors all;
+    for (unsigned seed = 0; seed < 100; ++seed) {
+        Pendulum truth{Random(seed), 0.5, 0};
+        truth.a += truth.random.normal(0.05);
+        truth.w += truth.random.normal(0.1);
+        Observer observer(pendulum());
+        for (int k = 1; k <= 40; ++k) {
+            truth.step(0.05);
+            use(observer, 0.05 * k, truth.a + truth.random.normal(0.02));
+            all.add(observer, {truth.a, truth.w});
+        }
+    }
+    EXPECT_GT(all.nees / all.count, 0.85);
+    EXPECT_LT(all.nees / all.count, 1.2);
+}
+
+TEST(ObserverEvents, StatesItsErrorsOfARelayWithHysteresis) {
+    Errors all;
+    for (unsigned seed = 0; seed < 100; ++seed) {
+        Room truth{Random(seed), 0};
+        truth.x += truth.random.normal(0.3);
+        Heater heater;
+        Observer observer(heater.given());
+        for (int k = 1; k <= 60; ++k) {
+            truth.step(0.1);
+            use(observer, 0.1 * k, truth.x + truth.random.normal(0.1));
+            all.add(observer, {truth.x});
+        }
+    }
+    EXPECT_GT(all.nees / all.count, 0.85);
+    EXPECT_LT(all.nees / all.count, 1.2);
+    EXPECT_GT(all.parts / all.count, 1.1);
+}
+
+// The restitution is learnt from bounces: only the reset depends on it.
+TEST(ObserverEvents, LearnsTheRestitutionOfABall) {
+    double squares = 0, normalised = 0;
+    const int runs = 40;
+    for (int run = 0; run < runs; ++run) {
+        Ball truth{Random(run), 1, 0};
+        truth.noise = std::sqrt(0.005);
+        truth.e = 0.75 + std::clamp(truth.random.normal(0.05), -0.13, 0.15);
+        truth.h += truth.random.normal(0.02);
+        truth.v += truth.random.normal(0.05);
+        Given given = ball({1, 0, 0.75}, {0.02, 0.05, 0.05}, std::sqrt(0.005), 0.01);
+        given.noise.push_back(0);
+        given.plant.n_parameters = 1;
+        given.plant.event = [](void* c, double t_s, const double* x, const double* u, const double* p, double* after) {
+            return ball_bounce(c, t_s, x, u, p, after);
+        };
+        Observer observer(given);
+        for (int k = 1; k <= 30; ++k) {
+            truth.step(0.05);
+            use(observer, 0.05 * k, truth.h + truth.random.normal(0.01));
+        }
+        squares += std::pow(observer.x()[2] - truth.e, 2) / runs;
+        normalised += std::pow((observer.x()[2] - truth.e) / observer.sigma()[2], 2) / runs;
+    }
+    EXPECT_LT(std::sqrt(squares), 0.008);
+    EXPECT_GT(normalised, 0.4);
+    EXPECT_LT(normalised, 1.8);
+}
+
+// ------------------------------------------------------------------------------------------------ the same bits
+
+namespace {
+
+// A plant and its samples, each plant with a memory of its own.
+struct Case {
+    Case(bool heated, Numbers y, double interval_s) : is_heater(heated), samples(std::move(y)), interval_s(interval_s) {}
+    Given given(double horizon_s = 0) {
+        Given g = is_heater ? heaters.emplace_back(std::make_unique<Heater>())->given() : ball();
+        g.options.horizon_s = horizon_s;
+        g.options.queue_capacity = 200;
+        return g;
+    }
+    bool is_heater;
+    Numbers samples;
+    double interval_s;
+    std::vector<std::unique_ptr<Heater>> heaters;
+};
+
+std::vector<Case> cases() {
+    std::vector<Case> all;
+    all.emplace_back(false, heights(5, 30), 0.05);
+    all.emplace_back(true, temperatures(6, 60), 0.1);
+    return all;
+}
+
+} // namespace
+
+TEST(ObserverEvents, TimesThatAreAskedForDoNotChangeTheEstimate) {
+    for (Case& c : cases()) {
+        Observer reference(c.given());
+        const double end_s = c.interval_s * (c.samples.size() + 3);
+        for (std::size_t k = 0; k < c.samples.size(); ++k) use(reference, c.interval_s * (k + 1), c.samples[k]);
+        ASSERT_EQ(hnav_observer_advance(reference, end_s), HNAV_OK);
+        EXPECT_GT(reference.info().splits, 0u);
+        for (const double step : {0.0037, 0.03, 0.31, end_s}) {
+            Observer observer(c.given());
+            std::size_t next = 0;
+            for (double t = step; next < c.samples.size(); t += step) {
+                for (; next < c.samples.size() && c.interval_s * (next + 1) <= t; ++next)
+                    ASSERT_EQ(hnav_observer_push(observer, 0, c.interval_s * (next + 1), c.samples[next]), HNAV_OK);
+                ASSERT_EQ(hnav_observer_advance(observer, std::min(t, end_s)), HNAV_OK);
+            }
+            ASSERT_EQ(hnav_observer_advance(observer, end_s), HNAV_OK);
+            EXPECT_EQ(observer.x(), reference.x());
+            EXPECT_EQ(observer.P(), reference.P());
+        }
+    }
+}
+
+TEST(ObserverEvents, LateSamplesWithinTheHorizonGiveTheSameBits) {
+    for (Case& c : cases()) {
+        Observer in_order(c.given(1)), late(c.given(1));
+        const auto t = [&](std::size_t k) { return c.interval_s * (k + 1); };
+        for (std::size_t k = 0; k < c.samples.size(); ++k) use(in_order, t(k), c.samples[k]);
+        for (std::size_t k = 0; k + 1 < c.samples.size(); k += 2) {
+            use(late, t(k + 1), c.samples[k + 1]);
+            ASSERT_EQ(hnav_observer_push(late, 0, t(k), c.samples[k]), HNAV_OK);
+        }
+        ASSERT_EQ(hnav_observer_advance(in_order, t(c.samples.size())), HNAV_OK);
+        ASSERT_EQ(hnav_observer_advance(late, t(c.samples.size())), HNAV_OK);
+        EXPECT_EQ(late.x(), in_order.x());
+        EXPECT_EQ(late.P(), in_order.P());
+    }
+}
+
+TEST(ObserverEvents, GoesOnFromASavedStateBitForBit) {
+    for (Case& c : cases())
+        for (const std::size_t cut : {std::size_t{8}, c.samples.size() / 2}) {
+            Observer whole(c.given(0.2)), saved(c.given(0.2)), loaded(c.given(0.2));
+            for (std::size_t k = 0; k < c.samples.size(); ++k) use(whole, c.interval_s * (k + 1), c.samples[k]);
+            for (std::size_t k = 0; k < cut; ++k) use(saved, c.interval_s * (k + 1), c.samples[k]);
+            const Bytes state = saved.saved();
+            ASSERT_EQ(hnav_observer_load(loaded, state.data(), state.size()), HNAV_OK);
+            EXPECT_EQ(loaded.saved(), state);
+            for (std::size_t k = cut; k < c.samples.size(); ++k) use(loaded, c.interval_s * (k + 1), c.samples[k]);
+            EXPECT_EQ(loaded.saved(), whole.saved());
+            ASSERT_EQ(hnav_observer_reset(saved), HNAV_OK);
+            for (std::size_t k = 0; k < c.samples.size(); ++k) use(saved, c.interval_s * (k + 1), c.samples[k]);
+            EXPECT_EQ(saved.saved(), whole.saved());
+        }
+}
+
+TEST(ObserverEvents, TwoObserversOfOnePlantAreAsAlone) {
+    // One heater for both: each puts back what it remembers.
+    Heater shared;
+    const Numbers y = temperatures(3, 60);
+    Heater own;
+    Observer alone(own.given()), a(shared.given()), b(shared.given());
+    for (std::size_t k = 0; k < y.size(); ++k) {
+        use(alone, 0.1 * (k + 1), y[k]);
+        use(a, 0.1 * (k + 1), y[k]);
+        use(b, 0.1 * (k + 1), -y[k]);
+    }
+    EXPECT_EQ(a.saved(), alone.saved());
+}
+
+// ------------------------------------------------------------------------------------------------ other events
+
+TEST(ObserverEvents, TimeBringsEventsToo) {
+    // x' = 1, then -1 from t = 1 s on, then 1 from 2 s on, ...
+    Heater direction;
+    Given given = direction.given();
+    given.start_sigma = {0.1};
+    given.noise = {};
+    given.plant.n_indicators = 0;
+    given.plant.derivatives = [](void* c, double, const double*, const double*, const double*, double* dx) {
+        dx[0] = static_cast<Heater*>(c)->on > 0 ? 1 : -1;
+        return 0;
+    };
+    given.plant.event = [](void* c, double, const double*, const double*, const double*, double*) {
+        double& on = static_cast<Heater*>(c)->on;
+        on = 1 - on;
+        return 0;
+    };
+    given.plant.next_event_s = [](void*, double t_s) { return t_s < 0 ? 1 : std::floor(t_s + 0.5) + 1; };
+    Observer observer(given);
+    for (const double t_s : {0.25, 1.0, 1.5, 2.0, 3.75, 10.25}) {
+        ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK) << observer.message();
+        const double phase = std::fmod(t_s, 2);
+        EXPECT_NEAR(observer.x()[0], phase < 1 ? phase : 2 - phase, 1e-9) << t_s;
+        EXPECT_NEAR(observer.sigma()[0], 0.1, 1e-6);
+    }
+}
+
+TEST(ObserverEvents, AnInputMayBeAnEvent) {
+    // A sample of the input above 0 sets x to 5 and turns the flow round.
+    Heater direction;
+    Given given = direction.given();
+    given.plant.n_inputs = 1;
+    given.plant.n_indicators = 0;
+    given.plant.event = [](void* c, double, const double*, const double* u, const double*, double* after) {
+        if (u[0] > 0) {
+            after[0] = 5;
+            static_cast<Heater*>(c)->on = 0;
+        }
+        return 0;
+    };
+    Observer observer(given);
+    ASSERT_EQ(hnav_observer_push_input(observer, 0, 0.5, -1), HNAV_OK);
+    ASSERT_EQ(hnav_observer_advance(observer, 0.9), HNAV_OK);
+    EXPECT_NEAR(observer.x()[0], 3 - 3 * std::exp(-0.9), 1e-6);
+    ASSERT_EQ(hnav_observer_push_input(observer, 0, 1, 1), HNAV_OK);
+    ASSERT_EQ(hnav_observer_advance(observer, 1), HNAV_OK);
+    EXPECT_EQ(observer.x()[0], 5);
+    EXPECT_LT(observer.sigma()[0], 1e-5);
+    ASSERT_EQ(hnav_observer_advance(observer, 2), HNAV_OK);
+    EXPECT_NEAR(observer.x()[0], -3 + 8 * std::exp(-1), 1e-6);
+}
+
+// ------------------------------------------------------------------------------------------------ where events have no end
+
+TEST(ObserverEvents, AChatteringPlantIsFollowedOrDropped) {
+    // x' = -sign(x): at 0 it slides.
+    Heater sign;
+    Given given = sign.given();
+    given.plant.derivatives = [](void* c, double, const double*, const double*, const double*, double* dx) {
+        dx[0] = static_cast<Heater*>(c)->on > 0 ? -1 : 1;
+        return 0;
+    };
+    given.plant.indicators = [](void*, double, const double* x, const double*, const double*, double* z) {
+        z[0] = x[0];
+        return 0;
+    };
+    given.plant.event = [](void* c, double, const double* x, const double*, const double*, double*) {
+        static_cast<Heater*>(c)->on = x[0] > 0;
+        return 0;
+    };
+    given.start = {0.2};
+    Observer observer(given);
+    for (int k = 1; k <= 6; ++k) {
+        ASSERT_EQ(hnav_observer_push(observer, 0, 0.1 * k, 0), HNAV_OK);
+        const hnav_status status = hnav_observer_advance(observer, 0.1 * k);
+        if (status == HNAV_OK) continue;
+        EXPECT_EQ(status, HNAV_ERROR_SOLVER);
+        EXPECT_NE(observer.message().find("do not end"), std::string::npos) << observer.message();
+    }
+    EXPECT_TRUE(std::isfinite(observer.x()[0]));
+    EXPECT_GT(observer.info().chattering + observer.info().dropped, 0u);
+}
+
+TEST(ObserverEvents, ABallThatComesToRestIsFollowed) {
+    // Below 0.1 m/s it sticks: the end of infinitely many bounces.
+    Heater free;
+    Given given = ball();
+    given.plant.context = &free;
+    given.plant.n_discrete = 1;
+    given.plant.get_discrete = [](void* c, double* d) { *d = static_cast<Heater*>(c)->on; };
+    given.plant.set_discrete = [](void* c, const double* d) { static_cast<Heater*>(c)->on = *d; };
+    given.plant.derivatives = [](void* c, double, const double* x, const double*, const double*, double* dx) {
+        dx[0] = x[1];
+        dx[1] = static_cast<Heater*>(c)->on > 0 ? -gravity : 0;
+        return 0;
+    };
+    given.plant.event = [](void* c, double t_s, const double* x, const double* u, const double*, double* after) {
+        if (x[0] > 0 || x[1] >= 0) return 0;
+        ball_bounce(nullptr, t_s, x, u, nullptr, after);
+        after[0] = 1e-300;
+        if (after[1] < 0.1) {
+            after[1] = 0;
+            static_cast<Heater*>(c)->on = 0;
+        }
+        return 0;
+    };
+    given.noise = {0, 0.01};
+    Observer observer(given);
+    Ball truth{Random(2), 1, 0};
+    truth.noise = 0;
+    bool rests = false;
+    for (int k = 1; k <= 100; ++k) {
+        if (!rests) truth.step(0.05);
+        rests = rests || (truth.h < 0.003 && std::fabs(truth.v) < 0.15);
+        if (rests) truth.h = truth.v = 0;
+        ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.h + truth.random.normal(0.02)), HNAV_OK);
+        ASSERT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK) << observer.message();
+        EXPECT_LE(observer.info().parts, 4);
+        EXPECT_LT(std::fabs(observer.x()[0] - truth.h), 0.15);
+    }
+}
+
+TEST(ObserverEvents, AnEventThatFailsCostsItsSamplesAndNothingElse) {
+    Heater broken;
+    Given given = ball();
+    given.plant.context = &broken;
+    given.plant.event = [](void* c, double t_s, const double* x, const double* u, const double*, double* after) {
+        return static_cast<Heater*>(c)->on > 0 ? ball_bounce(nullptr, t_s, x, u, nullptr, after) : -1;
+    };
+    Observer observer(given), undisturbed(ball());
+    for (double t_s : {0.1, 0.2}) {
+        use(observer, t_s, 1 - 0.5 * gravity * t_s * t_s);
+        use(undisturbed, t_s, 1 - 0.5 * gravity * t_s * t_s);
+    }
+    broken.on = 0;
+    ASSERT_EQ(hnav_observer_push(observer, 0, 0.6, 0.2), HNAV_OK);
+    EXPECT_EQ(hnav_observer_advance(observer, 0.6), HNAV_ERROR_SOLVER);
+    EXPECT_NE(observer.message().find("events"), std::string::npos) << observer.message();
+    EXPECT_EQ(observer.info().dropped, 1u);
+    broken.on = 1;
+    use(observer, 0.7, 0.4);
+    use(undisturbed, 0.7, 0.4);
+    EXPECT_EQ(observer.x(), undisturbed.x());
+    EXPECT_EQ(observer.P(), undisturbed.P());
+}
+
+TEST(ObserverEvents, SaysWhatIsMissing) {
+    const auto refused = [](const char* word, void (*spoil)(Given&)) {
+        Heater heater;
+        Given g = heater.given();
+        spoil(g);
+        EXPECT_NE(g.refusal(HNAV_ERROR_NULL_ARGUMENT).find(word), std::string::npos) << word;
+    };
+    refused("indicators", [](Given& g) { g.plant.indicators = nullptr; });
+    refused("event", [](Given& g) { g.plant.event = nullptr; });
+    refused("get_discrete", [](Given& g) { g.plant.get_discrete = nullptr; });
+    refused("set_discrete", [](Given& g) { g.plant.set_discrete = nullptr; });
+    // A caller that was compiled before there were events.
+    Given old = ball();
+    old.plant.size = offsetof(hnav_plant, n_indicators);
+    Observer observer(old);
+    ASSERT_EQ(hnav_observer_advance(observer, 1), HNAV_OK);
+    EXPECT_LT(observer.x()[0], -3);
+}
