@@ -37,7 +37,8 @@ def test_a_ball_bounces():
     # The sample beside the bounce does not tell whether it has been.
     assert run.parts[8] == 2 and run.parts[-1] == 1
     info = observer.info()
-    assert (info.parts, info.plant_events, info.splits) == (1, 1, 1)
+    assert (info.parts, info.largest_part, info.plant_events, info.splits) == (1, 1, 1, 1)
+    assert (info.grazing, info.chattering, info.projected) == (0, 0, 0)
 
 
 def test_what_a_plant_remembers_is_saved_with_the_observer():
