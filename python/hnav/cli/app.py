@@ -15,11 +15,12 @@ from typer.core import TyperCommand, TyperGroup
 from hnav import __version__
 from hnav.cli.words import UsageError, answer
 
-# The module of a command has its name and defines `command`; this is its line of help.
+# The module of a command has its name, with _ for -, and defines `command`; this is its line of help.
 COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
     "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
     "score": "Scores a filter on all BROAD trials of a folder.",
+    "navigation-score": "Scores the navigation filter on a recording whose truth is known, and on artificial outages of its satellites.",
     "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",
@@ -41,7 +42,7 @@ EXIT_CODES = (
 
 def load(name: str) -> Any:
     """A command with its arguments and options."""
-    command = _typed(name, COMMANDS[name], importlib.import_module(f"hnav.cli.{name}").command)
+    command = _typed(name, COMMANDS[name], importlib.import_module(f"hnav.cli.{name.replace('-', '_')}").command)
     command.params += _typed("shared", "", shared).params
     return command
 

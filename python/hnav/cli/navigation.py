@@ -39,10 +39,10 @@ class Wanted:
     settings: Mapping[str, str]
     strict: bool
 
-    @property
-    def options(self) -> InsOptions:
-        """Raises HnavError for impossible ones."""
-        return InsOptions(INS_PRESETS[0] if self.preset == "default" else self.preset, **self.settings)
+
+def options_of(preset: str, settings: Mapping[str, str]) -> InsOptions:
+    """Raises HnavError for impossible ones."""
+    return InsOptions(INS_PRESETS[0] if preset == "default" else preset, **settings)
 
 
 @dataclass
@@ -87,7 +87,7 @@ def refuse(**given: object) -> None:
 def navigate(wanted: Wanted, reading: Reading) -> None:
     """hnav filter --filter ins. Raises HnavError or UsageError."""
     refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss])
-    options, given = wanted.options, aids_given(wanted.gnss, reading)
+    options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
     table = None if wanted.report or wanted.out is None else reading.long_table(wanted.recording, None)
     made = [f"recording {wanted.recording}", *([f"satellites {wanted.gnss}"] if wanted.gnss else [])]
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):

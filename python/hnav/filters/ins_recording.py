@@ -107,6 +107,13 @@ class NavigationRun:
         self._last_pressure = max(self._last_pressure, float(interval[-1]))
         return one.rows(fresh)
 
+    def without(self, kinds: Iterable[str]) -> NavigationRun:
+        """A copy that goes on without the samples of these kinds that have not arrived yet; this one stays as it is."""
+        made = copy(self)
+        made.ins = copy(self.ins)
+        made._waiting = {kind: one for kind, one in self._waiting.items() if kind not in kinds}
+        return made
+
     @property
     def us_per_sample(self) -> float:
         """Time that the filter took for a row, in microseconds."""
@@ -124,7 +131,12 @@ def run_recording(recording: Recording, options: InsOptions, every: int = 1) -> 
     """A whole recording. every: a row of the result for each so many rows. Raises HnavError."""
     made = paired(recording)
     run = NavigationRun(options, made.aids, interval_of(made))
-    return run.go_on(_replaced(made, {}), every)
+    return run.go_on(without_aids(made), every)
+
+
+def without_aids(recording: Recording) -> Recording:
+    """The same rows alone."""
+    return _replaced(recording, {})
 
 
 def interval_of(recording: Recording) -> float:
