@@ -1,5 +1,6 @@
 // FMI 2.0 by name; what the calls do stands in the files of Instance.
 #include "adapter/entry.hpp"
+#include "adapter/resource_path.hpp"
 
 #include <fmi2Functions.h>
 
@@ -48,9 +49,11 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
 
 // ------------------------------------------------------------------------------------------------ life
 
-fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String,
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String fmuResourceLocation,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean loggingOn) {
     Instance::Options options;
+    const hnav::fmu::ResourcePath resources(fmuResourceLocation);
+    options.resources = resources;
     options.logging_on = loggingOn != fmi2False;
     options.interface = fmuType == fmi2ModelExchange ? hnav::fmu::model_exchange : hnav::fmu::co_simulation;
     Instance::Importer importer;

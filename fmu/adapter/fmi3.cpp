@@ -52,20 +52,23 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, siz
 
 // ------------------------------------------------------------------------------------------------ life
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                          fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
+fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+                                          fmi3Boolean, fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage) {
     Instance::Options options;
+    options.resources = resourcePath;
     options.logging_on = loggingOn;
     options.interface = hnav::fmu::model_exchange;
     return Instance::create(instanceName, instantiationToken, options, importer(instanceEnvironment, logMessage));
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String, fmi3Boolean,
-                                         fmi3Boolean loggingOn, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
-                                         const fmi3ValueReference*, size_t, fmi3InstanceEnvironment instanceEnvironment,
-                                         fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate) {
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+                                         fmi3Boolean, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
+                                         fmi3Boolean earlyReturnAllowed, const fmi3ValueReference*, size_t,
+                                         fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
+                                         fmi3IntermediateUpdateCallback intermediateUpdate) {
     Instance::Options options;
+    options.resources = resourcePath;
     options.logging_on = loggingOn;
     options.event_mode_used = eventModeUsed;
     options.early_return_allowed = earlyReturnAllowed;
@@ -293,7 +296,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t* n) {
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
     if (!n) return Fmi3::fail(instance, "GetNumberOfContinuousStates got a null pointer");
-    *n = static_cast<size_t>(hnav::fmu::model_info.states.count);
+    *n = static_cast<size_t>(of(instance)->state_count());
     return fmi3OK;
 }
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3Boolean* enterEventMode,

@@ -46,8 +46,10 @@ Instance* Instance::create(const char* name, const char* token, const Options& o
 Status Instance::make_table() {
     model_ = make_model();
     if (!model_) return fail("no memory for the model");
+    Message why;
+    if (!model_->open(options_.resources ? options_.resources : "", &why)) return fail("%s", why.text);
     model_->describe(table_);
-    const int nx = model_info.states.count;
+    const int nx = state_count_ = model_->state_count();
     values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
@@ -65,7 +67,9 @@ Status Instance::make_table() {
 
 Status Instance::set_up_check(const char* name, const char* token) {
     std::snprintf(name_, sizeof name_, "%s", name ? name : "");
-    if (make_table() != Status::ok) return Status::error;
+    const Status made = make_table();
+    options_.resources = nullptr; // the importer's
+    if (made != Status::ok) return made;
     if (!name || !*name) return fail("the instance name is missing");
     token_ = table_.token(model_info.arrays);
     char expected[64];
@@ -308,7 +312,7 @@ Status Instance::refresh(unsigned groups) {
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
     if (groups & state_group && first_state_ >= 0) {
         double* x = values_ + first_state_;
-        if (options_.interface == model_exchange) std::memcpy(x, states_, model_info.states.count * sizeof(double));
+        if (options_.interface == model_exchange) std::memcpy(x, states_, state_count_ * sizeof(double));
         else model_->get_states(x);
         model_->derivatives(time_s_, x, values_ + first_derivative_);
     }

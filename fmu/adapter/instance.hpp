@@ -28,6 +28,7 @@ public:
         bool event_mode_used = false;
         bool early_return_allowed = false;
         bool logging_on = false; // events too; errors and warnings are always told
+        const char* resources = nullptr; // the folder as a path; used while an instance is made
     };
 
     // The reply to a step.
@@ -107,6 +108,7 @@ public:
     const Options& options() const { return options_; }
     const Importer& importer() const { return importer_; }
     const char* name() const { return name_; }
+    int state_count() const { return state_count_; }
     double time_s() const { return time_s_; }
     void* intermediate_callback = nullptr;
 
@@ -161,6 +163,7 @@ private:
     };
     Slot* slots_ = nullptr;
     int time_row_ = -1; // of the independent variable
+    int state_count_ = 0;
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // of a directional derivative: the direction, and a number for each row
     Mode mode_ = instantiated;

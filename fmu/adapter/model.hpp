@@ -40,6 +40,9 @@ struct ModelInfo {
     bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
 };
 
+// Of this FMU.
+extern const ModelInfo model_info;
+
 // What an FMU is compiled from where its archive holds sources; ends with null.
 constexpr const char* source_files[] = {"fmu.cpp",
                                         "options/ahrs.cpp",
@@ -67,6 +70,12 @@ public:
     Model(const Model&) = delete;
     Model& operator=(const Model&) = delete;
     virtual ~Model() = default;
+
+    // Of an FMU whose variables stand in its resources, a folder: reads them. False: impossible, with the reason.
+    virtual bool open(const char* /*resources*/, Message* /*why*/) { return true; }
+    // Continuous states of Model Exchange; and whether their derivatives are offered.
+    virtual int state_count() const { return model_info.states.count; }
+    virtual bool offers_derivatives() const { return true; }
 
     // Appends the rows and remembers their places.
     virtual void describe(Table& table) = 0;
@@ -128,8 +137,7 @@ public:
     void rows_along(const double*, double*) const override {}
 };
 
-// Of this FMU: what it is, and the model; null when there is no memory.
-extern const ModelInfo model_info;
+// Of this FMU; null when there is no memory.
 Model* make_model();
 
 } // namespace hnav::fmu

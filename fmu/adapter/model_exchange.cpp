@@ -7,8 +7,8 @@
 namespace hnav::fmu {
 
 Status Instance::check_states(const double* x, std::size_t n) const {
-    if ((x || n == 0) && n == static_cast<std::size_t>(model_info.states.count)) return Status::ok;
-    return fail("there are %d continuous states, not %zu", model_info.states.count, n);
+    if ((x || n == 0) && n == static_cast<std::size_t>(state_count_)) return Status::ok;
+    return fail("there are %d continuous states, not %zu", state_count_, n);
 }
 
 Status Instance::set_time(double t_s) {
@@ -62,12 +62,13 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
                                         std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                         std::size_t n_sensitivity) {
     if (!allowed(Call::directional_derivative)) return Status::error;
+    if (!model_->offers_derivatives()) return fail("this FMU offers no directional derivatives");
     if (check_array(unknowns, n_unknowns, sensitivity, n_sensitivity) != Status::ok ||
         check_array(knowns, n_knowns, seed, n_seed) != Status::ok ||
         check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
         return Status::error;
     double* direction = scratch_;
-    std::memset(direction, 0, model_info.states.count * sizeof(double));
+    std::memset(direction, 0, state_count_ * sizeof(double));
     for (std::size_t k = 0; k < n_knowns; ++k)
         for (int i = 0; i < rows_at(knowns[k]); ++i, ++seed)
             if (const int row = static_cast<int>(knowns[k]) + i; table_[row].is_state) direction[row - first_state_] += *seed;
@@ -82,6 +83,7 @@ Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unkn
                                     std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                     std::size_t n_sensitivity) {
     if (!allowed(Call::adjoint_derivative)) return Status::error;
+    if (!model_->offers_derivatives()) return fail("this FMU offers no adjoint derivatives");
     if (check_array(unknowns, n_unknowns, seed, n_seed) != Status::ok ||
         check_array(knowns, n_knowns, sensitivity, n_sensitivity) != Status::ok ||
         check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
@@ -96,7 +98,7 @@ Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unkn
 double Instance::adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed) {
     if (!table_[row].is_state) return 0;
     double* direction = scratch_;
-    std::memset(direction, 0, model_info.states.count * sizeof(double));
+    std::memset(direction, 0, state_count_ * sizeof(double));
     direction[row - first_state_] = 1;
     const double* rows = rows_along(direction);
     double sum = 0;
@@ -124,7 +126,7 @@ Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, c
 // What all rows change by along a direction of the states, whose length the models are not bothered with; before there is a
 // model everything shows its start value.
 const double* Instance::rows_along(double* direction) {
-    const int nx = model_info.states.count;
+    const int nx = state_count_;
     double* rows = scratch_ + nx;
     std::memset(rows, 0, table_.size() * sizeof(double));
     double largest = 0;

@@ -30,7 +30,7 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
 } // namespace
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (table_.size() + model_info.states.count) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
+    return sizeof(Header) + (table_.size() + state_count_) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
 }
 
 Status Instance::take_snapshot(Snapshot** snapshot) {
@@ -47,7 +47,7 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     Header header{snapshot_magic, 0,          token_,      bytes,   options_.interface, options_.event_mode_used,
                   mode_,          has_model_, parameters_, time_s_, start_s_,           stop_s_};
     std::memcpy(place + sizeof header, values_, table_.size() * sizeof(double));
-    std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, model_info.states.count * sizeof(double));
+    std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, state_count_ * sizeof(double));
     if (has_model_) model_->save(place + bytes - model_->state_size());
     std::memcpy(place, &header, sizeof header);
     return Status::ok;
@@ -63,10 +63,10 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
         return fail("this state was taken from an instance of another interface");
     const double* values = reinterpret_cast<const double*>(place + sizeof header);
     std::memcpy(values_, values, table_.size() * sizeof(double));
-    std::memcpy(states_, values + table_.size(), model_info.states.count * sizeof(double));
+    std::memcpy(states_, values + table_.size(), state_count_ * sizeof(double));
     Message why;
     if (header.has_model) {
-        const std::size_t used = sizeof header + (table_.size() + model_info.states.count) * sizeof(double);
+        const std::size_t used = sizeof header + (table_.size() + state_count_) * sizeof(double);
         // A model that was made with these parameters is there, but for a state that came from elsewhere.
         const bool made = (has_model_ && parameters_ == header.parameters) ||
                           model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why);
@@ -117,7 +117,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     if (header.magic != snapshot_magic && (header.magic | version_bits) == (snapshot_magic | version_bits))
         return fail("this state was saved by another version of the FMU");
     if (header.magic != snapshot_magic || header.token != token_ || header.bytes > size ||
-        header.bytes < sizeof header + (table_.size() + model_info.states.count) * sizeof(double) ||
+        header.bytes < sizeof header + (table_.size() + state_count_) * sizeof(double) ||
         header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));
