@@ -61,6 +61,12 @@ hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, dou
     return HNAV_OK;
 }
 
+hnav_status hnav_observer_posterior(const hnav_observer* observer, double* x, double* sigma) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    observer->filter.model().estimate(observer->filter.newest(), x, sigma, nullptr);
+    return HNAV_OK;
+}
+
 hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P) {
     REQUIRE(observer, P);
     observer->filter.model().estimate(observer->filter.shown(), nullptr, nullptr, P);

@@ -2,6 +2,7 @@
 #include "c_api/observer.hpp"
 
 #include "base/hash.hpp"
+#include "c_api/sized.hpp"
 #include "observer/plan.hpp"
 #include "options/lists.hpp"
 
@@ -9,9 +10,28 @@
 #include "observer/fmu_plant.hpp"
 #endif
 
+#include <algorithm>
+
 namespace {
 
 #ifdef HNAV_FMU_PLANTS
+
+// What is not null stands in place of what the plan says.
+void replace(hnav::observer::Plan& plan, const hnav_observer_statistics& known) {
+    const hnav::observer::PlantSizes& sizes = plan.sizes;
+    const auto take = [](const double* from, int count, double* to) {
+        if (from) std::copy_n(from, count, to);
+    };
+    take(known.start, sizes.estimated(), plan.start);
+    take(known.start_sigma, sizes.estimated(), plan.start_sigma);
+    take(known.noise, sizes.estimated(), plan.noise);
+    take(known.nominal, sizes.estimated(), plan.nominal);
+    take(known.ready_sigma, sizes.estimated(), plan.ready_sigma);
+    take(known.time_constant_s, sizes.unknown_inputs, plan.time_constant_s);
+    take(known.input_start, sizes.known_inputs(), plan.input_start);
+    take(known.sensor_sigma, sizes.outputs, plan.sensor_sigma);
+    take(known.gate_nis, sizes.outputs, plan.gate_nis);
+}
 
 // Of what a plan says and Problem does not know.
 std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t start) {
@@ -21,12 +41,13 @@ std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t sta
     return hnav::hash(plan.parameter, plan.sizes.parameters * sizeof(std::uint32_t), sum);
 }
 
-hnav_status open(hnav_observer** observer, const hnav_observer_options& options, const char* folder, hnav::observer::Plan& plan,
-                 const hnav::CallersMessage& caller) {
+hnav_status open(hnav_observer** observer, const hnav_observer_options& options, const char* folder,
+                 const hnav_observer_statistics& known, hnav::observer::Plan& plan, const hnav::CallersMessage& caller) {
     using hnav::observer::FmuPlant;
     hnav::observer::Refusal why;
     if (!plan.read(folder, why) || !hnav::observer::Problem::sizes_fit(plan.sizes, why))
         return caller.fail(hnav::status_of(why), "%s", why.text);
+    replace(plan, known);
     FmuPlant* plant = FmuPlant::open(folder, plan, options.start_time_s, why);
     if (!plant) return caller.fail(hnav::status_of(why), "%s", why.text);
     // The proof may cost an instance its life: it has its own, where there may be two.
@@ -40,8 +61,8 @@ hnav_status open(hnav_observer** observer, const hnav_observer_options& options,
 
 #else
 
-hnav_status open(hnav_observer**, const hnav_observer_options&, const char*, hnav::observer::Plan&,
-                 const hnav::CallersMessage& caller) {
+hnav_status open(hnav_observer**, const hnav_observer_options&, const char*, const hnav_observer_statistics&,
+                 hnav::observer::Plan&, const hnav::CallersMessage& caller) {
     return caller.fail(HNAV_ERROR_UNSUPPORTED, "this library was built without the headers of FMI (HNAV_FMI_HEADERS)");
 }
 
@@ -49,18 +70,30 @@ hnav_status open(hnav_observer**, const hnav_observer_options&, const char*, hna
 
 } // namespace
 
-extern "C" hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
-                                          char* message, size_t message_size) {
+extern "C" {
+
+hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder, char* message,
+                               size_t message_size) {
+    const auto none = hnav_sized<hnav_observer_statistics>();
+    return hnav_observer_open_known(observer, options, folder, &none, message, message_size);
+}
+
+hnav_status hnav_observer_open_known(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+                                     const hnav_observer_statistics* known, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
     caller.clear();
     if (!observer) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "observer is null");
     *observer = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!folder) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "folder is null");
+    if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
+    if (const hnav_status status = hnav::check_size(caller, *known, "known", "hnav_observer_statistics")) return status;
     if (const hnav_status status = caller.check_options(options, hnav::observer_options)) return status;
     auto* plan = hnav::make_object<hnav::observer::Plan>();
     if (!plan) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a plan");
-    const hnav_status status = open(observer, *options, folder, *plan, caller);
+    const hnav_status status = open(observer, *options, folder, hnav::take_in(*known), *plan, caller);
     hnav::destroy_object(plan);
     return status;
 }
+
+} // extern "C"

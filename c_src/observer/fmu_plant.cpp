@@ -1,6 +1,7 @@
 #include "observer/fmu_plant.hpp"
 
 #include "base/memory.hpp"
+#include "observer/platform.hpp"
 
 #include <algorithm>
 #include <climits>
@@ -49,19 +50,20 @@ FmuPlant* FmuPlant::open(const char* folder, Plan& plan, double start_s, Refusal
 }
 
 bool FmuPlant::load(const char* folder, Refusal& why) {
-    char path[max_path], reason[200] = "";
+    char path[max_path], binary[max_path], reason[200] = "";
     const char* missing = "";
     if (!full_path(folder, resources_)) return why.refuse(Refusal::impossible, "%.200s is no folder", folder);
-    if (std::snprintf(path, sizeof path, "%s%s", resources_, plan_.binary) >= max_path || std::strlen(resources_) + 12 > max_path)
+    if (!binary_here(plan_.binary, plan_.fmi, binary, sizeof binary) ||
+        std::snprintf(path, sizeof path, "%s%s", resources_, binary) >= max_path || std::strlen(resources_) + 12 > max_path)
         return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
     std::strcat(resources_, "resources/");
     if (!library_.open(path, reason, sizeof reason))
-        return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", plan_.binary, reason);
+        return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", binary, reason);
     fmi_ = plan_.fmi == 2 ? make_fmi2_instance() : make_fmi3_instance();
     if (!fmi_) return why.refuse(Refusal::plant, "no memory for an instance");
     if (!fmi_->find(library_, &missing))
-        return why.refuse(Refusal::impossible, "%.100s has no function %s: it does not offer Model Exchange of FMI %d",
-                          plan_.binary, missing, plan_.fmi);
+        return why.refuse(Refusal::impossible, "%.100s has no function %s: it does not offer Model Exchange of FMI %d", binary,
+                          missing, plan_.fmi);
     return true;
 }
 

@@ -5,7 +5,7 @@
 //     fmi 2                                                       or 3
 //     identifier NAME                                             of the model, in Model Exchange
 //     token TEXT                                                  GUID or instantiation token
-//     binary PATH                                                 from the folder
+//     binary PATH                                                 from the folder; binaries/*/NAME.*: that for this machine
 //     indicators N                                                event indicators that the FMU declares
 //     derivatives 1                                               it provides directional derivatives
 //     once 1                                                      one instance for each process

@@ -33,8 +33,22 @@ void* SharedLibrary::symbol(const char* name) const {
 
 #else
 
+namespace {
+
+// Whoever has loaded an FMU with its names open to all, as the one that may be around us, has its functions found before those of
+// the plant, when the plant calls its own: then these have to come first.
+int flags() {
+#ifdef RTLD_DEEPBIND
+    if (dlsym(RTLD_DEFAULT, "fmi2Instantiate") || dlsym(RTLD_DEFAULT, "fmi3InstantiateModelExchange"))
+        return RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND;
+#endif
+    return RTLD_NOW | RTLD_LOCAL;
+}
+
+} // namespace
+
 bool SharedLibrary::open(const char* path, char* why, std::size_t size) {
-    handle_ = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    handle_ = dlopen(path, flags());
     if (handle_) return true;
     const char* said = dlerror();
     std::snprintf(why, size, "%s", said ? said : "no reason is known");

@@ -104,6 +104,9 @@ HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_o
  * the FMU takes is the FMU's. */
 HNAV_API hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
                                         char* message, size_t message_size);
+/* The same, where what known has that is not null stands in place of what the plan says. Lengths as the plan has them. */
+HNAV_API hnav_status hnav_observer_open_known(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+                                              const hnav_observer_statistics* known, char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_observer_destroy(hnav_observer* observer);
 /* Back to the start, no samples. */
@@ -127,6 +130,8 @@ HNAV_API hnav_status hnav_observer_advance(hnav_observer* observer, double t_s);
 /* At the time of the last advance; before the first sample that of the start. N each; null is not written. */
 HNAV_API hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, double* sigma);
 HNAV_API hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P); /* N x N */
+/* As estimate, just after the newest used sample: the same bits whatever times are asked for. */
+HNAV_API hnav_status hnav_observer_posterior(const hnav_observer* observer, double* x, double* sigma);
 
 typedef struct hnav_observer_innovation_of {
     size_t size; /* of this struct; set by the caller */
@@ -209,6 +214,25 @@ typedef struct hnav_observer_run_output { /* null: not written */
  * only after an error: NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
 HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
                                        const hnav_observer_run_output* output, size_t* rows_done);
+
+/* ------------------------------------------------------------------------------------------------ hybrid view */
+
+/* For an integrator of the caller: it flows states x between samples, and samples act as jumps. x has nx numbers: the plant's states
+ * and the unknown inputs, their rows of the transition matrix since the last jump (row-major, N columns), the noise that has entered
+ * since (upper triangle of N x N, in units that change with jumps), and the time since. */
+HNAV_API hnav_status hnav_observer_nx(const hnav_observer* observer, int32_t* nx);
+/* Just after the newest used sample; their usual sizes, all above 0. */
+HNAV_API hnav_status hnav_observer_get_x(const hnav_observer* observer, double* x);
+HNAV_API hnav_status hnav_observer_nominal_x(const hnav_observer* observer, double* x);
+/* 0 before the estimate has begun. SOLVER: the plant has no answer there. */
+HNAV_API hnav_status hnav_observer_derivative(const hnav_observer* observer, const double* x, double* dx);
+/* Of the earliest sample that waits; infinity without one. */
+HNAV_API hnav_status hnav_observer_next_event_s(const hnav_observer* observer, double* t_s);
+/* The samples up to t_s act on x_minus, which the caller has brought there. Errors: NON_FINITE; SOLVER: these samples were dropped, and
+ * x_plus is not written. x_plus may be x_minus. */
+HNAV_API hnav_status hnav_observer_jump(hnav_observer* observer, double t_s, const double* x_minus, double* x_plus);
+/* Brings what is shown to t_s and x. Error: NON_FINITE. */
+HNAV_API hnav_status hnav_observer_show(hnav_observer* observer, double t_s, const double* x);
 
 /* ------------------------------------------------------------------------------------------------ saved state */
 
