@@ -12,7 +12,7 @@ from hnav.fmi.fmus import Fmu, fmu_path
 
 FMUS = (
     "Hrekf", "Ahrs", "Turntable", "ImuMagSensor", "InsErrorFilterLateral", "InsErrorFilterLongitudinal", "AircraftInsLateral",
-    "AircraftInsLongitudinal",
+    "AircraftInsLongitudinal", "Pendulum",
 )  # fmt: skip
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 
