@@ -135,3 +135,50 @@ function(hnav_add_fmu)
     endif()
   endforeach()
 endfunction()
+
+# hnav_add_observer(Observer Pendulum FOLDER): the FMU around any plant, here around one of ours. What differs from plant to plant is
+# text, which `hnav.systems.observer_system` has written to FOLDER/fmi2 and FOLDER/fmi3.
+function(hnav_add_observer name plant texts)
+  string(TOLOWER ${name} id)
+  string(TOLOWER ${plant} plant_id)
+  set(folder ${hnav_fmu_folder}/${id})
+  hnav_fmu_objects(fmu_model_${id} ${folder}/model.cpp ${folder}/variables.cpp)
+  foreach(version 2 3)
+    hnav_fmu_binary(fmi${version}_${id} ${version} ${name} fmu_model_${id})
+    if(hnav_runs_here)
+      hnav_observer_archive(${version} ${name} ${id} ${plant} ${plant_id} ${texts}/fmi${version})
+    endif()
+  endforeach()
+endfunction()
+
+function(hnav_observer_archive version name id plant plant_id texts)
+  set(stage ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${name})
+  set(fmu ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${name}.fmu)
+  set(folder ${hnav_fmu_folder}/${id})
+  if(version EQUAL 2)
+    set(platform linux64)
+    set(icon ${folder}/icon.png)
+    set(icon_to model.png)
+  else()
+    set(platform ${CMAKE_SYSTEM_PROCESSOR}-linux)
+    set(icon ${folder}/icon.png ${folder}/icon.svg)
+    set(icon_to terminalsAndIcons/)
+  endif()
+  set(inside ${stage}/resources/plant/binaries/${platform})
+  # The licences are those of the plant, which is ours.
+  file(GLOB_RECURSE written CONFIGURE_DEPENDS ${texts}/*)
+  add_custom_command(OUTPUT ${fmu}
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
+    COMMAND ${CMAKE_COMMAND} -E copy_directory ${texts} ${stage}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${inside}
+    COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:fmi${version}_${id}> ${stage}/binaries/${platform}/${name}.so
+    COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:fmi${version}_${plant_id}> ${inside}/${plant}.so
+    COMMAND ${CMAKE_COMMAND} -E copy_directory ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${plant}/documentation/licenses
+            ${stage}/documentation/licenses
+    COMMAND ${CMAKE_COMMAND} -E copy ${icon} ${stage}/${icon_to}
+    COMMAND ${CMAKE_COMMAND} -E chdir ${stage} ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
+    DEPENDS ${written} ${folder}/icon.png ${folder}/icon.svg fmi${version}_${id} ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${plant}.fmu
+    COMMENT "FMI ${version}: ${name}.fmu" VERBATIM)
+  add_custom_target(fmu${version}_${id} DEPENDS ${fmu})
+  add_dependencies(fmus fmu${version}_${id})
+endfunction()

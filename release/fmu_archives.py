@@ -20,6 +20,7 @@ from platforms import PLATFORMS
 
 # FMI 2 (from 2.0.2) and FMI 3 keep the names of folders in extra by domain.
 SBOM = "extra/org.cyclonedx/sbom.cdx.json"
+PLANT = "resources/plant/"  # what an observer observes
 
 
 def write_archive(built: Path, added: dict[str, bytes], target: Path) -> None:
@@ -30,6 +31,18 @@ def write_archive(built: Path, added: dict[str, bytes], target: Path) -> None:
         files = {name: source.read(entry) for name, entry in entries.items() if not name.startswith("binaries/")} | added
         for name in sorted(files):
             archive.writestr(zipfile.ZipInfo(name, source_date.of_zip()), files[name], zipfile.ZIP_DEFLATED)
+
+
+def plants_of(built: Path) -> list[str]:
+    """FMUs that lie inside an observer."""
+    with zipfile.ZipFile(built) as archive:
+        return sorted(
+            {
+                Path(n).stem
+                for n in archive.namelist()
+                if n.removeprefix("./").startswith(f"{PLANT}binaries/") and not n.endswith("/")
+            }
+        )
 
 
 def collect(name: str, version: int, folders: dict[str, Path]) -> dict[str, bytes]:
@@ -71,6 +84,8 @@ def main(build: Path, dist: Path, folders: dict[str, Path]) -> None:
         for fmu in fmus:
             target = dist / f"fmi{version}" / fmu.name
             binaries = collect(fmu.stem, version, folders)
+            for plant in plants_of(fmu):
+                binaries |= {PLANT + path: content for path, content in collect(plant, version, folders).items()}
             write_archive(fmu, binaries | about_parts(fmu.name, binaries, [parts[n] for n in sbom.FMU[version]]), target)
             sizes = ", ".join(f"{path.split('/')[1]} {len(content) / 1e6:.2f}" for path, content in binaries.items())
             print(f"{target.relative_to(dist)}: {target.stat().st_size / 1e6:.2f} MB; binaries in MB: {sizes}")

@@ -62,7 +62,7 @@ ORDERS = {
         nominals=True, rounds=2,
     ),
 }  # fmt: skip
-FMUS = ("Hrekf", "Ahrs", "Turntable", "InsErrorFilterLateral", "AircraftInsLateral")
+FMUS = ("Hrekf", "Ahrs", "Turntable", "InsErrorFilterLateral", "AircraftInsLateral", "Pendulum", "Observer")
 
 
 def example_input(name: str, version: int) -> tuple[list[str], np.ndarray]:
@@ -77,8 +77,9 @@ def example_input(name: str, version: int) -> tuple[list[str], np.ndarray]:
 class Importer:
     """Simulates an FMU in Model Exchange by one of the orders, with two Runge-Kutta steps between events."""
 
-    def __init__(self, fmu: Fmu, order: Order, names: list[str], rows: np.ndarray):
+    def __init__(self, fmu: Fmu, order: Order, names: list[str], rows: np.ndarray, offers_derivatives: bool):
         self.fmu, self.order, self.names, self.rows = fmu, order, names, rows
+        self.offers_derivatives = offers_derivatives
         variables = fmu.description.modelVariables
         self.parameters = [v for v in variables if v.causality == "parameter"]
         inputs = [v for v in variables if v.causality == "input"]
@@ -174,7 +175,7 @@ class Importer:
             self.write_inputs(0.0, KINDS)
         if self.order.outputs_everywhere:
             self.read_outputs()
-        if self.order.derivatives_in_initialization and self.inputs["real"]:
+        if self.order.derivatives_in_initialization and self.inputs["real"] and self.offers_derivatives:
             known = [v.valueReference for v in self.inputs["real"]]
             slopes = self.fmu.call(self.f.getDirectionalDerivative, list(self.outputs), known, [1.0] * len(known))
             assert not np.any(slopes)
@@ -202,7 +203,7 @@ class Importer:
 
 def by_order(name: str, version: int, order: Order) -> list[float]:
     with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
-        importer = Importer(fmu, order, *example_input(name, version))
+        importer = Importer(fmu, order, *example_input(name, version), name != "Observer")
         for _ in range(order.rounds):
             outputs = importer.simulate()
             fmu.call(fmu.fmu.terminate)

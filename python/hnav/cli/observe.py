@@ -45,9 +45,16 @@ def command(
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
     ] = False,
+    export: Annotated[
+        Path | None, typer.Option(metavar="FILE.fmu", help="FMU to write that estimates by this plan, with the plant inside")
+    ] = None,
+    fmi: Annotated[int, typer.Option(metavar="2|3", help="Version of FMI of --export")] = 2,
+    period_s: Annotated[
+        float, typer.Option("--period", metavar="S", help="Sampling period of --export, where counters do not mark samples")
+    ] = 0.01,
 ) -> None:
-    refuse(fmu, plan, data, tune or out is not None or report is not None)
-    refuse_overwriting([out, report], [fmu, plan, data])
+    refuse(fmu, plan, data, tune or out is not None or report is not None, export)
+    refuse_overwriting([out, report, export], [fmu, plan, data])
     if plan is None:
         tell(read_model_description(fmu), prove)
         return
@@ -56,7 +63,9 @@ def command(
         say(sentence)
     if prove:
         tell_proof(observer)
-    if data is None and not prove:
+    if export is not None:
+        write_fmu(observer, export, fmi, period_s)
+    elif data is None and not prove:
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
     if data is not None and tune:
         tell_noises(observer, data)
@@ -64,12 +73,20 @@ def command(
         observe(observer, data, out, report)
 
 
-def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool) -> None:
+def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export: Path | None) -> None:
     """Raises UsageError for options that do not fit each other; wanted: something is to be made of the samples."""
     if (data is not None) != wanted:
         raise UsageError("--data belongs to --out, --report or --tune: samples in, estimates or noises out")
-    if plan is None and data is not None:
+    if plan is None and (data is not None or export is not None):
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
+
+
+def write_fmu(observer: Observer, path: Path, version: int, period_s: float) -> None:
+    """The observer as an FMU, and where it does not run."""
+    lost = observer.export(path, version, period_s=period_s)
+    say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
+    if lost:
+        say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")
 
 
 Samples = tuple[Array, dict[str, Array], dict[str, Array], dict[str, Array]]

@@ -148,6 +148,12 @@ class Plan:
         self.set_values[name] = float(value)
         return self
 
+    def export(self, path: str | Path, fmi_version: int = 2, *, period_s: float = 0.01) -> list[str]:
+        """The observer of this plan as an FMU; see Observer.export."""
+        from hnav.filters.observer import Observer
+
+        return Observer(self).export(path, fmi_version, period_s=period_s)
+
     def copy(self) -> Plan:
         """A plan of its own for the same plant."""
         made = copy(self)
@@ -179,11 +185,12 @@ class Plan:
             raise _impossible(self.plant, name, f"{name} is {variable.type}: {role} must be real")
         return variable
 
-    def text(self) -> str:
-        """The plan as the library reads it, observer.plan in the folder of the unpacked FMU."""
+    def text(self, binary: str = "") -> str:
+        """The plan as the library reads it, observer.plan in the folder of the unpacked FMU. binary: path in there, if not that for this
+        machine."""
         assert isinstance(self.plant, ModelDescription)
         fmu, lines = self.plant, ["hnav_observer_plan 1"]
-        lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {fmu.binary}"]
+        lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {binary or fmu.binary}"]
         lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
         lines += [f"memoryless {self.memoryless:d}"]
         lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes as C
 import errno
-import os
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Mapping
@@ -19,10 +18,10 @@ from fmpy.model_description import ScalarVariable
 from fmpy.sundials import CVodeSolver
 
 from hnav.errors import HnavError, HnavValueError
+from hnav.io.fmu_files import fmu_path as fmu_path
 from hnav.io.outputs import cannot_write, temporary_folder
 from hnav.native.options import OptionInfo
-from hnav.places import CHECKOUT, PACKAGE
-from hnav.renamed import called_in, now_called
+from hnav.renamed import called_in
 
 # The disk is at fault then, not the FMU.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES)
@@ -43,20 +42,6 @@ _CROSSINGS = (
     C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_void_p, C.c_size_t, C.c_void_p, C.c_size_t),
 )
 _WARNING = 1  # the status above which a call has failed
-
-
-def fmu_path(name: str, fmi_version: int) -> Path:
-    """HNAV_FMUS/fmiN/NAME.fmu, else the one in this package (wheel), else the build of the checkout."""
-    if new := now_called(name, "fmu"):
-        raise HnavValueError("option", f"there is no FMU {name}{new}")
-    folders = [Path(os.environ["HNAV_FMUS"])] if "HNAV_FMUS" in os.environ else [PACKAGE / "fmus", CHECKOUT / "build" / "fmus"]
-    for folder in folders:
-        path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
-        if path.is_file():
-            return path
-    raise HnavValueError(
-        "option", f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder"
-    )
 
 
 class Fmu:

@@ -19,7 +19,7 @@ from hnav.errors import HnavValueError
 
 REALS = ("Real", "Float64")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
-_DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _TOO_LARGE = 200_000_000  # bytes of a description: larger than any that a tool has written
 
 
@@ -238,7 +238,7 @@ def _units(root: ElementTree.Element) -> dict[str, Unit]:
     for unit in root.findall("UnitDefinitions/Unit"):
         base: Any = unit.find("BaseUnit")
         told = {} if base is None else base.attrib
-        dimensions = tuple(int(told.get(name, "0")) for name in _DIMENSIONS)
+        dimensions = tuple(int(told.get(name, "0")) for name in DIMENSIONS)
         if base is not None:
             units[unit.get("name", "")] = Unit(float(told.get("factor", "1")), float(told.get("offset", "0")), dimensions)
             # What people read: its numbers are factor * number + offset of the unit.

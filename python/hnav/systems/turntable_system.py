@@ -55,7 +55,8 @@ def parameters() -> dict[str, ScalarVariable]:
     }
 
 
-def _connector(variable: ScalarVariable, kind: str) -> str:
+def connector(variable: ScalarVariable, kind: str) -> str:
+    """ssd:Connector of a variable."""
     element = variable.type if variable.type in ("Real", "Boolean") else "Integer"
     unit = f" unit={quoteattr(variable.unit)}" if element == "Real" and variable.unit in BASE_UNITS else ""
     return f'          <ssd:Connector name={quoteattr(variable.name)} kind="{kind}"><ssc:{element}{unit}/></ssd:Connector>\n'
@@ -66,11 +67,11 @@ def _connectors(name: str, variables: Mapping[str, ScalarVariable], bound: set[s
     lines = []
     for v in variables.values():
         if v.name in TRUTH + SAMPLES and v.causality == "input":
-            lines.append(_connector(v, "input"))
+            lines.append(connector(v, "input"))
         elif v.causality == "output":
-            lines.append(_connector(v, "output"))
+            lines.append(connector(v, "output"))
         elif f"{name}.{v.name}" in bound or v.name == "seed" or (name in FILTERS and v.name in BOUND_ALWAYS):
-            lines.append(_connector(v, "parameter"))
+            lines.append(connector(v, "parameter"))
     return "".join(lines)
 
 

@@ -1,0 +1,282 @@
+// The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
+#include "adapter/library_model.hpp"
+#include "adapter/sampling_clock.hpp"
+#include "observer/variables.hpp"
+
+#include <algorithm>
+
+namespace hnav::fmu {
+namespace {
+
+using namespace observer;
+
+using ObserverCalls = LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, hnav_observer_state_size,
+                                    hnav_observer_save, hnav_observer_load>;
+
+constexpr int max_channels = 62; // known inputs and sensors together
+
+// What was seen of the inputs so far. Clocks: of the known inputs, then of the sensors.
+struct ObserverMemory {
+    SamplingClock clock[max_channels];
+    double start_s, model_exchange;
+    double reset_level, was_reset; // was_reset: Model Exchange has still to take the states
+    double missed, first_missed;   // the channel that first lost a sample, counted from 1; 0 while none has
+};
+
+class Observer final : public LibraryModel<Model, ObserverCalls, ObserverMemory> {
+public:
+    bool open(const char* resources, Message* why) override {
+        char path[sizeof folder_ + 16];
+        const std::size_t length = std::strlen(resources);
+        const char* slash = length > 0 && std::strchr("/\\", resources[length - 1]) ? "" : "/";
+        if (length == 0 || std::snprintf(folder_, sizeof folder_, "%s%splant", resources, slash) >= int(sizeof folder_)) {
+            std::snprintf(why->text, sizeof why->text,
+                          "the importer tells no folder of resources, or one of more than 1000 characters");
+            return false;
+        }
+        std::snprintf(path, sizeof path, "%s%svariables.txt", resources, slash);
+        return at_.read(path, why);
+    }
+    int state_count() const override { return at_.sizes.nx; }
+    bool offers_derivatives() const override { return false; }
+    void describe(Table& table) override { at_.describe(table); }
+
+    bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
+        if (!check_periods(values, why) || !make_observer(values, start_s, why)) return false;
+        if (!fits_the_plan()) {
+            std::snprintf(why->text, sizeof why->text,
+                          "variables.txt and observer.plan do not belong together: export the FMU anew");
+            return false;
+        }
+        memory_.start_s = start_s;
+        memory_.model_exchange = model_exchange;
+        memory_.reset_level = values[at_.row(reset_command)];
+        for (int c = 0; c < channels(); ++c)
+            memory_.clock[c] = {start_s, period_s(values, c), values[at_.row(sampling_mode)], 0, 0};
+        trouble_[0] = '\0';
+        return true;
+    }
+
+    // ------------------------------------------------------------------------------------------------ samples
+
+    // Inputs before sensors: an instant's sensor with feed-through sees the new input.
+    bool take_samples(double* values, double t_s) override {
+        bool taken = false;
+        if (rising(values[at_.row(reset_command)], &memory_.reset_level)) {
+            hnav_observer_reset(object_);
+            memory_.was_reset = 1;
+            taken = true;
+        }
+        for (int c = 0; c < channels(); ++c) {
+            const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
+            NewSample sample;
+            if (!memory_.clock[c].take(t_s, at(values, c, input_sample, sensor_sample),
+                                       at(values, c, input_t_meas, sensor_t_meas), &sample))
+                continue;
+            if (valid || memory_.clock[c].mode == counter) note_lost(c, sample.lost);
+            if (!valid) continue;
+            push(c, sample.t_s, at(values, c, input_value, sensor_value));
+            taken = true;
+        }
+        return taken;
+    }
+
+    double next_sample_s(const double*) const override {
+        double next_s = no_bound;
+        // In Model Exchange a sample stamped later than it came waits for its time.
+        if (memory_.model_exchange != 0) hnav_observer_next_event_s(object_, &next_s);
+        for (int c = 0; c < channels(); ++c) next_s = std::fmin(next_s, memory_.clock[c].next_s());
+        return next_s;
+    }
+
+    bool can_hold() const override { return true; }
+    bool samples_inside() const override { return memory_.clock[0].mode == held; }
+
+    Lost lost() const override {
+        if (memory_.first_missed == 0) return {};
+        const int c = static_cast<int>(memory_.first_missed) - 1;
+        const bool counted = memory_.clock[c].mode == counter;
+        const int row = is_input(c) ? at_.row(counted ? input_sample : input_period, c)
+                                    : at_.row(counted ? sensor_sample : sensor_period, sensor(c));
+        return {row < 0 ? "a period" : at_.name(row), counted ? 0 : memory_.clock[c].period_s};
+    }
+
+    // What the plant answered when samples were dropped, once.
+    bool judge(Message* what) override {
+        std::snprintf(what->text, sizeof what->text, "%s", trouble_);
+        return trouble_[0] != '\0';
+    }
+
+    bool advance(double t_s, Message* why) override { return goes_on(hnav_observer_advance(object_, t_s), why); }
+
+    // ------------------------------------------------------------------------------------------------ outputs
+
+    void refresh(double* values, unsigned groups) override {
+        const auto wanted = [groups](Group group) { return (groups & (1u << group)) != 0; };
+        double x[max_index], sigmas[max_index], post_x[max_index], post_sigmas[max_index];
+        auto info = hnav_sized<hnav_observer_info>();
+        hnav_observer_get_info(object_, &info);
+        if (wanted(estimate_group)) hnav_observer_estimate(object_, x, sigmas);
+        if (wanted(posterior_group)) hnav_observer_posterior(object_, post_x, post_sigmas);
+        at_.each(groups & ~(1u << innovation_group | 1u << covariance_group), values, [&](Role role, int i, double* value) {
+            switch (role) {
+            case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : memory_.start_s; break;
+            case post: *value = post_x[i]; break;
+            case post_sigma: *value = post_sigmas[i]; break;
+            case estimate: *value = x[i]; break;
+            case sigma: *value = sigmas[i]; break;
+            default: *value = count(role, info); break;
+            }
+        });
+        if (wanted(innovation_group)) show_innovations(values);
+        if (wanted(covariance_group)) show_covariance(values);
+    }
+
+    // ------------------------------------------------------------------------------------------------ Model Exchange
+
+    void get_states(double* x) const override { hnav_observer_get_x(object_, x); }
+    void get_nominals(double* nominals) const override { hnav_observer_nominal_x(object_, nominals); }
+    bool derivatives(double, const double* x, double* dx) const override {
+        return hnav_observer_derivative(object_, x, dx) == HNAV_OK;
+    }
+    bool derivatives_along(double, const double*, const double*, double*) const override { return false; }
+    bool jump(double t_s, double* x, bool* changed, Message* why) override {
+        if (memory_.was_reset != 0) {
+            hnav_observer_get_x(object_, x);
+            memory_.was_reset = 0;
+            *changed = true;
+        }
+        double next_s = no_bound;
+        hnav_observer_next_event_s(object_, &next_s);
+        if (next_s > t_s) return true;
+        *changed = true;
+        return goes_on(hnav_observer_jump(object_, t_s, x, x), why);
+    }
+    void show(double t_s, const double* x) override { hnav_observer_show(object_, t_s, x); }
+    void rows_along(const double*, double*) const override {}
+
+private:
+    int channels() const { return at_.sizes.known_inputs + at_.sizes.sensors; }
+    bool is_input(int channel) const { return channel < at_.sizes.known_inputs; }
+    int sensor(int channel) const { return channel - at_.sizes.known_inputs; }
+    double at(const double* values, int channel, Role of_input, Role of_sensor) const {
+        return values[is_input(channel) ? at_.row(of_input, channel) : at_.row(of_sensor, sensor(channel))];
+    }
+    double period_s(const double* values, int channel) const {
+        return is_input(channel) ? at_.value(values, input_period, channel, 0)
+                                 : at_.value(values, sensor_period, sensor(channel), 0);
+    }
+
+    bool check_periods(const double* values, Message* why) const {
+        for (int c = 0; c < channels(); ++c) {
+            const double period = period_s(values, c);
+            if (!(period > 0) || period >= min_period_s) continue;
+            std::snprintf(why->text, sizeof why->text, "the period %g s of a sensor or input is below %g s; 0 means never",
+                          period, min_period_s);
+            return false;
+        }
+        return true;
+    }
+
+    // What was made has as much of everything as the table says.
+    bool fits_the_plan() const {
+        std::int32_t nx = 0;
+        auto info = hnav_sized<hnav_observer_info>();
+        auto seen = hnav_sized<hnav_observer_innovation_of>();
+        const auto has_sensor = [&](int i) { return hnav_observer_innovation(object_, i, &seen) != HNAV_ERROR_OUT_OF_RANGE; };
+        hnav_observer_nx(object_, &nx);
+        hnav_observer_get_info(object_, &info);
+        return nx == at_.sizes.nx && info.n_estimated == at_.sizes.estimated() && has_sensor(at_.sizes.sensors - 1) &&
+               !has_sensor(at_.sizes.sensors);
+    }
+
+    bool make_observer(const double* values, double start_s, Message* why) {
+        hnav_observer_options options = hnav_observer_defaults();
+        for (int k = 0; const hnav_option_info* info = hnav_observer_option(k); ++k)
+            if (at_.row(option, k) >= 0) hnav_set_option_value(info, &options, 0, values[at_.row(option, k)]);
+        options.start_time_s = start_s;
+        double starts[max_index]{}, start_sigmas[max_index]{}, noises[max_index]{}, sensor_sigmas[max_index]{},
+            gates[max_index]{};
+        const auto take = [&](Role role, int n, double* to) {
+            for (int i = 0; i < n; ++i) to[i] = at_.value(values, role, i, 0);
+            return at_.row(role, 0) >= 0 ? to : nullptr;
+        };
+        auto known = hnav_sized<hnav_observer_statistics>();
+        const int N = at_.sizes.estimated();
+        known.start = take(start, N, starts);
+        known.start_sigma = take(start_sigma, N, start_sigmas);
+        known.noise = take(noise, N, noises);
+        known.sensor_sigma = take(sensor_noise, at_.sizes.sensors, sensor_sigmas);
+        known.gate_nis = take(sensor_gate, at_.sizes.sensors, gates);
+        return make(why, hnav_observer_open_known, &options, folder_, &known);
+    }
+
+    void note_lost(int channel, double lost) {
+        memory_.missed += lost;
+        if (lost > 0 && memory_.first_missed == 0) memory_.first_missed = channel + 1;
+    }
+
+    // What is no sample is refused and counted by the observer; that is no reason to stop a simulation.
+    void push(int channel, double t_s, double value) {
+        const hnav_status status = is_input(channel) ? hnav_observer_push_input(object_, channel, t_s, value)
+                                                     : hnav_observer_push(object_, sensor(channel), t_s, value);
+        if (status == HNAV_ERROR_QUEUE_FULL) memory_.missed += 1;
+    }
+
+    // Samples that lead to no estimate are dropped and counted: the simulation goes on.
+    bool goes_on(hnav_status status, Message* why) {
+        if (status != HNAV_ERROR_SOLVER) return done(status, why);
+        if (!trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_observer_message(object_));
+        return true;
+    }
+
+    double count(Role role, const hnav_observer_info& info) const {
+        switch (role) {
+        case ready: return info.ready;
+        case begun: return info.begun;
+        case repeatable: return info.repeatable;
+        case events: return static_cast<double>(info.events);
+        case corrections: return static_cast<double>(info.corrections);
+        case late: return static_cast<double>(info.late);
+        case non_finite: return static_cast<double>(info.non_finite);
+        case dropped: return static_cast<double>(info.dropped);
+        default: return memory_.missed;
+        }
+    }
+
+    // 0 before the first sample of a sensor.
+    void show_innovations(double* values) const {
+        hnav_observer_innovation_of seen[max_channels];
+        for (int i = 0; i < at_.sizes.sensors; ++i) {
+            seen[i] = hnav_sized<hnav_observer_innovation_of>();
+            hnav_observer_innovation(object_, i, seen + i);
+        }
+        at_.each(1u << innovation_group, values, [&](Role role, int i, double* value) {
+            const hnav_observer_innovation_of& of = seen[i];
+            *value = role == innovation         ? of.innovation
+                     : role == innovation_sigma ? of.sigma
+                     : role == nis              ? of.nis
+                     : role == mean_nis         ? of.mean_nis
+                     : role == sensor_used      ? static_cast<double>(of.samples)
+                                                : static_cast<double>(of.inflated);
+        });
+    }
+
+    // The index of an element counts through all of P, row by row.
+    void show_covariance(double* values) const {
+        double P[max_index * max_index];
+        hnav_observer_covariance(object_, P);
+        at_.each(1u << covariance_group, values, [&P](Role, int i, double* value) { *value = P[i]; });
+    }
+
+    Variables at_;
+    char folder_[1024] = "";
+    char trouble_[320] = "";
+};
+
+} // namespace
+
+constexpr ModelInfo model_info = {"Observer", "Estimates the states of the plant inside", Experiment{0.01, 10}};
+Model* make_model() { return new Observer; }
+
+} // namespace hnav::fmu

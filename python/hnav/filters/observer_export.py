@@ -1,0 +1,343 @@
+"""An observer as an FMU: the plant inside, its estimates outside.
+
+The binary is the same for every plant, that of the FMU Observer which is built with the others; what differs is text, written here
+from one table.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hnav.errors import HnavError, HnavValueError
+from hnav.io.fmu_files import fmu_path
+from hnav.io.fmu_writing import About, Row, model_description, number, page, terminals
+from hnav.io.model_description import ModelDescription, Unit
+from hnav.io.outputs import write_files, writing
+from hnav.native.options import option_rows
+
+if TYPE_CHECKING:
+    from hnav.filters.observer import Observer
+
+IDENTIFIER = "Observer"
+PLANT = "resources/plant/"
+_INF = float("inf")
+LARGEST_COVARIANCE = 16  # numbers that are estimated: more have no rows for what they have in common
+_OWN_OPTIONS = ("start_time_s",)  # told by the importer
+_SECOND = Unit(1.0, 0.0, (0, 0, 1, 0, 0, 0, 0, 0))
+_PLATFORMS = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin"}  # FMI 2's names, and FMI 3's
+_MODES = (
+    ("periodic", "Inputs are a sample at the first communication point at or after each period, stamped with its time"),
+    ("counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"),
+    (
+        "held",
+        "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant",
+    ),
+)
+
+
+def export(observer: Observer, path: Path | str, fmi_version: int, period_s: float) -> list[str]:
+    """Writes the FMU. Answers the platforms of the plant that it does not run on. Raises HnavValueError with the cure."""
+    fmu = plant_of(observer)
+    if fmi_version not in (2, 3):
+        raise HnavValueError("option", f"fmi_version is {fmi_version}: it must be 2 or 3", "fmi_version")
+    if not 1e-6 <= period_s <= 1e6:
+        raise HnavValueError("option", f"period_s is {period_s:g}: it must lie in [1e-6, 1e6]", "period_s")
+    with writing(path), zipfile.ZipFile(fmu_path(IDENTIFIER, fmi_version)) as shell, zipfile.ZipFile(fmu.path) as plant:
+        here, there = _platforms(shell), _platforms(plant)
+        if not here & there:
+            raise HnavValueError(
+                "option", f"{fmu.path.name} has binaries for {', '.join(sorted(there))}, the observer for {', '.join(sorted(here))}: export the "
+                "plant for one of these", "fmu"
+            )  # fmt: skip
+        contents = {name: text.encode() for name, text in texts(observer, fmi_version, period_s).items()}
+        contents |= _taken(shell, ("documentation/licenses/", "terminalsAndIcons/icon", "model.png"), here & there)
+        inside = _taken(plant, ("resources/", "documentation/licenses/", "licenses/"), here & there)
+        contents |= {PLANT + name: content for name, content in inside.items()}
+    write_files({Path(path): _archive(contents)})
+    return sorted(there - here)
+
+
+def plant_of(observer: Observer) -> ModelDescription:
+    """Raises HnavValueError for a plant that is no FMU."""
+    if not isinstance(observer.plan.plant, ModelDescription):
+        raise HnavValueError(
+            "option",
+            "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange",
+            "plan",
+        )
+    return observer.plan.plant
+
+
+def texts(observer: Observer, fmi_version: int, period_s: float) -> dict[str, str]:
+    """All that depends on the plant, by path in the archive."""
+    fmu, rows = plant_of(observer), table(observer, period_s)
+    title = f"Observer of {fmu.name}"
+    about = About(
+        title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
+        _saves(observer), fmu.once,
+    )  # fmt: skip
+    return {
+        "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(rows),
+        "documentation/index.html": page(title, _about(observer), rows),
+        "resources/variables.txt": _variables(observer, rows),
+        f"{PLANT}observer.plan": observer.plan.text(f"binaries/*/{fmu.identifier}.*"),
+    }
+
+
+def _platform(name: str) -> str | None:
+    """Of a binary in an archive; None for other files."""
+    folder, _, rest = name.removeprefix("binaries/").partition("/")
+    return _PLATFORMS.get(folder, folder) if name.startswith("binaries/") and rest else None
+
+
+def _platforms(archive: zipfile.ZipFile) -> set[str]:
+    return {platform for name in archive.namelist() if (platform := _platform(name.removeprefix("./")))}
+
+
+def _taken(archive: zipfile.ZipFile, beginnings: tuple[str, ...], platforms: set[str]) -> dict[str, bytes]:
+    """Content by path: of these folders, and binaries for these platforms."""
+    entries = {name.removeprefix("./"): name for name in archive.namelist() if not name.endswith("/")}
+    return {
+        name: archive.read(entry)
+        for name, entry in entries.items()
+        if name.startswith(beginnings) or _platform(name) in platforms
+    }
+
+
+def _archive(contents: dict[str, bytes]) -> Iterator[bytes]:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(contents):
+            # Equal content, equal bytes, whatever the day.
+            archive.writestr(zipfile.ZipInfo(name), contents[name], zipfile.ZIP_DEFLATED)
+    yield made.getvalue()
+
+
+def _saves(observer: Observer) -> bool:
+    """Whether its state can be saved, which is the plant's to allow."""
+    try:
+        observer.save()
+    except HnavError:
+        return False
+    return True
+
+
+# --------------------------------------------------------------------------------------------- the table
+
+
+def table(observer: Observer, period_s: float) -> list[Row]:
+    """The variables, in the order of their value references. Raises HnavValueError where two have one name."""
+    rows = [
+        Row("time", 0, "time", "Simulation time", causality="independent", variability="continuous", unit="s"),
+        *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer), *_health(observer),
+    ]  # fmt: skip
+    rows = _with_states(observer, rows)
+    seen = set[str]()
+    for row in rows:
+        if row.name in seen:
+            raise HnavValueError(
+                "option", f"two variables of the FMU would be called {row.name}: rename one in the plant", row.name
+            )
+        seen.add(row.name)
+    return rows
+
+
+def _unit(observer: Observer, name: str) -> str:
+    return plant_of(observer).variables[name].unit
+
+
+def _sampled(kind: str, index: int, name: str) -> list[Row]:
+    return [
+        Row(f"{kind}_sample", index, f"{name}.sample", "Sample counter: a change marks a new sample (sampling_mode counter)", "integer",
+            "input"),
+        Row(f"{kind}_t_meas", index, f"{name}.t_meas", "Time at which the sample was measured (sampling_mode counter)",
+            causality="input", unit="s"),
+    ]  # fmt: skip
+
+
+def _inputs(observer: Observer) -> Iterator[Row]:
+    fmu, plan = plant_of(observer), observer.plan
+    for k, name in enumerate(plan.sensors):
+        start = fmu.variables[name].start
+        yield Row("sensor_value", k, f"{name}.value", "Sample of this variable of the plant", causality="input",
+                  unit=_unit(observer, name), start=start if start == start else 0.0)  # fmt: skip
+        yield from _sampled("sensor", k, name)
+        yield Row("sensor_valid", k, f"{name}.valid", "False: the sample is not used", "boolean", "input", start=1)
+    for k, (name, start) in enumerate(plan.inputs.items()):
+        own = fmu.variables[name].start
+        known = start if start == start else own if own == own else 0.0
+        yield Row("input_value", k, f"{name}.value", "Input of the plant, held from sample to sample", causality="input",
+                  unit=_unit(observer, name), start=known)  # fmt: skip
+        yield from _sampled("input", k, name)
+    yield Row("reset", 0, "reset", "Rising edge: back to the state after initialization", "boolean", "input")
+
+
+def _parameter(
+    role: str, index: int, name: str, text: str, start: float, unit: str = "", min: float = 0.0, **more: object
+) -> Row:
+    made = Row(role, index, name, text, causality="parameter", variability="fixed", unit=unit, start=start, min=min)
+    return dataclasses.replace(made, **more)  # type: ignore[arg-type]
+
+
+def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
+    plan, (starts, _) = observer.plan, observer.estimate()
+    yield _parameter(
+        "sampling_mode", 0, "sampling_mode", "What makes held inputs a sample", 0, type="enumeration", choices=_MODES, max=2.0
+    )
+    for kind, names in (("sensor", plan.sensors), ("input", plan.inputs)):
+        for k, name in enumerate(names):
+            text = "Sampling period (sampling_mode periodic or held); 0: never"
+            yield _parameter(f"{kind}_period", k, f"{name}.period", text, period_s, "s", max=1e6)
+    known = {**plan.states, **plan.unknown_inputs, **plan.parameters}
+    for k, (name, told) in enumerate(known.items()):
+        unit = _unit(observer, name)
+        density = f"{unit}/sqrt(s)" if unit else "1/sqrt(s)"
+        yield _parameter("start", k, f"start.{name}", "Estimate at the start", starts[name], unit, min=-_INF)
+        yield _parameter(
+            "start_sigma", k, f"start_sigma.{name}", "Its standard deviation", told.start_sigma, unit, is_difference=True
+        )
+        yield _parameter("noise", k, f"noise.{name}", "White noise that drives it", told.noise, density)
+    for k, (name, sensor) in enumerate(plan.sensors.items()):
+        noise = abs(sensor.factor) * sensor.noise
+        yield _parameter(
+            "sensor_noise", k, f"{name}.noise", "Standard deviation of a sample", noise, _unit(observer, name), is_difference=True
+        )
+        text = "NIS beyond which a sample is used with more noise, once ready; 0: never"
+        yield _parameter("sensor_gate", k, f"{name}.gate_nis", text, sensor.gate_nis)
+    yield from _options(observer)
+
+
+def _options(observer: Observer) -> Iterator[Row]:
+    """Options of the library, GROUP.NAME."""
+    values = observer.options.as_dict()
+    for k, info in enumerate(option_rows("observer").values()):
+        if info.name in _OWN_OPTIONS:
+            continue
+        value = info.choices.index(values[info.attribute]) if info.choices else float(values[info.attribute])
+        kind = "enumeration" if info.choices else "integer" if info.is_integer else "real"
+        choices = tuple(zip(info.choices, info.choice_descriptions))
+        yield _parameter("option", k, f"{info.group}.{info.name}", info.description, value, info.unit, info.min, max=info.max, type=kind,
+                         choices=choices)  # fmt: skip
+
+
+def _outputs(observer: Observer) -> Iterator[Row]:
+    yield Row("post_t", 0, "post.t", "Time of the newest used sample; the start time before the first", unit="s")
+    for prefix, role, text in (
+        ("post", "post", "Estimate just after the newest used sample: the same bits whatever the steps"),
+        ("post_sigma", "post_sigma", "Its standard deviation"),
+        ("est", "estimate", "Estimate now"),
+        ("sigma", "sigma", "Its standard deviation now"),
+    ):
+        flows = role in ("estimate", "sigma")
+        for k, name in enumerate(observer.names):
+            yield Row(role, k, f"{prefix}.{name}", text, unit=_unit(observer, name), is_difference="sigma" in role,
+                      variability="continuous" if flows else "discrete")  # fmt: skip
+    N = len(observer.names)
+    for i in range(N if N <= LARGEST_COVARIANCE else 0):
+        for j in range(i, N):
+            text = f"Covariance of {observer.names[i]} and {observer.names[j]}"
+            yield Row("covariance", i * N + j, f"cov[{i + 1},{j + 1}]", text, variability="continuous")
+    for k, name in enumerate(observer.plan.sensors):
+        unit = _unit(observer, name)
+        yield Row("innovation", k, f"innov.{name}", "Innovation of its newest used sample: measured minus expected", unit=unit,
+                  is_difference=True)  # fmt: skip
+        yield Row("innovation_sigma", k, f"innov_sigma.{name}", "Standard deviation that was expected of it", unit=unit,
+                  is_difference=True)  # fmt: skip
+        yield Row("nis", k, f"nis.{name}", "Its normalised square: 1 in the mean")
+        yield Row("mean_nis", k, f"mean_nis.{name}", "Mean over about the last 50")
+        yield Row("sensor_used", k, f"count.{name}.used", "Samples used", "integer")
+        yield Row("sensor_inflated", k, f"count.{name}.inflated", "Samples that the gate used with more noise", "integer")
+
+
+def _health(observer: Observer) -> Iterator[Row]:
+    yield Row("ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as told", "boolean")
+    yield Row("begun", 0, "begun", "The estimate has begun", "boolean")
+    yield Row("repeatable", 0, "repeatable", "The plant answers bit for bit the same to the same question", "boolean")
+    for role, text in (
+        ("events", "Instants that were used"),
+        ("corrections", "Those with a sensor"),
+        ("late", "Samples refused as too old"),
+        ("non_finite", "Samples refused as not finite"),
+        ("dropped", "Instants for which the plant had no answer"),
+        ("missed", "Samples that a coarse communication step lost"),
+    ):
+        yield Row(role, 0, f"count.{role}", text, "integer")
+
+
+def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
+    """The rows, what flows in Model Exchange behind them, and on which of it outputs depend."""
+    names, N, first = observer.names, len(observer.names), len(rows)
+    moving = len(observer.plan.states) + len(observer.plan.unknown_inputs)
+    state = [(f"state.{name}", "Estimate", _unit(observer, name)) for name in names[:moving]]
+    state += [
+        (f"state.S[{i},{j}]", "Transition since the last sample", "") for i in range(1, moving + 1) for j in range(1, N + 1)
+    ]
+    state += [(f"state.Q[{i},{j}]", "Noise that entered since, scaled", "") for i in range(1, N + 1) for j in range(i, N + 1)]
+    state += [("state.clock", "Time since", "s")]
+    S, Q = first + moving, first + moving * (1 + N)
+
+    def moved(i: int) -> list[int]:
+        return list(range(S + i * N, S + (i + 1) * N)) if i < moving else []
+
+    def entered(i: int, j: int) -> int:
+        return Q + i * N - i * (i - 1) // 2 + j - i
+
+    def on(row: Row) -> tuple[int, ...]:
+        if row.role == "estimate":
+            return (first + row.index,) if row.index < moving else ()
+        if row.role not in ("sigma", "covariance"):
+            return ()
+        i, j = (row.index, row.index) if row.role == "sigma" else divmod(row.index, N)
+        return tuple(sorted({*moved(i), *moved(j), entered(i, j)}))
+
+    made = [dataclasses.replace(row, depends_on=on(row)) for row in rows]
+    made += [
+        Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
+        for k, (name, text, unit) in enumerate(state)
+    ]
+    return made + [
+        Row(
+            "derivative",
+            k,
+            f"der({name})",
+            text,
+            causality="local",
+            variability="continuous",
+            derivative_of=first + k,
+            depends_on=None,
+        )
+        for k, (name, text, _) in enumerate(state)
+    ]
+
+
+# --------------------------------------------------------------------------------------------- texts
+
+
+def _variables(observer: Observer, rows: list[Row]) -> str:
+    """The table as the binary reads it: fmu/observer/variables.hpp."""
+    plan, nx = observer.plan, sum(row.is_state for row in rows)
+    sizes = [len(of) for of in (plan.states, plan.unknown_inputs, plan.parameters, plan.inputs, plan.sensors)]
+    lines = ["hnav_observer_variables 1", f"sizes {' '.join(map(str, [*sizes, nx]))}"]
+    lines += [f"{row.role} {row.index} {float(row.start)!r} {row.min!r} {row.max!r} {row.name}" for row in rows]
+    return "\n".join([*lines, "end", ""])
+
+
+def _about(observer: Observer) -> list[str]:
+    fmu, plan = plant_of(observer), observer.plan
+    options = ", ".join(f"{name} = {number(v) if isinstance(v, float) else v}" for name, v in observer.options.changed().items())
+    return [
+        f"Estimates {', '.join(observer.names)} of {fmu.name} from samples of {', '.join(plan.sensors)}"
+        + (f", knowing {', '.join(plan.inputs)}" if plan.inputs else "")
+        + ". The plant is inside, under resources/plant, with its own licences; whoever passes this FMU on needs the right to pass the plant on.",
+        "Inputs are samples: sampling_mode says what makes one. Between them SUNDIALS integrates the states and their transition matrix, at "
+        "a sample an extended Kalman filter corrects them. Values are in the plant's units.",
+        "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
+        *([f"Options that differ from their defaults: {options}."] if options else []),
+        *(f"{sentence[:1].upper()}{sentence[1:]}." for sentence in observer.lies()),
+    ]  # fmt: skip

@@ -1,0 +1,24 @@
+"""Where the FMUs are that hnav is built with."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from hnav.errors import HnavValueError
+from hnav.places import CHECKOUT, PACKAGE
+from hnav.renamed import now_called
+
+
+def fmu_path(name: str, fmi_version: int) -> Path:
+    """HNAV_FMUS/fmiN/NAME.fmu, else the one in this package (wheel), else the build of the checkout."""
+    if new := now_called(name, "fmu"):
+        raise HnavValueError("option", f"there is no FMU {name}{new}")
+    folders = [Path(os.environ["HNAV_FMUS"])] if "HNAV_FMUS" in os.environ else [PACKAGE / "fmus", CHECKOUT / "build" / "fmus"]
+    for folder in folders:
+        path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
+        if path.is_file():
+            return path
+    raise HnavValueError(
+        "option", f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder"
+    )
