@@ -13,6 +13,13 @@ hnav_status check_point(const hnav_observer* o, double t_s, const double* x) {
     return at == nx ? HNAV_OK : o->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", at, x[at]);
 }
 
+// An integrator outside does not know where the plant's own events lie, nor the parts that they split an estimate into.
+hnav_status check_plant(const hnav_observer* o) {
+    if (!o->filter.model().crosses()) return HNAV_OK;
+    return o->fail(HNAV_ERROR_UNSUPPORTED,
+                   "the plant has events of its own, which an integrator outside does not cross: use advance");
+}
+
 } // namespace
 
 extern "C" {
@@ -38,6 +45,7 @@ hnav_status hnav_observer_nominal_x(const hnav_observer* observer, double* x) {
 hnav_status hnav_observer_derivative(const hnav_observer* observer, const double* x, double* dx) {
     REQUIRE(observer, x);
     REQUIRE(observer, dx);
+    if (const hnav_status status = check_plant(observer)) return status;
     const auto& filter = observer->filter;
     if (!filter.model().flows(filter.newest())) {
         std::fill_n(dx, filter.nx(), 0.0);
@@ -57,6 +65,7 @@ hnav_status hnav_observer_next_event_s(const hnav_observer* observer, double* t_
 hnav_status hnav_observer_jump(hnav_observer* observer, double t_s, const double* x_minus, double* x_plus) {
     REQUIRE(observer, x_minus);
     REQUIRE(observer, x_plus);
+    if (const hnav_status status = check_plant(observer)) return status;
     if (const hnav_status status = check_point(observer, t_s, x_minus)) return status;
     const int waited = observer->filter.waiting();
     if (observer->filter.jump(t_s, x_minus, x_plus) == hnav::Outcome::ok) return HNAV_OK;

@@ -219,7 +219,8 @@ HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const 
 
 /* For an integrator of the caller: it flows states x between samples, and samples act as jumps. x has nx numbers: the plant's states
  * and the unknown inputs, their rows of the transition matrix since the last jump (row-major, N columns), the noise that has entered
- * since (upper triangle of N x N, in units that change with jumps), and the time since. */
+ * since (upper triangle of N x N, in units that change with jumps), and the time since. For plants without events of their own: with
+ * them derivative and jump answer UNSUPPORTED. */
 HNAV_API hnav_status hnav_observer_nx(const hnav_observer* observer, int32_t* nx);
 /* Just after the newest used sample; their usual sizes, all above 0. */
 HNAV_API hnav_status hnav_observer_get_x(const hnav_observer* observer, double* x);

@@ -1,0 +1,156 @@
+// The observer with an integrator of the caller's: what flows outside is what flows inside.
+#include "observer.hpp"
+
+#include <cmath>
+
+using hnav::test::Given;
+using hnav::test::Numbers;
+using hnav::test::Observer;
+
+namespace {
+
+// A mass on a spring whose stiffness is learnt, and a push that nobody measures.
+int spring(void*, double, const double* x, const double* u, const double* p, double* dx) {
+    dx[0] = x[1];
+    dx[1] = -p[0] * x[0] - 0.3 * x[1] + u[0];
+    return 0;
+}
+
+int position(void*, double, const double* x, const double*, const double*, double* y) {
+    y[0] = x[0];
+    return 0;
+}
+
+Given spring_with_everything() {
+    Given g;
+    g.plant.n_states = 2;
+    g.plant.n_inputs = g.plant.n_unknown_inputs = 1;
+    g.plant.n_parameters = 1;
+    g.plant.n_outputs = 1;
+    g.plant.derivatives = spring;
+    g.plant.outputs = position;
+    g.start = {1, 0, 0, 4};
+    g.start_sigma = {0.2, 0.5, 0.1, 0.5};
+    g.noise = {0, 0.1, 0.01, 0};
+    g.time_constant = {5};
+    g.sensor_sigma = {0.02};
+    g.options.rtol = 1e-10;
+    g.options.covariance_rtol = 1e-8;
+    return g;
+}
+
+double sample(double t_s) { return std::cos(2 * t_s) * std::exp(-0.15 * t_s) + 0.02 * std::sin(40 * t_s); }
+
+// Runge and Kutta's fourth order.
+void flow(hnav_observer* o, double interval_s, Numbers* x) {
+    constexpr int steps = 50;
+    const double h = interval_s / steps;
+    const std::size_t n = x->size();
+    const auto slope = [&](const Numbers& at) {
+        Numbers dx(n);
+        EXPECT_EQ(hnav_observer_derivative(o, at.data(), dx.data()), HNAV_OK);
+        return dx;
+    };
+    const auto moved = [&](const Numbers& dx, double by) {
+        Numbers at = *x;
+        for (std::size_t i = 0; i < n; ++i) at[i] += by * dx[i];
+        return at;
+    };
+    for (int k = 0; k < steps; ++k) {
+        const Numbers a = slope(*x), b = slope(moved(a, h / 2)), c = slope(moved(b, h / 2)), d = slope(moved(c, h));
+        for (std::size_t i = 0; i < n; ++i) (*x)[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
+    }
+}
+
+} // namespace
+
+TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
+    const Given g = spring_with_everything();
+    Observer inside(g), outside(g);
+    int32_t nx = 0;
+    ASSERT_EQ(hnav_observer_nx(outside, &nx), HNAV_OK);
+    Numbers x(nx), nominal(nx);
+    ASSERT_EQ(hnav_observer_get_x(outside, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_observer_nominal_x(outside, nominal.data()), HNAV_OK);
+    for (const double size : nominal) EXPECT_GT(size, 0);
+    constexpr double interval_s = 0.1;
+    for (int k = 0; k < 30; ++k) {
+        const double t_s = k * interval_s, end_s = t_s + interval_s;
+        ASSERT_EQ(hnav_observer_push(inside, 0, t_s, sample(t_s)), HNAV_OK);
+        ASSERT_EQ(hnav_observer_push(outside, 0, t_s, sample(t_s)), HNAV_OK);
+        double next_s = 0;
+        ASSERT_EQ(hnav_observer_next_event_s(outside, &next_s), HNAV_OK);
+        EXPECT_EQ(next_s, t_s);
+        ASSERT_EQ(hnav_observer_advance(inside, end_s), HNAV_OK);
+        ASSERT_EQ(hnav_observer_jump(outside, t_s, x.data(), x.data()), HNAV_OK);
+        flow(outside, interval_s, &x);
+        ASSERT_EQ(hnav_observer_show(outside, end_s, x.data()), HNAV_OK);
+        const Numbers sigma = inside.sigma(), shown = outside.sigma(), is = inside.x(), was = outside.x();
+        for (std::size_t i = 0; i < sigma.size(); ++i) {
+            EXPECT_NEAR(was[i], is[i], 1e-5 * sigma[i]);
+            EXPECT_NEAR(shown[i], sigma[i], 1e-5 * sigma[i]);
+        }
+    }
+    EXPECT_EQ(outside.info().corrections, 30u);
+}
+
+TEST(ObserverHybrid, TheEstimateAfterASampleStaysWhileTimeGoesOn) {
+    Observer o(spring_with_everything());
+    ASSERT_EQ(hnav_observer_push(o, 0, 0, 0.9), HNAV_OK);
+    ASSERT_EQ(hnav_observer_advance(o, 0), HNAV_OK);
+    const Numbers x = o.x(), sigma = o.sigma();
+    ASSERT_EQ(hnav_observer_advance(o, 0.3), HNAV_OK);
+    Numbers after(4), its_sigma(4);
+    ASSERT_EQ(hnav_observer_posterior(o, after.data(), its_sigma.data()), HNAV_OK);
+    EXPECT_EQ(after, x);
+    EXPECT_EQ(its_sigma, sigma);
+    EXPECT_NE(o.x(), x);
+}
+
+TEST(ObserverHybrid, NothingFlowsBeforeTheFirstSample) {
+    Observer o(spring_with_everything());
+    int32_t nx = 0;
+    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    Numbers x(nx), dx(nx, 1);
+    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_observer_derivative(o, x.data(), dx.data()), HNAV_OK);
+    EXPECT_EQ(dx, Numbers(nx, 0));
+    double next_s = 0;
+    ASSERT_EQ(hnav_observer_next_event_s(o, &next_s), HNAV_OK);
+    EXPECT_TRUE(std::isinf(next_s));
+}
+
+TEST(ObserverHybrid, WhatCannotBeIsRefused) {
+    Observer o(spring_with_everything());
+    int32_t nx = 0;
+    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    Numbers x(nx), dx(nx);
+    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
+    EXPECT_EQ(hnav_observer_jump(o, NAN, x.data(), x.data()), HNAV_ERROR_NON_FINITE);
+    x[3] = NAN;
+    EXPECT_EQ(hnav_observer_show(o, 0, x.data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_NE(o.message().find("x[3]"), std::string::npos) << o.message();
+    EXPECT_EQ(hnav_observer_get_x(o, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_observer_nx(nullptr, &nx), HNAV_ERROR_NULL_ARGUMENT);
+
+    // A plant that breaks costs the samples of the jump and no more.
+    Given breaks = spring_with_everything();
+    breaks.plant.outputs = [](void*, double t_s, const double* x, const double*, const double*, double* y) {
+        y[0] = x[0];
+        return t_s > 1 ? -1 : 0;
+    };
+    Observer broken(breaks);
+    ASSERT_EQ(hnav_observer_get_x(broken, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_observer_push(broken, 0, 2, 0.5), HNAV_OK);
+    EXPECT_EQ(hnav_observer_jump(broken, 2, x.data(), x.data()), HNAV_ERROR_SOLVER);
+    EXPECT_EQ(broken.info().dropped, 1u);
+
+    Given with_event = spring_with_everything();
+    with_event.plant.event = [](void*, double, const double*, const double*, const double*, double*) { return 0; };
+    with_event.plant.n_indicators = 1;
+    with_event.plant.indicators = position;
+    Observer bounces(with_event);
+    ASSERT_EQ(hnav_observer_get_x(bounces, x.data()), HNAV_OK);
+    EXPECT_EQ(hnav_observer_derivative(bounces, x.data(), dx.data()), HNAV_ERROR_UNSUPPORTED);
+    EXPECT_EQ(hnav_observer_jump(bounces, 0, x.data(), x.data()), HNAV_ERROR_UNSUPPORTED);
+}
