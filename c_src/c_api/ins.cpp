@@ -31,6 +31,7 @@ ins::Settings settings_of(const hnav_ins_options& o) {
     s.pressure_colour_s = o.pressure_colour_s;
     s.sigma_velocity = o.start_sigma_velocity_m_s;
     s.sigma_gyro = o.start_sigma_gyro_bias_rad_s;
+    s.sigma_gyro_scale = o.start_sigma_gyro_scale;
     s.sigma_accel = o.start_sigma_accel_bias_m_s2;
     s.sigma_tilt = o.start_sigma_tilt_rad;
     s.sigma_latency = o.start_sigma_latency_s;

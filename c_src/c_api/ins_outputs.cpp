@@ -25,6 +25,7 @@ void fill(const hnav_ins* f, hnav_navigation* out) {
     store(n.velocity_e, out->velocity_e_m_s);
     store(Vector3(s.gyro_bias), out->gyro_bias_rad_s);
     store(Vector3(s.accel_bias), out->accel_bias_m_s2);
+    store(Vector3(s.gyro_scale), out->gyro_scale);
     store(n.sigma_position, out->sigma_position_m);
     store(n.sigma_velocity, out->sigma_velocity_m_s);
     store(n.sigma_rotation, out->sigma_rotation_rad);
@@ -32,6 +33,7 @@ void fill(const hnav_ins* f, hnav_navigation* out) {
         const auto sigma = [&](int row) { return std::sqrt(std::fmax(0, s.P[ins::packed(row + i, row + i)])); };
         out->sigma_gyro_bias_rad_s[i] = sigma(ins::row_gyro);
         out->sigma_accel_bias_m_s2[i] = sigma(ins::row_accel);
+        out->sigma_gyro_scale[i] = sigma(ins::row_gyro_scale);
     }
     out->heading_second_rad = n.circle.second_rad;
     out->heading_second_share = n.circle.second_share;
@@ -121,6 +123,7 @@ hnav_navigation navigation(const hnav_ins* f) {
         // Its numbers are the doubles between t_s and phase.
         double* first = &out.latitude_rad;
         for (double* p = first; p <= &out.sigma_latency_s; ++p) *p = none;
+        for (int i = 0; i < 3; ++i) out.gyro_scale[i] = out.sigma_gyro_scale[i] = none;
     }
     out.t_s = f->filter.now_s();
     out.phase = static_cast<std::int32_t>(s.phase);

@@ -1,6 +1,7 @@
 // While the heading is unknown: where the state is linearised, when the heading is found, when the axes are lost.
 #include "ins/circle.hpp"
 #include "ins/model.hpp"
+#include "maths/cholesky.hpp"
 
 namespace hnav::ins {
 namespace {
@@ -22,7 +23,64 @@ OnU regression(const Covariance& P) {
     return on;
 }
 
+// d(u)/d(alpha) at the likeliest alpha.
+struct Tangent {
+    double x, y;
+    explicit Tangent(const Circle& circle) : x(-std::sin(circle.mode_rad)), y(std::cos(circle.mode_rad)) {}
+};
+
 } // namespace
+
+// Of the heading now: what the gyroscopes have lost since the start goes with alpha.
+double Model::heading_variance(const State& s, const Covariance& P) const {
+    const int row = row_phi + 2;
+    if (!is_free(s)) return P[row][row];
+    const OnU on = regression(P);
+    const Tangent t(s.circle);
+    const double by_u = on.G[row][0] * P[row_u][row] + on.G[row][1] * P[row_u + 1][row];
+    const double along = s.circle.spread_rad * (1 + on.G[row][0] * t.x + on.G[row][1] * t.y);
+    return std::fmax(0, P[row][row] - by_u) + along * along;
+}
+
+// How far a sample lies from what the likeliest heading lets expect, heading unknown by its spread: the mean of the Gaussian
+// may have a short u, for which a fix that lies far off looks like any other.
+double Model::nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const {
+    const OnU on = regression(P);
+    const Tangent t(s.circle);
+    const double spread = s.circle.spread_rad, across = spread * spread / std::sqrt(2.0);
+    Matrix3 S = Matrix3::Identity();
+    Vector3 r = Vector3::Zero();
+    double HP[3][errors] = {}, HG[3][2] = {};
+    for (int k = 0; k < m.rows; ++k) {
+        r[k] = m.r[k];
+        for (int i = 0; i < errors; ++i) {
+            if (m.H[k][i] == 0) continue;
+            for (int j = 0; j < errors; ++j) HP[k][j] += m.H[k][i] * P[i][j];
+            for (int j = 0; j < 2; ++j) HG[k][j] += m.H[k][i] * on.G[i][j];
+        }
+    }
+    for (int k = 0; k < m.rows; ++k)
+        for (int l = 0; l < m.rows; ++l) {
+            double sum = k == l ? m.R[k] : 0;
+            for (int i = 0; i < errors; ++i) sum += HP[k][i] * m.H[l][i];
+            for (int j = 0; j < 2; ++j) sum -= HG[k][j] * HP[l][row_u + j];
+            const double along[2] = {HG[k][0] * t.x + HG[k][1] * t.y, HG[l][0] * t.x + HG[l][1] * t.y};
+            const double out[2] = {HG[k][0] * t.y - HG[k][1] * t.x, HG[l][0] * t.y - HG[l][1] * t.x};
+            S(k, l) = sum + spread * spread * along[0] * along[1] + across * across * out[0] * out[1];
+        }
+    const Cholesky<3> factor(S);
+    return factor.positive() ? r.dot(factor.solve<1>(r)) : 0;
+}
+
+void Model::gate_given_heading(const State& s, const Covariance& P, Measurement& m) const {
+    m.nis = nis_given_heading(s, P, m);
+    const double limit = gate_for(m.rows, settings_.gate_nis);
+    if (m.gated && limit > 0 && m.nis > limit) {
+        m.scale = m.nis / limit * (m.nis / limit);
+        for (double& r : m.R) r *= m.scale;
+    }
+    m.gated = false;
+}
 
 // The state is linearised where |u| = 1: at the state given the likeliest alpha. The noise of the satellites stands in the
 // rows of u too and shrinks its mean, and tilt and velocity that go with a short u are a bad point to linearise about.
@@ -30,8 +88,8 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     const OnU on = regression(P);
     const double m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
     if (look_at_circle) {
-        const double widened = std::fmax(1, s.nis_mean);
-        const double S[2][2] = {{on.S[0][0] * widened, on.S[0][1] * widened}, {on.S[1][0] * widened, on.S[1][1] * widened}};
+        const double wider = widened(s);
+        const double S[2][2] = {{on.S[0][0] * wider, on.S[0][1] * wider}, {on.S[1][0] * wider, on.S[1][1] * wider}};
         s.circle = heading_on_circle(m, S);
     }
     const double off[2] = {std::cos(s.circle.mode_rad) - m[0], std::sin(s.circle.mode_rad) - m[1]};
@@ -87,7 +145,7 @@ void Model::collapse(State& s, Covariance& P) const {
 // biases stays; heading, velocity and displacement start anew, and nothing false is carried on.
 void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
     double tilt_and_biases[errors] = {};
-    for (const int row : {row_phi, row_gyro, row_accel})
+    for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale})
         for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
     apply(s, tilt_and_biases);
     for (double& e : s.mean) e = 0;

@@ -4,17 +4,13 @@
 
 namespace hnav::ins {
 
-double Model::heading_variance(const State& s, const Covariance& P) const {
-    const double on_circle = is_free(s) ? s.circle.spread_rad * s.circle.spread_rad : 0;
-    return P[row_phi + 2][row_phi + 2] + on_circle;
-}
-
 void Model::apply(State& s, const double* error) const {
     vec(s.x) += vec(error + row_d);
     vec(s.x + 3) += vec(error + row_v);
     quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
     vec(s.gyro_bias) += vec(error + row_gyro);
     vec(s.accel_bias) += vec(error + row_accel);
+    vec(s.gyro_scale) += vec(error + row_gyro_scale);
     s.latency += error[row_latency];
     vec(s.colour) += vec(error + row_colour);
     s.offset += error[row_offset];
@@ -41,6 +37,7 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     i.nis = c.nis;
     i.noise_scale = c.scale;
     i.dimension = static_cast<std::uint64_t>(m.rows);
+    if (c.scale > 1) ++s.inflated[m.channel];
     for (int k = 0; k < m.rows; ++k) {
         i.value[k] = m.r[k];
         i.variance[k] = m.R[k];
@@ -54,6 +51,13 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
 
 } // namespace
 
+// How well the satellites and rests fit.
+void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
+    // A single fix that lies far off is the gate's, and says nothing of the others.
+    if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
+    note_strain(s, m.channel, c.nis / m.rows, event.t_s);
+}
+
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
     const double heading = heading_variance(s, P), tilt = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
     const double velocity_before = P.variances(row_v).maxCoeff(), position_before = P.variances(row_d).head<2>().maxCoeff();
@@ -66,12 +70,8 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         return;
     }
     note_innovation(s, event, m, prior, before, c);
-    if (c.scale > 1) ++s.inflated[m.channel];
     const bool absolute = m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
-    if (absolute) {
-        s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
-        note_strain(s, m.channel, c.nis / m.rows, event.t_s);
-    }
+    if (absolute) note_fit(s, event, m, c);
     if (is_free(s)) {
         for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
         centre(s, P, absolute || m.channel == ins::heading);
@@ -88,18 +88,25 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
 }
 
 // A jump that lasts is believed: what was refused for long is an error of the satellites' position, or a velocity that has
-// really changed.
+// really changed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
     double& since_s = s.refused_since_s[m.channel];
-    if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
+    constexpr double believed_when_free = 3;
+    double& in_row = s.refused_in_row[m.channel];
+    const bool lasts = event.t_s - since_s > settings_.gate_longest_s || (is_free(s) && in_row >= believed_when_free);
+    if (std::isfinite(since_s) && lasts) {
         const int row = m.channel == position ? row_colour : row_v;
         for (int i = 0; i < m.rows; ++i) P[row + i][row + i] += m.r[i] * m.r[i];
         m.gated = false;
         since_s = nan;
+        in_row = 0;
     }
-    for (double& r : m.R) r *= std::fmax(1, s.nis_mean);
+    for (double& r : m.R) r *= widened(s);
+    if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
-    if (!(s.innovation[m.channel].noise_scale > 1)) since_s = nan;
+    const bool refused = s.innovation[m.channel].noise_scale > 1;
+    in_row = refused ? in_row + 1 : 0;
+    if (!refused) since_s = nan;
     else if (std::isnan(since_s)) since_s = event.t_s;
 }
 
@@ -120,12 +127,15 @@ void Model::begin_anew_if_strained(State& s, double now_s) const {
     ++s.times_lost;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();
+    vec(s.gyro_scale).setZero();
     Covariance P = Covariance::of(s.P);
     for (int i = 0; i < 3; ++i) {
         P.forget(row_gyro + i);
         P.forget(row_accel + i);
+        P.forget(row_gyro_scale + i);
         P[row_gyro + i][row_gyro + i] = settings_.sigma_gyro * settings_.sigma_gyro;
         P[row_accel + i][row_accel + i] = settings_.sigma_accel * settings_.sigma_accel;
+        P[row_gyro_scale + i][row_gyro_scale + i] = settings_.sigma_gyro_scale * settings_.sigma_gyro_scale;
     }
     P.keep(s.P);
     begin_levelling(s);

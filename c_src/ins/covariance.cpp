@@ -3,6 +3,12 @@
 
 namespace hnav::ins {
 
+namespace {
+
+constexpr double turns_alike_s = 5;
+
+} // namespace
+
 void Model::clear_window(State& s) { s.window = {}; }
 
 // The interval that has just been crossed, at its middle.
@@ -12,14 +18,20 @@ void Model::gather(State& s, double interval_s) const {
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
     const Vector3 f = R * specific_force(s), rate = turn_rate(s);
-    const Matrix3 A = mat(w.A), B = mat(w.B), turned = cross_matrix(f) * (A + 0.5 * T * R);
-    mat(w.D) += T * A + 0.5 * T * T * R;
-    mat(w.C) += T * B + 0.5 * T * T * turned;
-    mat(w.B) += T * turned;
-    mat(w.A) += T * R;
+    const Matrix3 by_force = cross_matrix(f);
+    const auto add = [&](double* A, double* B, double* C, const Matrix3& turns) {
+        const Matrix3 turned = by_force * (mat(static_cast<const double*>(A)) + 0.5 * T * turns);
+        mat(C) += T * mat(B) + 0.5 * T * T * turned;
+        mat(B) += T * turned;
+        mat(A) += T * turns;
+    };
+    mat(w.D) += T * mat(w.A) + 0.5 * T * T * R;
+    add(w.A, w.B, w.C, R);
+    add(w.by_scale_A, w.by_scale_B, w.by_scale_C, R * rate.asDiagonal());
     vec(w.S) += T * vec(w.F) + 0.5 * T * T * f;
     vec(w.F) += T * f;
     vec(w.rate_sum) += T * vec(s.rate);
+    vec(s.steady_rate) += T / (turns_alike_s + T) * (rate - vec(s.steady_rate));
     w.turned2 += T * rate.squaredNorm();
     w.length_s += T;
     vec(s.gates.gained) += vec(s.x + 3) - vec(s.seen_v);
@@ -28,7 +40,7 @@ void Model::gather(State& s, double interval_s) const {
 namespace {
 
 constexpr int moved = 9;   // rows that the flow changes: d, v, phi
-constexpr int movers = 17; // columns that change them: these, biases, u
+constexpr int movers = 20; // columns that change them: these, biases, scales, u
 
 struct Transition {
     double M[moved][movers] = {};
@@ -59,6 +71,9 @@ Transition transition(const State& s) {
     t.put(row_v, row_accel, -mat(w.A));
     t.put(row_phi, row_phi, I - T * W);
     t.put(row_phi, row_gyro, -mat(w.A));
+    t.put(row_d, row_gyro_scale, mat(w.by_scale_C));
+    t.put(row_v, row_gyro_scale, mat(w.by_scale_B));
+    t.put(row_phi, row_gyro_scale, -mat(w.by_scale_A));
     if (is_free(s)) {
         // The rate of the Earth is (h c, -h s, z) in axes turned by -alpha, h horizontal and z down.
         const double h = earth::rate_rad_s * std::hypot(s.axes[6], s.axes[7]);
@@ -122,9 +137,8 @@ void Model::add_noise(const State& s, Covariance& P) const {
     const double T = w.length_s, share = settings_.vibration_share * s.usual_interval_s;
     const double accel = std::fmax(settings_.accel_psd, share * s.vibration_force2) * T;
     const double gyro = std::fmax(settings_.gyro_psd, share * s.vibration_rate2) * T + settings_.gyro_rate_psd * w.turned2;
-    constexpr double turns_alike_s = 10;
-    // A wrong scale is a bias for as long as the body turns alike.
-    const double scale = settings_.gyro_scale2 * w.turned2 / turns_alike_s;
+    // Axes that are askew, and forces on them, are a bias for as long as the body turns alike.
+    const double across = settings_.gyro_scale2 * vec(s.steady_rate).squaredNorm() * T / turns_alike_s;
     // While samples are missing the body may turn and accelerate as vehicles do.
     constexpr double gap_rate = 0.2, gap_force = 2;
     const double missed_turn = gap_rate * w.gap_s, missed_velocity = gap_force * w.gap_s,
@@ -135,7 +149,7 @@ void Model::add_noise(const State& s, Covariance& P) const {
         P[row_d + i][row_v + i] += accel * T / 2;
         P[row_v + i][row_d + i] += accel * T / 2;
         P[row_phi + i][row_phi + i] += gyro + missed_turn * missed_turn;
-        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + scale;
+        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across;
         P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
     }
 }

@@ -85,13 +85,22 @@ void turn_rows(Covariance& P, int row, const Matrix3& C) {
     }
 }
 
+double gate_for(int rows, double gate_nis) {
+    // 99.9 % of chi square with 1, 2, 3 degrees of freedom, in units of that with 3.
+    constexpr double share[] = {0.66, 0.85, 1};
+    return share[rows - 1] * gate_nis;
+}
+
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis) {
-    // 99.9 % of chi square with 3, 2, 1 degrees of freedom, in units of that with 3.
-    switch (m.rows) {
-    case 1: return correct<1>(P, mean, m, 0.66 * gate_nis);
-    case 2: return correct<2>(P, mean, m, 0.85 * gate_nis);
-    default: return correct<3>(P, mean, m, gate_nis);
+    const double gate = gate_for(m.rows, gate_nis);
+    Correction c = m.rows == 1   ? correct<1>(P, mean, m, gate)
+                   : m.rows == 2 ? correct<2>(P, mean, m, gate)
+                                 : correct<3>(P, mean, m, gate);
+    if (m.nis >= 0) {
+        c.nis = m.nis;
+        c.scale = m.scale;
     }
+    return c;
 }
 
 } // namespace hnav::ins

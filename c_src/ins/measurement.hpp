@@ -42,6 +42,7 @@ struct Measurement {
     double H[3][errors] = {};
     double r[3] = {}, R[3] = {}; // residual, variance of its noise
     bool gated = true;
+    double nis = -1, scale = 1; // what a gate before this one has found; negative: there was none
 
     void put(int row, int column, const Matrix3& block) {
         for (int i = 0; i < 3; ++i)
@@ -55,6 +56,9 @@ struct Correction {
     bool sound;
     double error[errors];
 };
+
+// The limit of a gate for so many values, from that for three of them.
+double gate_for(int rows, double gate_nis);
 
 // mean: of the error before. The gate inflates the noise so that the influence of a sample beyond it falls.
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis);

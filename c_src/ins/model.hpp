@@ -99,6 +99,9 @@ private:
     void collapse(State& s, Covariance& P) const;
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;
+    double heading_variance(const State& s, const Covariance& P) const;
+    double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
+    void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
     // anchor.cpp
     void move_anchor(State& s, Covariance& P) const;
@@ -108,7 +111,7 @@ private:
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, const double* error) const;
-    double heading_variance(const State& s, const Covariance& P) const;
+    static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
     static void note_strain(State& s, int channel, double nis, double now_s);
     void begin_anew_if_strained(State& s, double now_s) const;
 
@@ -124,10 +127,18 @@ private:
     Settings settings_{};
 };
 
-// Rate and force that move the body now: what is held, without bias, with coning and sculling.
-inline Vector3 turn_rate(const State& s) { return vec(s.rate) - vec(s.gyro_bias) + vec(s.coning); }
+// Rate and force that move the body now: what is held, without bias and error of scale, with coning and sculling.
+// A gyroscope shows (1 + scale) times the rate and its bias.
+inline Vector3 turn_rate(const State& s) {
+    return (vec(s.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.coning);
+}
 inline Vector3 specific_force(const State& s) { return vec(s.force) - vec(s.accel_bias) + vec(s.sculling); }
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
+// Noise of the satellites is taken to be larger when they fit worse than they may by chance.
+inline double widened(const State& s) {
+    constexpr double by_chance = 1.3;
+    return std::fmax(1, s.nis_mean / by_chance);
+}
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
 inline bool has_new(const State& s, const Event& event, int channel) {
     return event.has(channel) && !(event.t_s <= s.last_s[channel]);

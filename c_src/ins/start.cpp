@@ -48,6 +48,7 @@ void Model::begin(State& s) const {
         const auto put = [&](int row, double sigma) { s.P[packed(row + i, row + i)] = sigma * sigma; };
         put(row_gyro, settings_.sigma_gyro);
         put(row_accel, settings_.sigma_accel);
+        put(row_gyro_scale, settings_.sigma_gyro_scale);
     }
     begin_levelling(s);
 }

@@ -33,13 +33,14 @@ enum Row : int {
     row_phi = 6,
     row_gyro = 9,
     row_accel = 12,
-    row_u = 15,
-    row_latency = 17,
-    row_colour = 18, // slowly varying error of the satellites' position
-    row_offset = 21, // of the height by pressure
-    row_scale = 22,  // of the speed
-    row_mount = 23,  // yaw and pitch of the axis of travel in the body
-    errors = 25
+    row_gyro_scale = 15, // of the three gyroscopes
+    row_u = 18,
+    row_latency = 20,
+    row_colour = 21, // slowly varying error of the satellites' position
+    row_offset = 24, // of the height by pressure
+    row_scale = 25,  // of the speed
+    row_mount = 26,  // yaw and pitch of the axis of travel in the body
+    errors = 28
 };
 
 constexpr int nx = 10; // d 3, v 3, q 4
@@ -49,12 +50,13 @@ constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i
 
 struct Settings {
     double gyro_psd, gyro_rate_psd, gyro_walk_psd; // (rad/s)^2/Hz, the same for each (rad/s)^2, (rad/s)^2/s
-    double gyro_scale2;
+    double gyro_scale2; // a bias of its root times the rate while the body turns alike
     double accel_psd, accel_walk_psd;
     double vibration_share; // of the power between successive samples that becomes noise
     double colour_m[2], colour_s;
     double pressure_colour_m, pressure_colour_s;
-    double sigma_velocity, sigma_gyro, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount, sigma_heading;
+    double sigma_velocity, sigma_gyro, sigma_gyro_scale, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount,
+        sigma_heading;
     double sigma_first_fix_m;
     bool state_given, place_given;
     Quaternion start_q{1, 0, 0, 0};
@@ -86,8 +88,10 @@ struct Circle {
 
 // What the samples between two corrections say of how errors grow:
 //     phi = phi0 - A dg,   v = v0 + T v0' - [F] phi0 + B dg - A da,   d = d0 + T v0 - [S] phi0 + C dg - D da
+// and of an error of scale like one of the gyro bias that follows the rate: A, B, C of it are by_scale.
 struct Window {
     double A[9], B[9], C[9], D[9]; // row-major
+    double by_scale_A[9], by_scale_B[9], by_scale_C[9];
     double F[3], S[3];
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3];       // of the rate as measured, rad
@@ -116,7 +120,7 @@ struct State {
     double x[nx];
     double P[errors * (errors + 1) / 2]; // just after the last correction
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
-    double gyro_bias[3], accel_bias[3], u[2], latency, colour[3], offset, scale, mount[2];
+    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, colour[3], offset, scale, mount[2];
     Circle circle;
 
     double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
@@ -128,6 +132,7 @@ struct State {
     double rate[3], force[3];     // held, as measured
     double coning[3], sculling[3]; // what must be added to them
     double past_turn[history][3], past_gain[history][3], past_interval_s;
+    double steady_rate[3]; // mean over some seconds: of turns, not of sway
     double vibration_rate2, vibration_force2; // variance of one axis between successive samples
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
     Window window;
@@ -138,6 +143,7 @@ struct State {
     double last_s[channel_count]; // time of the newest sample
     double last_event_s, usual_interval_s, last_correction_s;
     double refused_since_s[channel_count]; // NaN: the last one was accepted
+    double refused_in_row[channel_count];
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     double nis_mean;
     double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small

@@ -37,11 +37,11 @@ constexpr double defaults[] = {
     0.0002, // gyro_noise_rad_per_sqrt_s
     0.003, // gyro_rate_noise_sqrt_s
     2e-05, // gyro_bias_walk_rad_s_per_sqrt_s
-    0.001, // gyro_scale
+    0.002, // gyro_scale
     0.002, // accel_noise_m_s_per_sqrt_s
     0.0003, // accel_bias_walk_m_s2_per_sqrt_s
     1, // vibration_share
-    1.5, 2.5, // position_colour_m
+    1.5, 1.5, // position_colour_m
     60, // position_colour_s
     5, // pressure_colour_m
     1000, // pressure_colour_s
@@ -57,6 +57,7 @@ constexpr double defaults[] = {
     0.03, // start_sigma_tilt_rad
     90, // start_sigma_velocity_m_s
     0.01, // start_sigma_gyro_bias_rad_s
+    0.003, // start_sigma_gyro_scale
     0.3, // start_sigma_accel_bias_m_s2
     30, // start_sigma_position_m
     0.06, // start_sigma_latency_s
@@ -109,8 +110,8 @@ const hnav_option_info rows[] = {
      nullptr, nullptr, defaults + 2, offsetof(hnav_ins_options, gyro_bias_walk_rad_s_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"gyro_scale", "noise", "",
-     "Error of scale and axes of the gyroscope, one sigma: a bias of this x rate while the body turns alike",
-     "What a calibration of a usual chip leaves.",
+     "What the axes of the gyroscope are askew by and forces do to it, one sigma: a bias of this x rate while the body turns alike",
+     "Of a usual chip; errors of scale are states, start_sigma_gyro_scale.",
      nullptr, nullptr, defaults + 3, offsetof(hnav_ins_options, gyro_scale),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"accel_noise_m_s_per_sqrt_s", "noise", "m/s/sqrt(s)",
@@ -130,7 +131,7 @@ const hnav_option_info rows[] = {
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"position_colour_m", "aiding", "m",
      "Slowly varying error of the satellites' position, horizontal and vertical, one sigma",
-     "Usual for a single receiver; 0.02 with carrier phase corrections.",
+     "Usual for a single receiver, more upwards where satellites are few; 0.02 with carrier phase corrections.",
      nullptr, nullptr, defaults + 7, offsetof(hnav_ins_options, position_colour_m),
      0, 10000, 2, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"position_colour_s", "aiding", "s",
@@ -208,222 +209,230 @@ const hnav_option_info rows[] = {
      "Half a degree per second.",
      nullptr, nullptr, defaults + 28, offsetof(hnav_ins_options, start_sigma_gyro_bias_rad_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
+    {"start_sigma_gyro_scale", "start", "",
+     "Standard deviation of the scale of each gyroscope; 0 = it is not estimated",
+     "What a factory calibration of a usual chip leaves.",
+     nullptr, nullptr, defaults + 29, offsetof(hnav_ins_options, start_sigma_gyro_scale),
+     0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_sigma_accel_bias_m_s2", "start", "m/s2",
      "Standard deviation of the accelerometer bias at the start",
      "Thirty mg, its mounting in the vehicle included.",
-     nullptr, nullptr, defaults + 29, offsetof(hnav_ins_options, start_sigma_accel_bias_m_s2),
+     nullptr, nullptr, defaults + 30, offsetof(hnav_ins_options, start_sigma_accel_bias_m_s2),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_position_m", "start", "m",
      "Standard deviation of the first fix, beside what it says itself",
      "A receiver that has just begun may be off by so much; a wide one costs a few fixes.",
-     nullptr, nullptr, defaults + 30, offsetof(hnav_ins_options, start_sigma_position_m),
+     nullptr, nullptr, defaults + 31, offsetof(hnav_ins_options, start_sigma_position_m),
      0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_latency_s", "start", "s",
      "Standard deviation of the satellites' latency behind their stamps",
      "Receivers tell late by up to a tenth of a second, if their time of validity is not known.",
-     nullptr, nullptr, defaults + 31, offsetof(hnav_ins_options, start_sigma_latency_s),
+     nullptr, nullptr, defaults + 32, offsetof(hnav_ins_options, start_sigma_latency_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start_sigma_speed_scale", "start", "",
      "Standard deviation of the scale of the speed",
      "Worn tyres.",
-     nullptr, nullptr, defaults + 32, offsetof(hnav_ins_options, start_sigma_speed_scale),
+     nullptr, nullptr, defaults + 33, offsetof(hnav_ins_options, start_sigma_speed_scale),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_sigma_mounting_rad", "start", "rad",
      "Standard deviation of yaw and pitch of the axis of travel in the body",
      "A sensor screwed to a car by eye.",
-     nullptr, nullptr, defaults + 33, offsetof(hnav_ins_options, start_sigma_mounting_rad),
+     nullptr, nullptr, defaults + 34, offsetof(hnav_ins_options, start_sigma_mounting_rad),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"level_window_s", "start", "s",
      "Time of the window by which the first tilt is found",
      "Long beside the noise of velocities, short beside the drift of gyroscopes; 10 for ships and vibrating aircraft.",
-     nullptr, nullptr, defaults + 34, offsetof(hnav_ins_options, level_window_s),
+     nullptr, nullptr, defaults + 35, offsetof(hnav_ins_options, level_window_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"heading_found_rad", "start", "rad",
      "Spread of the heading over the whole circle at which it is taken to be found",
      "All other headings together have a share below 0.0005 then.",
-     nullptr, nullptr, defaults + 35, offsetof(hnav_ins_options, heading_found_rad),
+     nullptr, nullptr, defaults + 36, offsetof(hnav_ins_options, heading_found_rad),
      0, 0.3, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"rest_rate_rad_s", "rest", "rad/s",
      "Rest: root mean square of the rate about its running mean; 0 = rest is never found",
      "Above the noise of usual gyroscopes, below the unrest of what moves.",
-     nullptr, nullptr, defaults + 36, offsetof(hnav_ins_options, rest_rate_rad_s),
+     nullptr, nullptr, defaults + 37, offsetof(hnav_ins_options, rest_rate_rad_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_force_m_s2", "rest", "m/s2",
      "Rest: root mean square of the force about its running mean",
      "Above the noise of usual accelerometers and an engine that idles, below the unrest of what moves.",
-     nullptr, nullptr, defaults + 37, offsetof(hnav_ins_options, rest_force_m_s2),
+     nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, rest_force_m_s2),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_duration_s", "rest", "s",
      "Rest: within both of them for so long, with a small speed",
      "A vehicle that stops swings for a second.",
-     nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, rest_duration_s),
+     nullptr, nullptr, defaults + 39, offsetof(hnav_ins_options, rest_duration_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_velocity_noise_m_s", "rest", "m/s",
      "Velocity of a body at rest, one sigma, ten times a second",
      "A vehicle sways on its wheels.",
-     nullptr, nullptr, defaults + 39, offsetof(hnav_ins_options, rest_velocity_noise_m_s),
+     nullptr, nullptr, defaults + 40, offsetof(hnav_ins_options, rest_velocity_noise_m_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"rest_rate_noise_rad_per_sqrt_s", "rest", "rad/sqrt(s)",
      "Noise of the rate about the vertical of a body at rest, beside that of the gyroscope",
      "As much as a usual gyroscope has.",
-     nullptr, nullptr, defaults + 40, offsetof(hnav_ins_options, rest_rate_noise_rad_per_sqrt_s),
+     nullptr, nullptr, defaults + 41, offsetof(hnav_ins_options, rest_rate_noise_rad_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gate_nis", "gate", "",
      "Normalised innovation squared of three values beyond which their noise is inflated, less for fewer values; 0 = never",
      "99.9 % of chi square with 3 degrees of freedom.",
-     nullptr, nullptr, defaults + 41, offsetof(hnav_ins_options, gate_nis),
+     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, gate_nis),
      0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gate_longest_s", "gate", "s",
      "Positions or velocities beyond the gate for longer are believed, as a new error of the satellites or a new velocity",
      "Longer than most reflections last, short enough to recover.",
-     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, gate_longest_s),
+     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, gate_longest_s),
      0, 1e+09, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_tilt_rad", "ready", "rad",
      "Tilt is ready when its sigma is below this and as much information has been gained",
      "As the heading.",
-     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, ready_tilt_rad),
+     nullptr, nullptr, defaults + 44, offsetof(hnav_ins_options, ready_tilt_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_heading_rad", "ready", "rad",
      "Heading is ready when its sigma is below this and as much information has been gained",
      "In simulated starts of aircraft with sigmas of 2 deg one of a hundred was false, with 1 deg none.",
-     nullptr, nullptr, defaults + 44, offsetof(hnav_ins_options, ready_heading_rad),
+     nullptr, nullptr, defaults + 45, offsetof(hnav_ins_options, ready_heading_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"ready_velocity_m_s", "ready", "m/s",
      "Velocity is ready when its sigma is below this and as much information has been gained",
      "Usual for satellites.",
-     nullptr, nullptr, defaults + 45, offsetof(hnav_ins_options, ready_velocity_m_s),
+     nullptr, nullptr, defaults + 46, offsetof(hnav_ins_options, ready_velocity_m_s),
      0, 10000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_position_m", "ready", "m",
      "Position is ready when its horizontal sigma is below this and as much information has been gained",
      "Usual for satellites.",
-     nullptr, nullptr, defaults + 46, offsetof(hnav_ins_options, ready_position_m),
+     nullptr, nullptr, defaults + 47, offsetof(hnav_ins_options, ready_position_m),
      0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_hold_s", "ready", "s",
      "Time for which the sigma of the heading has to stay below its limit",
      "An early claim is the likeliest to be wrong.",
-     nullptr, nullptr, defaults + 47, offsetof(hnav_ins_options, ready_hold_s),
+     nullptr, nullptr, defaults + 48, offsetof(hnav_ins_options, ready_hold_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gyro_hold", "timing", "",
      "forward: rate and force act until the next sample; backward: since the one before, with coning and sculling",
      "Integrating sensors and averaging FIFOs give the mean over the interval before a sample.",
-     gyro_hold_names, gyro_hold_meanings, defaults + 48, offsetof(hnav_ins_options, gyro_hold),
+     gyro_hold_names, gyro_hold_meanings, defaults + 49, offsetof(hnav_ins_options, gyro_hold),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"correction_interval_s", "timing", "s",
      "The covariance follows so often at the least, and at every aid",
      "Short beside the turns of vehicles, long beside the samples.",
-     nullptr, nullptr, defaults + 49, offsetof(hnav_ins_options, correction_interval_s),
+     nullptr, nullptr, defaults + 50, offsetof(hnav_ins_options, correction_interval_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"longest_gap_s", "timing", "s",
      "After a longer gap without rate and force the start begins anew",
      "A vehicle turns by tens of degrees in a second.",
-     nullptr, nullptr, defaults + 50, offsetof(hnav_ins_options, longest_gap_s),
+     nullptr, nullptr, defaults + 51, offsetof(hnav_ins_options, longest_gap_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"horizon_s", "timing", "s",
      "How much older than the newest used sample a sample may be",
      "Samples come in order; a horizon costs memory and the replay of all that lies within it.",
-     nullptr, nullptr, defaults + 51, offsetof(hnav_ins_options, horizon_s),
+     nullptr, nullptr, defaults + 52, offsetof(hnav_ins_options, horizon_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"queue_capacity", "timing", "",
      "Instants that may wait or lie within the horizon",
      "Enough for an advance after every few dozen samples, and little memory.",
-     nullptr, nullptr, defaults + 52, offsetof(hnav_ins_options, queue_capacity),
+     nullptr, nullptr, defaults + 53, offsetof(hnav_ins_options, queue_capacity),
      4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"antenna_b_m", "frame", "m",
      "Antenna of the satellites, from the inertial sensor, in body axes",
      "Together with the sensor.",
-     nullptr, nullptr, defaults + 53, offsetof(hnav_ins_options, antenna_b_m),
+     nullptr, nullptr, defaults + 54, offsetof(hnav_ins_options, antenna_b_m),
      -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"wheel_b_m", "frame", "m",
      "Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car",
      "Together with the sensor.",
-     nullptr, nullptr, defaults + 56, offsetof(hnav_ins_options, wheel_b_m),
+     nullptr, nullptr, defaults + 57, offsetof(hnav_ins_options, wheel_b_m),
      -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"declination_rad", "frame", "rad",
      "Magnetic declination, added to headings that are pushed",
      "Headings are taken to be true ones until a declination is given.",
-     nullptr, nullptr, defaults + 59, offsetof(hnav_ins_options, declination_rad),
+     nullptr, nullptr, defaults + 60, offsetof(hnav_ins_options, declination_rad),
      -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"q_body_sensor", "frame", "",
      "Mounting: turns sensor vectors into the body frame, scalar first; normalised on use",
      "Body axes are the sensor's.",
-     nullptr, nullptr, defaults + 60, offsetof(hnav_ins_options, q_body_sensor),
+     nullptr, nullptr, defaults + 61, offsetof(hnav_ins_options, q_body_sensor),
      -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"anchor_distance_m", "frame", "m",
      "The axes in which the filter calculates move along when the body is farther away from where they stand",
      "Small displacements keep their digits.",
-     nullptr, nullptr, defaults + 64, offsetof(hnav_ins_options, anchor_distance_m),
+     nullptr, nullptr, defaults + 65, offsetof(hnav_ins_options, anchor_distance_m),
      100, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver", "solver", "",
      "Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or forward Euler",
      "Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow.",
-     solver_names, solver_meanings, defaults + 65, offsetof(hnav_ins_options, solver),
+     solver_names, solver_meanings, defaults + 66, offsetof(hnav_ins_options, solver),
      0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"solver_rtol", "solver", "",
      "Relative tolerance of ERKStep and Adams",
      "The integrator's error stays far below that of any sensor.",
-     nullptr, nullptr, defaults + 66, offsetof(hnav_ins_options, solver_rtol),
+     nullptr, nullptr, defaults + 67, offsetof(hnav_ins_options, solver_rtol),
      1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver_atol", "solver", "",
      "Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state",
      "As solver_rtol: every state is as exact as its own size asks for.",
-     nullptr, nullptr, defaults + 67, offsetof(hnav_ins_options, solver_atol),
+     nullptr, nullptr, defaults + 68, offsetof(hnav_ins_options, solver_atol),
      1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"euler_step_s", "solver", "s",
      "Sub-step of Euler",
      "Steps for comparison; the other integrators need none.",
-     nullptr, nullptr, defaults + 68, offsetof(hnav_ins_options, euler_step_s),
+     nullptr, nullptr, defaults + 69, offsetof(hnav_ins_options, euler_step_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
 };
 
 // Row, component, value.
 constexpr PresetValue industrial_values[] = {
     {0, 0, 5e-05}, // gyro_noise_rad_per_sqrt_s
-    {1, 0, 0.0003}, // gyro_rate_noise_sqrt_s
-    {3, 0, 0.0001}, // gyro_scale
+    {1, 0, 0.0001}, // gyro_rate_noise_sqrt_s
+    {3, 0, 3e-05}, // gyro_scale
     {2, 0, 2e-06}, // gyro_bias_walk_rad_s_per_sqrt_s
     {4, 0, 0.0006}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 3e-05}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 0.001}, // start_sigma_gyro_bias_rad_s
-    {23, 0, 0.03}, // start_sigma_accel_bias_m_s2
+    {23, 0, 0.0003}, // start_sigma_gyro_scale
+    {24, 0, 0.03}, // start_sigma_accel_bias_m_s2
 };
 
 // Row, component, value.
 constexpr PresetValue tactical_values[] = {
     {0, 0, 3e-05}, // gyro_noise_rad_per_sqrt_s
-    {1, 0, 0.0003}, // gyro_rate_noise_sqrt_s
-    {3, 0, 0.0001}, // gyro_scale
+    {1, 0, 0.0001}, // gyro_rate_noise_sqrt_s
+    {3, 0, 3e-05}, // gyro_scale
     {2, 0, 1e-07}, // gyro_bias_walk_rad_s_per_sqrt_s
     {6, 0, 0.1}, // vibration_share
     {4, 0, 0.0005}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 5e-06}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 5e-06}, // start_sigma_gyro_bias_rad_s
-    {23, 0, 0.01}, // start_sigma_accel_bias_m_s2
+    {23, 0, 0.0003}, // start_sigma_gyro_scale
+    {24, 0, 0.01}, // start_sigma_accel_bias_m_s2
 };
 
 // Row, component, value.
 constexpr PresetValue navigation_values[] = {
     {0, 0, 6e-07}, // gyro_noise_rad_per_sqrt_s
     {1, 0, 1e-05}, // gyro_rate_noise_sqrt_s
-    {3, 0, 1e-05}, // gyro_scale
+    {3, 0, 3e-06}, // gyro_scale
     {2, 0, 1e-10}, // gyro_bias_walk_rad_s_per_sqrt_s
     {4, 0, 0.0001}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 1e-07}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 4.8e-08}, // start_sigma_gyro_bias_rad_s
-    {23, 0, 0.0005}, // start_sigma_accel_bias_m_s2
-    {34, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
+    {23, 0, 1e-05}, // start_sigma_gyro_scale
+    {24, 0, 0.0005}, // start_sigma_accel_bias_m_s2
+    {35, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
     {6, 0, 0}, // vibration_share
 };
 
 constexpr Preset presets[] = {
     {{"consumer", "Chips of phones and hobby: 0.7 deg/sqrt(h), half a degree per second at the start.", 0}, nullptr, 0},
-    {{"industrial", "Good chips, calibrated: 0.17 deg/sqrt(h), 200 deg/h at the start.", 1}, industrial_values, 8},
-    {{"tactical", "Fibre-optic or the best of chips: 0.1 deg/sqrt(h), 1 deg/h.", 2}, tactical_values, 9},
-    {{"navigation", "Ring laser: 0.002 deg/sqrt(h), 0.01 deg/h; finds north at rest.", 3}, navigation_values, 10},
+    {{"industrial", "Good chips, calibrated: 0.17 deg/sqrt(h), 200 deg/h at the start.", 1}, industrial_values, 9},
+    {{"tactical", "Fibre-optic or the best of chips: 0.1 deg/sqrt(h), 1 deg/h.", 2}, tactical_values, 10},
+    {{"navigation", "Ring laser: 0.002 deg/sqrt(h), 0.01 deg/h; finds north at rest.", 3}, navigation_values, 11},
 };
 
 } // namespace
 
 const OptionList ins_options = {
-    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 56, presets, 4};
+    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 57, presets, 4};
 
 } // namespace hnav

@@ -309,6 +309,7 @@ TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
             turn[row - ins::row_phi] = by;
             ins::quat(s.x + 6) = multiply(rotation_quaternion(turn), ins::quat(s.x + 6));
         } else if (row < ins::row_accel) s.gyro_bias[row - ins::row_gyro] += by;
+        else if (row >= ins::row_gyro_scale) s.gyro_scale[row - ins::row_gyro_scale] += by;
         else s.accel_bias[row - ins::row_accel] += by;
         ins::quat(s.seen_q) = ins::quat(s.x + 6);
         for (double& p : s.P) p = 0;
@@ -409,6 +410,56 @@ TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
             EXPECT_LT((n.position_e - truth.position_e(40)).norm(), 1.0);
             EXPECT_TRUE(n.heading_ready);
         }
+}
+
+// A drive of `seconds` with satellites, whose samples `spoil` may change before they are used.
+void drive(Flight& run, const Truth& truth, int seconds, const std::function<void(ins::Sample&)>& spoil) {
+    const auto push = [&](ins::Sample sample) {
+        spoil(sample);
+        run.filter.push(sample);
+    };
+    for (int i = 1; i <= 100 * seconds; ++i) {
+        const double t = 0.01 * i;
+        ins::Sample turn{t, imu, {}};
+        truth.sample(t, turn.value);
+        push(turn);
+        if (i % 20 == 0) {
+            push(truth.velocity_fix(t));
+            push(truth.position_fix(t));
+        }
+        ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+    }
+}
+
+TEST(InsAnyHeading, AWrongScaleOfAGyroscopeIsFound) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Settings s = usual();
+    s.sigma_gyro_scale = 0.02;
+    Flight run(s);
+    drive(run, truth, 60, [](ins::Sample& sample) {
+        if (sample.channel == imu) sample.value[2] *= 1.01;
+    });
+    const ins::State& now = run.filter.shown();
+    const double sigma = std::sqrt(now.P[ins::packed(ins::row_gyro_scale + 2, ins::row_gyro_scale + 2)]);
+    EXPECT_NEAR(now.gyro_scale[2], 0.01, 3e-3);
+    EXPECT_NEAR(now.gyro_scale[2], 0.01, 3 * sigma);
+    EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(run.shown().q_nb)[2] - truth.heading(60))), 0.3 * deg);
+}
+
+TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    // The fix at which the window ends and the filter starts, and one in the midst.
+    for (const double far_off_s : {3.4, 9.0}) {
+        Flight run(usual());
+        drive(run, truth, 60, [&](ins::Sample& sample) {
+            if (sample.channel == imu || std::fabs(sample.t_s - far_off_s) > 1e-6) return;
+            for (int i = 0; i < 3; ++i) sample.value[i] += sample.channel == velocity ? 2.8 : i < 2 ? -8e-6 : -12;
+        });
+        const ins::Navigation n = run.shown();
+        EXPECT_TRUE(n.heading_ready) << far_off_s;
+        EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - truth.heading(60))), 0.5 * deg) << far_off_s;
+        EXPECT_LT((n.position_e - truth.position_e(60)).norm(), 3.0);
+    }
 }
 
 TEST(InsAnyHeading, WithoutMotionNothingIsClaimed) {

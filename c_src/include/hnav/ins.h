@@ -109,6 +109,7 @@ typedef struct hnav_navigation {
     /* Known: a small sigma that was earned from samples. */
     int32_t tilt_ready, heading_ready, velocity_ready, position_ready;
     int32_t at_rest;
+    double gyro_scale[3], sigma_gyro_scale[3]; /* how much more than the rate each gyroscope shows, in parts of it */
 } hnav_navigation;
 /* Errors: SIZE. */
 HNAV_API hnav_status hnav_ins_navigation(const hnav_ins* ins, hnav_navigation* navigation);

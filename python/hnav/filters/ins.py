@@ -146,6 +146,10 @@ class Navigation(Record):
     """Likewise."""
     at_rest: bool
     """The body stands."""
+    gyro_scale: Array
+    """3, body axes: how much more than the rate each gyroscope shows, in parts of it."""
+    sigma_gyro_scale: Array
+    """3."""
 
 
 @dataclass(frozen=True, eq=False)

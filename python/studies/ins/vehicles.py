@@ -190,7 +190,7 @@ def _mean_turn(turn: Array) -> Array:
 
 
 def real(rng: np.random.Generator, rate: Array, force: Array, grade: InsOptions) -> tuple[Array, Array]:
-    """With the white noise, the bias at the start and its walk that the preset tells."""
+    """With the errors of scale and axes, the white noise, the bias at the start and its walk that the preset tells."""
 
     def noise(white: float, start: float, walk: float) -> Array:
         n = len(rate)
@@ -198,8 +198,11 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: InsOptions)
         noisy: Array = bias + white * RATE_HZ**0.5 * rng.standard_normal((n, 3))
         return noisy
 
+    axes = np.eye(3) + np.diag(grade.start_sigma_gyro_scale * rng.standard_normal(3))
+    axes += grade.gyro_scale * rng.standard_normal((3, 3)) * (1 - np.eye(3))
     return (
-        rate + noise(grade.gyro_noise_rad_per_sqrt_s, grade.start_sigma_gyro_bias_rad_s, grade.gyro_bias_walk_rad_s_per_sqrt_s),
+        rate @ axes.T
+        + noise(grade.gyro_noise_rad_per_sqrt_s, grade.start_sigma_gyro_bias_rad_s, grade.gyro_bias_walk_rad_s_per_sqrt_s),
         force + noise(grade.accel_noise_m_s_per_sqrt_s, grade.start_sigma_accel_bias_m_s2, grade.accel_bias_walk_m_s2_per_sqrt_s),
     )
 

@@ -46,8 +46,9 @@ typedef struct hnav_ins_options {
     /* Random walk of the gyro bias.
      * [0, 1e3] rad/s/sqrt(s), default 2e-5. Temperature moves the bias more than the walk on the datasheet. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
-    /* Error of scale and axes of the gyroscope, one sigma: a bias of this x rate while the body turns alike.
-     * [0, 1], default 1e-3. What a calibration of a usual chip leaves. */
+    /* What the axes of the gyroscope are askew by and forces do to it, one sigma: a bias of this x rate while the body
+     * turns alike.
+     * [0, 1], default 2e-3. Of a usual chip; errors of scale are states, start_sigma_gyro_scale. */
     double gyro_scale;
     /* Velocity random walk: white noise of the accelerometer.
      * [0, 1e3] m/s/sqrt(s), default 2e-3. Of a usual chip, 0.2 mg/sqrt(Hz). */
@@ -65,7 +66,8 @@ typedef struct hnav_ins_options {
      * Errors of the satellites, of pressure and of wheels. */
 
     /* Slowly varying error of the satellites' position, horizontal and vertical, one sigma.
-     * [0, 1e4] m, default 1.5, 2.5. Usual for a single receiver; 0.02 with carrier phase corrections. */
+     * [0, 1e4] m, default 1.5, 1.5. Usual for a single receiver, more upwards where satellites are few; 0.02 with carrier
+     * phase corrections. */
     double position_colour_m[2];
     /* Time for which that error stays as it is.
      * (0, 1e6] s, default 60. Usual for the ionosphere and multipath of a body that moves. */
@@ -117,6 +119,9 @@ typedef struct hnav_ins_options {
     /* Standard deviation of the gyro bias at the start.
      * (0, 10] rad/s, default 1e-2. Half a degree per second. */
     double start_sigma_gyro_bias_rad_s;
+    /* Standard deviation of the scale of each gyroscope; 0 = it is not estimated.
+     * [0, 1], default 3e-3. What a factory calibration of a usual chip leaves. */
+    double start_sigma_gyro_scale;
     /* Standard deviation of the accelerometer bias at the start.
      * (0, 1e3] m/s2, default 0.3. Thirty mg, its mounting in the vehicle included. */
     double start_sigma_accel_bias_m_s2;
