@@ -5,9 +5,9 @@
 #include "maths/covariance.hpp"
 #include "maths/unroll.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace hnav {
 
@@ -91,7 +91,9 @@ Eigen::Matrix<R, n, 1> eigenvalues(const Square<n, std::common_type_t<R>>& A) {
             while (m < n - 1 && !splits_after(m)) ++m;
             ql_step(d, e2, l, m);
         }
-    std::sort(d, d + n);
+    // By insertion: they are few, and std::sort is code of the C++ library that a static link of ours would need.
+    for (int i = 1; i < n; ++i)
+        for (int j = i; j > 0 && d[j] < d[j - 1]; --j) std::swap(d[j], d[j - 1]);
     return Eigen::Map<const Eigen::Matrix<R, n, 1>>(d) * scale;
 }
 
