@@ -175,12 +175,12 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
     return status;
 }
 
-hnav_status advance(hnav_observer* o, double t_s) {
+hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
     if (!std::isfinite(t_s)) return o->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
     o->work->trouble = {};
     const double before = o->instants();
-    const Outcome outcome = o->filter.advance(t_s);
+    const Outcome outcome = look_ahead ? o->filter.advance(t_s) : o->filter.commit(t_s);
     o->dropped += static_cast<std::uint64_t>(before - o->instants());
     switch (outcome) {
     case Outcome::ok: return HNAV_OK;
@@ -248,7 +248,12 @@ hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor, double t
 
 hnav_status hnav_observer_advance(hnav_observer* observer, double t_s) {
     if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    return hnav::advance(observer, t_s);
+    return hnav::advance(observer, t_s, true);
+}
+
+hnav_status hnav_observer_commit(hnav_observer* observer, double t_s) {
+    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+    return hnav::advance(observer, t_s, false);
 }
 
 } // extern "C"

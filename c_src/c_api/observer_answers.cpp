@@ -154,7 +154,7 @@ hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_obse
     for (size_t i = 0; i < n; ++i) {
         hnav_status status = push_row(observer, in, i);
         const std::uint64_t dropped = observer->dropped;
-        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = hnav::advance(observer, in.t_s[i]);
+        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = hnav::advance(observer, in.t_s[i], true);
         if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
         write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
         if (rows_done) *rows_done = i + 1;

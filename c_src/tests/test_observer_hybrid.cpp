@@ -104,7 +104,13 @@ TEST(ObserverHybrid, TheEstimateAfterASampleStaysWhileTimeGoesOn) {
     ASSERT_EQ(hnav_observer_posterior(o, after.data(), its_sigma.data()), HNAV_OK);
     EXPECT_EQ(after, x);
     EXPECT_EQ(its_sigma, sigma);
-    EXPECT_NE(o.x(), x);
+    const Numbers ahead = o.x();
+    EXPECT_NE(ahead, x);
+    ASSERT_EQ(hnav_observer_commit(o, 0.4), HNAV_OK);
+    EXPECT_EQ(o.x(), x);
+    EXPECT_EQ(hnav_observer_commit(o, 0.2), HNAV_ERROR_TIME_BACKWARDS);
+    ASSERT_EQ(hnav_observer_advance(o, 0.4), HNAV_OK);
+    EXPECT_NE(o.x(), ahead);
 }
 
 TEST(ObserverHybrid, NothingFlowsBeforeTheFirstSample) {

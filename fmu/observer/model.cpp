@@ -20,6 +20,7 @@ struct ObserverMemory {
     SamplingClock clock[max_channels];
     double start_s, model_exchange;
     double reset_level, was_reset; // was_reset: Model Exchange has still to take the states
+    double now_s, behind;          // of the last step; 1: outputs that look ahead are still to be brought there
     double missed, first_missed;   // the channel that first lost a sample, counted from 1; 0 while none has
 };
 
@@ -42,6 +43,10 @@ public:
     void describe(Table& table) override { at_.describe(table); }
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
+        if (model_exchange && at_.sizes.nx == 0) {
+            std::snprintf(why->text, sizeof why->text, "the plant has events of its own: its observer is for Co-Simulation");
+            return false;
+        }
         if (!check_periods(values, why) || !make_observer(values, start_s, why)) return false;
         if (!fits_the_plan()) {
             std::snprintf(why->text, sizeof why->text,
@@ -107,7 +112,19 @@ public:
         return trouble_[0] != '\0';
     }
 
-    bool advance(double t_s, Message* why) override { return goes_on(hnav_observer_advance(object_, t_s), why); }
+    // The estimate alone: the look-ahead asks the plant as often again, and not everybody reads it at every step.
+    bool advance(double t_s, Message* why) override {
+        memory_.now_s = t_s;
+        memory_.behind = 1;
+        return goes_on(hnav_observer_commit(object_, t_s), why);
+    }
+
+    bool look_ahead(unsigned groups, Message* why) override {
+        constexpr unsigned ahead = 1u << estimate_group | 1u << covariance_group;
+        if (memory_.behind == 0 || !(groups & ahead)) return true;
+        memory_.behind = 0;
+        return goes_on(hnav_observer_advance(object_, memory_.now_s), why);
+    }
 
     // ------------------------------------------------------------------------------------------------ outputs
 
@@ -186,8 +203,8 @@ private:
         const auto has_sensor = [&](int i) { return hnav_observer_innovation(object_, i, &seen) != HNAV_ERROR_OUT_OF_RANGE; };
         hnav_observer_nx(object_, &nx);
         hnav_observer_get_info(object_, &info);
-        return nx == at_.sizes.nx && info.n_estimated == at_.sizes.estimated() && has_sensor(at_.sizes.sensors - 1) &&
-               !has_sensor(at_.sizes.sensors);
+        return (at_.sizes.nx == 0 || nx == at_.sizes.nx) && info.n_estimated == at_.sizes.estimated() &&
+               has_sensor(at_.sizes.sensors - 1) && !has_sensor(at_.sizes.sensors);
     }
 
     bool make_observer(const double* values, double start_s, Message* why) {
@@ -230,6 +247,18 @@ private:
         return true;
     }
 
+    static double count_of_events(Role role, const hnav_observer_info& info) {
+        switch (role) {
+        case parts: return info.parts;
+        case largest_part: return info.largest_part;
+        case plant_events: return static_cast<double>(info.plant_events);
+        case splits: return static_cast<double>(info.splits);
+        case grazing: return static_cast<double>(info.grazing);
+        case chattering: return static_cast<double>(info.chattering);
+        default: return static_cast<double>(info.projected);
+        }
+    }
+
     double count(Role role, const hnav_observer_info& info) const {
         switch (role) {
         case ready: return info.ready;
@@ -240,7 +269,8 @@ private:
         case late: return static_cast<double>(info.late);
         case non_finite: return static_cast<double>(info.non_finite);
         case dropped: return static_cast<double>(info.dropped);
-        default: return memory_.missed;
+        case missed: return memory_.missed;
+        default: return count_of_events(role, info);
         }
     }
 

@@ -52,6 +52,13 @@ enum Role {
     non_finite,
     dropped,
     missed,
+    parts,
+    largest_part,
+    plant_events,
+    splits,
+    grazing,
+    chattering,
+    projected,
     state,
     derivative,
     role_count
@@ -63,7 +70,8 @@ enum Group { posterior_group, estimate_group, covariance_group, innovation_group
 constexpr int max_index = 64; // of all roles but covariance, state and derivative
 
 struct Sizes {
-    int states = 0, unknown_inputs = 0, parameters = 0, known_inputs = 0, sensors = 0, nx = 0;
+    int states = 0, unknown_inputs = 0, parameters = 0, known_inputs = 0, sensors = 0;
+    int nx = 0; // of Model Exchange; 0 for a plant with events, which is for Co-Simulation
     int estimated() const { return states + unknown_inputs + parameters; }
 };
 

@@ -22,7 +22,7 @@ SAMPLE = {
 COUNTS = {
     "Hrekf": ("count.gyro_used", "count.accel_used", "count.missed"), "Ahrs": ("count.gyro_used", "count.mag_used", "count.missed"),
     "InsErrorFilterLateral": ("count.samples", "count.missed"), "AircraftInsLateral": ("z.sample",),
-    "ImuMagSensor": ("gyro.sample", "mag.sample", "count.gyro.missed"),
+    "ImuMagSensor": ("gyro.sample", "mag.sample", "count.gyro.missed"), "Pendulum": ("measured.sample",),
 }  # fmt: skip
 
 
@@ -190,7 +190,7 @@ def test_what_is_too_small_is_refused_by_name(name, parameters, named, version):
         fmu.initialise()
 
 
-@pytest.mark.parametrize("name", [*COUNTS, "Turntable"])
+@pytest.mark.parametrize("name", [*COUNTS, "Turntable", "Observer"])
 @versions
 def test_times_beyond_1e12_s_are_refused_everywhere(name, version):
     for start_s in (1e15, -1e13):

@@ -174,6 +174,21 @@ def test_parameters_are_those_of_the_plan(little_fmu, tmp_path, version):
 
 
 @versions
+def test_estimates_do_not_depend_on_who_reads_them(exported, version):
+    """The look-ahead is computed for those who read it."""
+    with Fmu(exported[version]) as read, Fmu(exported[version]) as unread:
+        for fmu in (read, unread):
+            fmu.set("sampling_mode", "counter")
+            fmu.initialise()
+        for k in range(20):
+            run(read, k + 1, begin=k)
+            run(unread, k + 1, begin=k)
+            estimates(read)
+        assert estimates(read) == estimates(unread)
+        assert estimates(read, "post") == estimates(unread, "post") != estimates(read)
+
+
+@versions
 def test_reset_begins_anew(exported, version):
     with Fmu(exported[version]) as fmu:
         fmu.set("sampling_mode", "counter")

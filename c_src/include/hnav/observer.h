@@ -124,6 +124,9 @@ HNAV_API hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor,
 /* Uses the samples up to t_s and shows the estimate there. Errors: TIME_BACKWARDS; SOLVER: the plant had no answer, or samples
  * led to no usable estimate; these samples were dropped and counted, the message says what the plant answered. */
 HNAV_API hnav_status hnav_observer_advance(hnav_observer* observer, double t_s);
+/* The same without the look-ahead, which asks the plant as often again: shows the estimate just after the newest used sample,
+ * until hnav_observer_advance(observer, t_s) is called too. */
+HNAV_API hnav_status hnav_observer_commit(hnav_observer* observer, double t_s);
 
 /* ------------------------------------------------------------------------------------------------ estimate */
 

@@ -253,6 +253,17 @@ class Observer(StatefulObject):
         """Where the observer stands."""
         return ObserverInfo.read(self._filled("hnav_observer_info", "get_info"))
 
+    def crosses_events(self) -> bool:
+        """The plant has events of its own; an integrator outside, as of Model Exchange, does not cross them."""
+        nx = ffi.new("int32_t *")
+        self._call("nx", nx)
+        x, dx = np.zeros((2, nx[0]))
+        try:
+            self._call("derivative", address(x), address(dx))
+        except HnavError as error:
+            return error.status == "unsupported"
+        return False
+
     def proof(self) -> dict[str, BlockProof]:
         """What became of the derivatives that the plant offers, by block; blocks that it does not offer are left out."""
         found = {}

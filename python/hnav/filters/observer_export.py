@@ -79,7 +79,7 @@ def texts(observer: Observer, fmi_version: int, period_s: float) -> dict[str, st
     title = f"Observer of {fmu.name}"
     about = About(
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
-        _saves(observer), fmu.once,
+        _saves(observer), fmu.once, not observer.crosses_events(),
     )  # fmt: skip
     return {
         "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
@@ -137,7 +137,8 @@ def table(observer: Observer, period_s: float) -> list[Row]:
         Row("time", 0, "time", "Simulation time", causality="independent", variability="continuous", unit="s"),
         *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer), *_health(observer),
     ]  # fmt: skip
-    rows = _with_states(observer, rows)
+    if not observer.crosses_events():
+        rows = _with_states(observer, rows)
     seen = set[str]()
     for row in rows:
         if row.name in seen:
@@ -268,6 +269,22 @@ def _health(observer: Observer) -> Iterator[Row]:
         ("missed", "Samples that a coarse communication step lost"),
     ):
         yield Row(role, 0, f"count.{role}", text, "integer")
+    if observer.crosses_events():
+        yield from _events()
+
+
+def _events() -> Iterator[Row]:
+    """Of a plant with events of its own."""
+    yield Row("parts", 0, "parts", "Into which the estimate is split: they differ in the events that have been", "integer")
+    yield Row("largest_part", 0, "largest_part", "Weight of the largest, 0 to 1")
+    for role, text in (
+        ("plant_events", "Events of the plant that changed something, as the largest part has them"),
+        ("splits", "How often the estimate was split"),
+        ("grazing", "Events whose time the estimate does not tell"),
+        ("chattering", "Events beyond the fiftieth of an interval: the covariance does not go through them"),
+        ("projected", "Corrections that were put back before a guard"),
+    ):
+        yield Row(role, 0, f"count.{role}", text, "integer")
 
 
 def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
@@ -337,7 +354,9 @@ def _about(observer: Observer) -> list[str]:
         + ". The plant is inside, under resources/plant, with its own licences; whoever passes this FMU on needs the right to pass the plant on.",
         "Inputs are samples: sampling_mode says what makes one. Between them SUNDIALS integrates the states and their transition matrix, at "
         "a sample an extended Kalman filter corrects them. Values are in the plant's units.",
-        "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
+        "The plant has events of its own, which an integrator outside does not cross: this FMU is for Co-Simulation alone."
+        if observer.crosses_events()
+        else "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
         *([f"Options that differ from their defaults: {options}."] if options else []),
         *(f"{sentence[:1].upper()}{sentence[1:]}." for sentence in observer.lies()),
     ]  # fmt: skip

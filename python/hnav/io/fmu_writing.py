@@ -64,6 +64,8 @@ class About:
     saves_state: bool = True
     once: bool = False
     """Only one instance for each process."""
+    exchange: bool = True
+    """Model Exchange is offered beside Co-Simulation."""
 
 
 def token(rows: Iterable[Row]) -> str:
@@ -121,10 +123,8 @@ def _interfaces(about: About, fmi: int) -> list[str]:
     both |= dict.fromkeys(state, about.saves_state or None) | {"canNotUseMemoryManagementFunctions": True if fmi == 2 else None}
     exchange = {"completedIntegratorStepNotNeeded": True} if fmi == 2 else {"needsCompletedIntegratorStep": False}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
-    return [
-        f"  <ModelExchange{_attributes(**both, **exchange)}/>",
-        f"  <CoSimulation{_attributes(**both, canHandleVariableCommunicationStepSize=True, **steps)}/>",
-    ]
+    offered = [f"  <ModelExchange{_attributes(**both, **exchange)}/>"] if about.exchange else []
+    return [*offered, f"  <CoSimulation{_attributes(**both, canHandleVariableCommunicationStepSize=True, **steps)}/>"]
 
 
 def _units(rows: Sequence[Row], units: dict[str, Unit]) -> list[str]:
@@ -204,7 +204,7 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
     else:
         inside = [
             "    <Outputs>", *listed("Unknown", outputs), "    </Outputs>",
-            "    <Derivatives>", *listed("Unknown", derivatives), "    </Derivatives>",
+            *(["    <Derivatives>", *listed("Unknown", derivatives), "    </Derivatives>"] if derivatives else []),
             "    <InitialUnknowns>", *listed("Unknown", calculated, initial=True), "    </InitialUnknowns>",
         ]  # fmt: skip
     return ["  <ModelStructure>", *inside, "  </ModelStructure>"]
