@@ -257,6 +257,33 @@ def test_a_damaged_archive_is_refused_with_a_sentence(exported, tmp_path, file, 
         fmu.initialise()
 
 
+@versions
+@pytest.mark.parametrize("name", ["body.frame_a.r_0[1]", 'mass <a> & "b"', "überlast", "long." + 30 * "name"])
+def test_names_of_plants_are_kept_whatever_they_are(little_binary, tmp_path, version, name):
+    quoted = name.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    fmu = packed(tmp_path / "named.fmu", little_binary, variables=VARIABLES.replace('name="x"', f'name="{quoted}"'))
+    hnav.Plan(fmu).sensor(name, noise=0.02).state(name, start_sigma=0.2).export(tmp_path / "o.fmu", version)
+    assert_fits_the_standard(tmp_path / "o.fmu", version)
+    with Fmu(tmp_path / "o.fmu") as observer:
+        observer.initialise()
+        observer.set(f"{name}.value", 0.9)
+        for k in range(10):
+            observer.do_step(0.01 * k, 0.01)
+        assert observer.get(f"est.{name}") == pytest.approx(0.9, abs=0.1) and observer.messages == []
+
+
+@versions
+def test_the_folder_that_it_lies_in_may_be_called_anything(exported, tmp_path, monkeypatch, version):
+    """FMI 2 tells it as a URI, whose escapes are undone once."""
+    folder = tmp_path / "a b %41 ü"
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    with Fmu(exported[version]) as fmu:
+        assert str(folder) in str(fmu._folder)
+        fmu.initialise()
+        assert fmu.messages == []
+
+
 def test_a_plant_that_exists_once_makes_an_observer_that_does(tmp_path):
     fmu = packed(tmp_path / "once.fmu", compiled(tmp_path, once=True), attributes='canBeInstantiatedOnlyOncePerProcess="true"')
     little_plan(fmu).export(tmp_path / "o.fmu", 3)

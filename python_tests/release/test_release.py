@@ -69,6 +69,16 @@ def test_an_archive_of_all_platforms_keeps_the_rest_and_drops_this_machines_bina
         assert archive.namelist() == ["binaries/win64/M.dll", "modelDescription.xml"]
 
 
+def test_the_plant_inside_an_observer_has_its_binaries_too(tmp_path):
+    with zipfile.ZipFile(tmp_path / "observer.fmu", "w") as built:
+        for name in ("binaries/linux64/O.so", "resources/plant/binaries/linux64/P.so", "resources/plant/observer.plan"):
+            built.writestr(f"./{name}", name)
+    assert fmu_archives.plants_of(tmp_path / "observer.fmu") == ["P"]
+    with zipfile.ZipFile(tmp_path / "other.fmu", "w") as built:
+        built.writestr("binaries/linux64/P.so", "")
+    assert fmu_archives.plants_of(tmp_path / "other.fmu") == []
+
+
 def test_a_platform_that_was_not_built_ends_with_the_name_of_the_missing_file(tmp_path):
     with pytest.raises(SystemExit, match="M.dll is not built"):
         fmu_archives.collect("M", 3, {"x86_64-windows": tmp_path})
