@@ -16,7 +16,7 @@ constexpr double tolerance = 1e-6; // of outputs, relative to what is larger of 
 class Signal {
 public:
     // No file: no inputs.
-    Signal(FILE* file, const Table& table) : file_(file) {
+    Signal(FILE* file, const Table& table) : file_(file), table_(table) {
         if (!file_ || !std::fgets(line_, sizeof line_, file_)) return;
         for (char* name = std::strtok(line_, ",\n"); name && columns_ < largest; name = std::strtok(nullptr, ",\n")) {
             unsigned row = 0;
@@ -31,7 +31,7 @@ public:
     bool set(Instance* instance, double t_s) {
         bool ok = true;
         while (waiting_ && values_[0] <= t_s + 1e-9) {
-            ok = ok && instance->set(Type::real, rows_ + 1, columns_ - 1, values_ + 1) == Status::ok;
+            for (int i = 1; i < columns_ && ok; ++i) ok = set_one(instance, rows_[i], values_[i]) == Status::ok;
             waiting_ = read();
         }
         return ok;
@@ -39,6 +39,12 @@ public:
 
 private:
     static constexpr int largest = 64;
+
+    Status set_one(Instance* instance, unsigned row, double value) const {
+        const bool flag = value != 0;
+        if (table_[static_cast<int>(row)].type == Type::boolean) return instance->set(Type::boolean, &row, 1, &flag);
+        return instance->set(Type::real, &row, 1, &value);
+    }
 
     bool read() {
         if (!std::fgets(line_, sizeof line_, file_)) return false;
@@ -48,6 +54,7 @@ private:
     }
 
     FILE* file_;
+    const Table& table_;
     char line_[4096] = "";
     int columns_ = 0;
     unsigned rows_[largest] = {};

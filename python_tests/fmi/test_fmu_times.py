@@ -23,6 +23,7 @@ COUNTS = {
     "Hrekf": ("count.gyro_used", "count.accel_used", "count.missed"), "Ahrs": ("count.gyro_used", "count.mag_used", "count.missed"),
     "InsErrorFilterLateral": ("count.samples", "count.missed"), "AircraftInsLateral": ("z.sample",),
     "ImuMagSensor": ("gyro.sample", "mag.sample", "count.gyro.missed"), "Pendulum": ("measured.sample",),
+    "Ins": ("count.imu_used", "count.missed"),
 }  # fmt: skip
 
 

@@ -1,0 +1,199 @@
+// Outputs of the Ins FMU: each row and what it shows of the filter's answers.
+#pragma once
+
+#include "adapter/outputs.hpp"
+#include "adapter/rows.hpp"
+#include "hnav/hnav.h"
+
+namespace hnav::fmu {
+
+class InsOutputs {
+public:
+    void describe(Table& table) {
+        describe_navigation(table);
+        describe_attitude(table);
+        describe_biases(table);
+        describe_readiness(table);
+        describe_observed(table);
+        describe_sensor<HNAV_INS_POSITION, 3>(table, "gnss", "m");
+        describe_sensor<HNAV_INS_VELOCITY, 3>(table, "gnssvel", "m/s");
+        describe_sensor<HNAV_INS_PRESSURE, 1>(table, "baro", "m");
+        describe_sensor<HNAV_INS_SPEED, 1>(table, "wheel", "m/s");
+        describe_sensor<HNAV_INS_HEADING, 1>(table, "aid", "rad");
+        describe_counts(table);
+    }
+
+    // missed: samples that the clocks of the FMU lost.
+    void refresh(const hnav_ins* ins, unsigned groups, double missed, double* values) const {
+        navigation_.refresh(groups, values, [&](hnav_navigation* n) {
+            n->size = sizeof *n;
+            hnav_ins_navigation(ins, n);
+            if (!(n->q_nb[0] == n->q_nb[0])) show_nothing(n);
+        });
+        observed_.refresh(groups, values, [&](hnav_observed* o) {
+            o->size = sizeof *o;
+            hnav_ins_observed(ins, o);
+        });
+        for (int s = 0; s < HNAV_INS_SENSOR_COUNT; ++s)
+            innovation_[s].refresh(groups, values, [&](hnav_ins_innovation* i) {
+                *i = hnav_sized<hnav_ins_innovation>();
+                hnav_ins_last_innovation(ins, static_cast<hnav_ins_sensor>(s), i); // stays zero before the first
+            });
+        counts_.refresh(groups, values, [&](Counts* c) {
+            c->size = sizeof(hnav_ins_diagnostics);
+            hnav_ins_get_diagnostics(ins, c);
+            c->missed = missed;
+        });
+    }
+
+private:
+    enum Group { navigation_group, observed_group, innovation_group, count_group };
+    static constexpr double anywhere_m = 1e7, any_speed_m_s = 1e4, any_bias = 1e3; // of what is not known
+
+    struct Counts : hnav_ins_diagnostics {
+        double missed;
+    };
+
+    // Before there is a tilt: no estimate, and any error.
+    static void show_nothing(hnav_navigation* n) {
+        const auto now = *n;
+        *n = hnav_sized<hnav_navigation>();
+        n->t_s = now.t_s;
+        n->phase = now.phase;
+        n->at_rest = now.at_rest;
+        n->q_nb[0] = 1;
+        for (int i = 0; i < 3; ++i) {
+            n->sigma_position_m[i] = anywhere_m;
+            n->sigma_velocity_m_s[i] = any_speed_m_s;
+            n->sigma_rotation_rad[i] = M_PI;
+            n->sigma_gyro_bias_rad_s[i] = n->sigma_accel_bias_m_s2[i] = any_bias;
+        }
+    }
+
+    template <auto field>
+    int show(Table& table, const char* name, const char* unit, const char* display, const char* text, double start = 0) {
+        const int at = navigation_.add<field>(table, rows::output(name, unit, display, text));
+        for (int i = at; i < table.size(); ++i) table.row(i).start = start;
+        return at;
+    }
+
+    void describe_navigation(Table& table) {
+        using N = hnav_navigation;
+        show<&N::latitude_rad>(table, "nav.latitude", "rad", "deg", "Latitude of the inertial sensor");
+        show<&N::longitude_rad>(table, "nav.longitude", "rad", "deg", "Longitude");
+        show<&N::height_m>(table, "nav.height", "m", "", "Height above the ellipsoid of WGS 84");
+        show<&N::velocity_n_m_s>(table, "nav.velocity", "m/s", "", "Velocity north, east, down");
+        show<&N::sigma_position_m>(table, "nav.sigma_position", "m", "", "Standard deviation of the position north, east, down",
+                                   anywhere_m);
+        show<&N::sigma_velocity_m_s>(table, "nav.sigma_velocity", "m/s", "",
+                                     "Standard deviation of the velocity north, east, down", any_speed_m_s);
+    }
+
+    void describe_attitude(Table& table) {
+        using N = hnav_navigation;
+        const int q = show<&N::q_nb>(table, "att.q", "", "", "Attitude, body to north-east-down, scalar first");
+        table.row(q).start = 1;
+        show<&N::euler_rad>(table, "att.euler", "rad", "deg", "Roll, pitch, yaw (rotation order z y x); yaw is the true heading");
+        navigation_.add(table, rows::output("att.heading", "rad", "deg", "True heading of body x, clockwise from north"),
+                        [](const N& n, double* row) { *row = n.euler_rad[2]; });
+        show<&N::sigma_rotation_rad>(table, "att.sigma", "rad", "deg",
+                                     "Standard deviation of the rotation about north, east, down; the third is heading, "
+                                     "spread over the whole circle",
+                                     M_PI);
+    }
+
+    void describe_biases(Table& table) {
+        using N = hnav_navigation;
+        show<&N::gyro_bias_rad_s>(table, "bias.gyro", "rad/s", "deg/s", "Gyro bias, body axes");
+        show<&N::sigma_gyro_bias_rad_s>(table, "bias.gyro_sigma", "rad/s", "deg/s", "Standard deviation of the gyro bias",
+                                        any_bias);
+        show<&N::accel_bias_m_s2>(table, "bias.accel", "m/s2", "", "Accelerometer bias, body axes");
+        show<&N::sigma_accel_bias_m_s2>(table, "bias.accel_sigma", "m/s2", "", "Standard deviation of the accelerometer bias",
+                                        any_bias);
+        show<&N::latency_s>(table, "gnss.latency", "s", "ms", "Estimated delay of the satellites behind their time stamps");
+        show<&N::sigma_latency_s>(table, "gnss.latency_sigma", "s", "ms", "Standard deviation of that delay");
+    }
+
+    void describe_readiness(Table& table) {
+        using namespace rows;
+        using N = hnav_navigation;
+        navigation_.add<&N::phase>(
+            table, output("align.phase", {phase, nullptr, HNAV_INS_PHASE_NAVIGATING + 1}, "Where the filter stands"));
+        const auto flag = [&](const char* name, const char* text) { return output(name, Type::boolean, text); };
+        navigation_.add<&N::tilt_ready>(table, flag("align.tilt_ready", "Tilt: sigma below the limit, by information gained"));
+        navigation_.add<&N::heading_ready>(table, flag("align.heading_ready", "Heading: likewise, and held"));
+        navigation_.add<&N::velocity_ready>(table, flag("align.velocity_ready", "Velocity: likewise"));
+        navigation_.add<&N::position_ready>(table, flag("align.position_ready", "Position: likewise"));
+        navigation_.add<&N::at_rest>(table, flag("rest.detected", "The body stands"));
+        navigation_.add<&N::heading_second_rad>(table,
+                                                output("align.heading_second", "rad", "deg", "The strongest other heading"));
+        navigation_.add<&N::heading_second_share>(
+            table, output("align.heading_second_share", "", "", "Its probability; 0: there is none"));
+    }
+
+    void describe_observed(Table& table) {
+        using namespace rows;
+        using O = hnav_observed;
+        const auto nats = [&](const char* name, const char* text) { return output(name, "", "", text); };
+        observed_.add<&O::by_rest>(table, nats("observed.by_rest", "Nats gained about the heading by standing still"));
+        observed_.add<&O::by_speed>(table, nats("observed.by_speed", "By wheels"));
+        observed_.add<&O::by_pressure>(table, nats("observed.by_pressure", "By heights"));
+        observed_.add<&O::by_velocity>(table, nats("observed.by_velocity", "By velocities of the satellites"));
+        observed_.add<&O::by_position>(table, nats("observed.by_position", "By their positions"));
+        observed_.add<&O::by_heading>(table, nats("observed.by_heading", "By the heading aid"));
+    }
+
+    template <int sensor, int dimension>
+    void describe_sensor(Table& table, const char* name, const char* unit) {
+        using namespace rows;
+        using I = hnav_ins_innovation;
+        auto& innovation = innovation_[sensor];
+        const Variable v = output(Name("innov", name), unit, "", "Innovation of the last sample used: measured minus expected");
+        const auto value = [](const I& i, double* rows) { std::memcpy(rows, i.value, dimension * sizeof(double)); };
+        if (dimension == 1) innovation.add(table, v, value);
+        else innovation.add_vector(table, v, dimension, value);
+        innovation.template add<&I::nis>(
+            table,
+            output(Name("nis", name), "", "", "Normalised innovation squared of that sample; its expectation is the dimension"));
+        describe_used<sensor>(table, name);
+        counts_.add(table, output(Name("count", name, "_inflated"), Type::integer, "Of these, with inflated noise or left out"),
+                    [](const Counts& c, double* row) { *row = static_cast<double>(c.inflated[sensor]); });
+    }
+
+    template <int sensor>
+    void describe_used(Table& table, const char* name) {
+        counts_.add(table, rows::output(rows::Name("count", name, "_used"), Type::integer, "Samples used"),
+                    [](const Counts& c, double* row) { *row = static_cast<double>(c.used[sensor]); });
+    }
+
+    void describe_counts(Table& table) {
+        using namespace rows;
+        describe_used<HNAV_INS_IMU>(table, "imu");
+        describe_used<HNAV_INS_REST>(table, "rest");
+        counts_.add<&Counts::late>(table,
+                                   output("count.late", Type::integer, "Samples refused: older than the committed estimate"));
+        counts_.add<&Counts::non_finite>(table, output("count.non_finite", Type::integer, "Samples refused for their numbers"));
+        counts_.add<&Counts::times_lost>(
+            table, output("count.lost", Type::integer, "The start or the search for the heading began anew"));
+        counts_.add<&Counts::missed>(table, output("count.missed", Type::integer, "Samples that no communication point met"));
+        counts_.add<&Counts::mean_nis>(
+            table, output("nis.mean", "", "", "Mean of the last NIS over their dimensions; above 1 the sigmas are too small"));
+    }
+
+    static Choice phase(const void*, int k) {
+        constexpr Choice phases[] = {
+            {"waiting", "For rate and force"},
+            {"levelling", "The first tilt is being found, or the first fix waited for"},
+            {"any_heading", "Everything but the heading is estimated, and what there is to know of it"},
+            {"navigating", "Everything is estimated"},
+        };
+        return phases[k];
+    }
+
+    Outputs<hnav_navigation, navigation_group, 32> navigation_;
+    Outputs<hnav_observed, observed_group> observed_;
+    Outputs<hnav_ins_innovation, innovation_group> innovation_[HNAV_INS_SENSOR_COUNT];
+    Outputs<Counts, count_group, 32> counts_;
+};
+
+} // namespace hnav::fmu

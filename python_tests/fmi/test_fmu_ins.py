@@ -1,0 +1,231 @@
+"""The FMU Ins: bit for bit the library, whatever the FMI version, interface and step; what it says before it knows."""
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+import hnav
+from hnav.errors import HnavError
+from hnav.filters.ins import INS_PRESETS, PHASES, InsOptions, ins_option_table
+from hnav.fmi.fmus import Fmu, fmu_path
+from importing import assert_fits_the_standard
+from studies.ins.vehicles import vehicle
+
+VERSIONS = (2, 3)
+versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
+VECTORS = {"nav.velocity": "velocity_n_m_s", "att.q": "q_nb", "nav.sigma_position": "sigma_position_m", "att.sigma": "sigma_rotation_rad",
+           "bias.gyro": "gyro_bias_rad_s", "bias.accel_sigma": "sigma_accel_bias_m_s2"}  # fmt: skip
+LENGTH = 2500  # rows
+LATE_S = 0.15
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """Rows of rate and force, and by row the fixes that came with it: kind, time of validity, values."""
+    samples, _ = vehicle("car", "industrial", 11, 26.0)
+    valid, received, sensor, value = samples.aids.arrays()
+    fixes = {}
+    for t, kind, values in zip(received, sensor, value):
+        row = int(np.searchsorted(samples.t_s, t - 1e-9))
+        fixes.setdefault(row, {})["gnss" if kind == 5 else "gnssvel"] = (float(samples.t_s[min(row, LENGTH)]), values)
+    return samples, fixes
+
+
+def opened(version, exchange=False, **parameters):
+    fmu = Fmu(fmu_path("Ins", version), model_exchange=exchange)
+    for name, value in {"sampling_mode": "counter", "preset": "industrial", "solver.solver": "closed_form", **parameters}.items():
+        fmu.set(name, value)
+    return fmu
+
+
+def set_vector(fmu, name, values):
+    for i, value in enumerate(values, start=1):
+        fmu.set(f"{name}[{i}]", float(value))
+
+
+def set_samples(fmu, drive, k, late_rows=0):
+    """What came with row k, fixes so many rows after they were valid."""
+    samples, fixes = drive
+    t_s = float(samples.t_s[k])
+    set_vector(fmu, "gyro.rate", samples.rate_b_rad_s[k])
+    set_vector(fmu, "accel.force", samples.force_b_m_s2[k])
+    came = dict.fromkeys(("gyro", "accel"), (t_s, None)) | fixes.get(k - late_rows, {})
+    for name, (valid_s, values) in came.items():
+        if name == "gnss":
+            for part, value in zip(("latitude", "longitude", "height"), values):
+                fmu.set(f"gnss.{part}", float(value))
+        elif name == "gnssvel":
+            set_vector(fmu, "gnssvel.velocity", values[:3])
+        if values is not None:
+            set_vector(fmu, f"{name}.sigma", values[3:])
+            fmu.set(f"{name}.valid", True)
+        fmu.set(f"{name}.t_meas", valid_s)
+        fmu.set(f"{name}.sample", fmu.get(f"{name}.sample") + 1)
+
+
+def shown(fmu):
+    numbers = [fmu.get(f"nav.{name}") for name in ("latitude", "longitude", "height")] + [fmu.get("align.heading_second_share")]
+    vectors = [fmu.get(v) for name in VECTORS for v in fmu.variables if v.startswith(f"{name}[")]
+    counts = [fmu.get(f"count.{name}") for name in ("imu_used", "gnss_used", "gnssvel_used", "gnss_inflated", "late")]
+    return [*numbers, *vectors, *counts, str(fmu.get("align.phase")), fmu.get("align.heading_ready"), fmu.get("innov.gnss[2]")]
+
+
+def driven(version, drive, every=1, late_rows=0, rows=LENGTH, **parameters):
+    """Co-Simulation; what is shown at the end."""
+    samples, _ = drive
+    with opened(version, **parameters) as fmu:
+        fmu.initialise(float(samples.t_s[0]))
+        for k in range(rows):
+            set_samples(fmu, drive, k, late_rows)
+            begin, end = float(samples.t_s[k]), float(samples.t_s[k + 1])
+            for i in range(every):
+                fmu.do_step(begin + i * (end - begin) / every, (end - begin) / every)
+        return shown(fmu), fmu.get("count.missed")
+
+
+def library(drive, rows=LENGTH, **options):
+    samples, fixes = drive
+    ins = hnav.Ins("industrial", solver="closed_form", **options)
+    for k in range(rows):
+        ins.push_imu(samples.t_s[k], samples.rate_b_rad_s[k], samples.force_b_m_s2[k])
+        for name, (valid_s, values) in fixes.get(k, {}).items():
+            if name == "gnss":
+                ins.push_position(valid_s, *values[:3], values[3:])
+            else:
+                ins.push_velocity(valid_s, values[:3], values[3:])
+        ins.advance(samples.t_s[k + 1])
+    return ins
+
+
+def expected(ins):
+    now, seen = ins.navigation(), ins.diagnostics()
+    vectors = [float(x) for field in VECTORS.values() for x in getattr(now, field)]
+    counts = [seen.used["imu"], seen.used["position"], seen.used["velocity"], seen.inflated["position"], seen.late]
+    phase = PHASES.index(now.phase)
+    numbers = [now.latitude_rad, now.longitude_rad, now.height_m, now.heading_second_share]
+    return [*numbers, *vectors, *counts, str(phase), now.heading_ready, float(ins.innovation("position").value[1])]
+
+
+@versions
+def test_the_filter_is_the_library_bit_for_bit_on_every_communication_grid(drive, version):
+    ins = library(drive)
+    assert ins.navigation().phase == "navigating" and ins.diagnostics().used["position"] > 50
+    assert driven(version, drive) == (expected(ins), 0)
+    if version == 3:
+        assert driven(version, drive, every=3) == (expected(ins), 0)
+
+
+@versions
+def test_model_exchange_shows_at_events_what_co_simulation_shows_there(drive, version):
+    samples, _ = drive
+    rows = 1000
+    ins = library(drive, rows)
+    ins.advance(samples.t_s[rows])
+    with opened(version, exchange=True) as fmu:
+        assert not any(v.derivative is not None for v in fmu.description.modelVariables)
+        fmu.initialise(float(samples.t_s[0]))
+        for k in range(rows):
+            set_samples(fmu, drive, k)
+            fmu.update_discrete_states()
+            fmu.call(fmu.fmu.enterContinuousTimeMode)
+            fmu.call(fmu.fmu.setTime, float(samples.t_s[k + 1]))
+            fmu.call(fmu.fmu.enterEventMode)
+        fmu.update_discrete_states()
+        assert shown(fmu) == expected(ins)
+
+
+@versions
+def test_late_fixes_are_waited_for_and_give_the_same_estimate(drive, version):
+    # The end lies between a late fix and the next.
+    samples, fixes = drive
+    late_rows = round(100 * LATE_S)
+    last = max(k for k in fixes if k < 1000)
+    rows, punctual = last + late_rows + 2, {"timing.horizon_s": 0.2}
+    assert not any(last < k < rows for k in fixes)
+    one, other = (driven(version, drive, late_rows=late, rows=rows, **punctual)[0] for late in (0, late_rows))
+    assert one == other
+
+
+@versions
+def test_fmpy_and_the_schemas_find_nothing_to_complain_about(version):
+    assert_fits_the_standard(fmu_path("Ins", version), version)
+
+
+def test_both_versions_have_the_same_variables():
+    names = [
+        [(v.name, v.causality) for v in fmpy.read_model_description(str(fmu_path("Ins", v))).modelVariables] for v in VERSIONS
+    ]
+    assert names[0] == names[1]
+
+
+def test_parameters_are_the_options_of_the_library():
+    variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path("Ins", 3))).modelVariables}
+    defaults = InsOptions("consumer")
+    for name, info in ins_option_table().items():
+        place = f"{info.group}.{info.name}"
+        variable = variables.get(place) or variables.get(f"{place}[1]") or variables.get(info.name)
+        assert variable is not None and variable.causality == "parameter", name
+        if not info.choices:
+            told = np.ravel(getattr(defaults, name))[0]
+            assert float(variable.start) == told, name
+    assert [item.name for item in variables["preset"].declaredType.items] == list(INS_PRESETS)
+
+
+@versions
+def test_before_there_is_a_tilt_the_outputs_say_so(version):
+    with opened(version) as fmu:
+        fmu.initialise()
+        fmu.do_step(0.0, 0.01)
+        assert (fmu.get("att.q[1]"), fmu.get("att.sigma[3]"), fmu.get("nav.sigma_position[1]")) == (1.0, np.pi, 1e7)
+        assert (
+            not fmu.get("align.tilt_ready")
+            and np.isfinite([fmu.get(v) for v in fmu.variables if v.startswith(("nav.", "att.", "bias."))]).all()
+        )
+
+
+@versions
+def test_reset_and_a_saved_state_bring_back_what_was(drive, version):
+    samples, _ = drive
+    half = 500
+
+    def go(fmu, rows):
+        for k in rows:
+            set_samples(fmu, drive, k)
+            fmu.do_step(float(samples.t_s[k]), float(samples.t_s[k + 1] - samples.t_s[k]))
+        return shown(fmu)
+
+    with opened(version) as fmu:
+        fmu.initialise(float(samples.t_s[0]))
+        go(fmu, range(half))
+        state = (fmu.fmu.getFMUState if fmu.fmi3 else fmu.fmu.getFMUstate)()
+        first = go(fmu, range(half, 2 * half))
+        (fmu.fmu.setFMUState if fmu.fmi3 else fmu.fmu.setFMUstate)(state)
+        assert go(fmu, range(half, 2 * half)) == first
+        (fmu.fmu.freeFMUState if fmu.fmi3 else fmu.fmu.freeFMUstate)(state)
+        fmu.set("reset", True)
+        fmu.do_step(float(samples.t_s[2 * half]), 0.01)
+        assert fmu.get("count.imu_used") == 0 and fmu.get("att.sigma[3]") == np.pi
+
+
+@versions
+def test_impossible_parameters_stop_initialisation_with_their_names(version):
+    for name, value in (("timing.horizon_s", 1e9), ("gnss.period", 1e-9)):
+        with pytest.raises(HnavError, match=name.split(".")[1] if name.startswith("timing") else name), opened(version) as fmu:
+            fmu.set(name, value)
+            fmu.initialise()
+
+
+@pytest.mark.parametrize("version, kind", [(2, "CoSimulation"), (3, "ModelExchange")])
+def test_simulate_fmu_runs_the_example_input(version, kind, tmp_path):
+    path = fmu_path("Ins", version)
+    folder = fmpy.extract(str(path), str(tmp_path))
+    signal = np.genfromtxt(f"{folder}/resources/example_input.csv", delimiter=",", names=True, deletechars="")
+    result = simulate_fmu(folder, fmi_type=kind, input=signal, stop_time=60.0, output_interval=0.01,
+                          output=["att.heading", "att.sigma[3]", "align.phase", "nav.velocity[1]"])  # fmt: skip
+    end = result[-1]
+    speed = np.hypot(signal["gnssvel.velocity[1]"], signal["gnssvel.velocity[2]"])[-1]
+    course = np.arctan2(signal["gnssvel.velocity[2]"], signal["gnssvel.velocity[1]"])[-1]
+    assert end["align.phase"] == PHASES.index("navigating") and end["att.sigma[3]"] < np.radians(3)
+    assert abs(end["att.heading"] - course) < 3 * end["att.sigma[3]"]
+    assert abs(end["nav.velocity[1]"] - speed * np.cos(course)) < 0.5
