@@ -6,6 +6,7 @@
 #include "options/lists.hpp"
 
 #include <cmath>
+#include <initializer_list>
 
 using hnav::observer::Answer;
 using hnav::observer::Function;
@@ -84,6 +85,21 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
                        options.queue_capacity);
 }
 
+// All that may hold what the plant has remembered: every part of every state, and what the model works on.
+void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
+    const auto* o = static_cast<const hnav_observer*>(context);
+    const hnav::observer::Layout at = o->layout();
+    o->filter.visit_states([&](const hnav::RuntimeState& s) {
+        for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
+    });
+    for (int i = 0; i < 2 * hnav::observer::max_parts; ++i) seen(visitor, o->work->branch(i) + at.memory);
+    for (const hnav::observer::Passage* e : {&o->work->newest, &o->work->present}) {
+        seen(visitor, e->memory);
+        seen(visitor, e->memory_after);
+    }
+    seen(visitor, o->work->first_memory);
+}
+
 hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hnav::observer::Plant& prover,
                      const hnav::observer::Statistics& known, std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
@@ -92,7 +108,9 @@ hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hna
     if (options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = options.start_time_s;
     hnav_status status = prove(o, prover, options.start_time_s, caller);
     if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
-    if (status == HNAV_OK) push_start(o);
+    if (status != HNAV_OK) return status;
+    o->plant->holders = {o, each_holder};
+    push_start(o);
     return status;
 }
 

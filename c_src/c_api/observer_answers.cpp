@@ -170,6 +170,10 @@ hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* byte
 
 hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes) {
     REQUIRE(observer, buffer);
+    if (!observer->plant->memory_lasts())
+        return observer->fail(
+            HNAV_ERROR_UNSUPPORTED,
+            "the plant cannot write down what it remembers (canSerializeFMUstate): its observer cannot be saved");
     if (const hnav_status status = hnav::save_status(*observer, bytes, observer->filter.state_size())) return status;
     observer->filter.save(buffer);
     return HNAV_OK;

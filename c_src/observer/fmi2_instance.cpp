@@ -28,6 +28,15 @@ void log(fmi2ComponentEnvironment environment, fmi2String, fmi2Status, fmi2Strin
 class Fmi2Instance final : public FmiInstance {
 public:
     bool find(const SharedLibrary& library, const char** missing) override {
+        // Not every plant has these.
+        get_indicators_ = library.function<fmi2GetEventIndicatorsTYPE>("fmi2GetEventIndicators");
+        step_done_ = library.function<fmi2CompletedIntegratorStepTYPE>("fmi2CompletedIntegratorStep");
+        get_state_ = library.function<fmi2GetFMUstateTYPE>("fmi2GetFMUstate");
+        set_state_ = library.function<fmi2SetFMUstateTYPE>("fmi2SetFMUstate");
+        free_state_ = library.function<fmi2FreeFMUstateTYPE>("fmi2FreeFMUstate");
+        state_size_ = library.function<fmi2SerializedFMUstateSizeTYPE>("fmi2SerializedFMUstateSize");
+        serialize_ = library.function<fmi2SerializeFMUstateTYPE>("fmi2SerializeFMUstate");
+        deserialize_ = library.function<fmi2DeSerializeFMUstateTYPE>("fmi2DeSerializeFMUstate");
         directional_ = library.function<fmi2GetDirectionalDerivativeTYPE>("fmi2GetDirectionalDerivative");
         const bool found[] = {take(library, instantiate_, "fmi2Instantiate", missing),
                               take(library, free_, "fmi2FreeInstance", missing),
@@ -91,6 +100,34 @@ public:
     Answer get_states(double* x, int count) override { return answer(get_states_(instance_, x, count)); }
     Answer get_nominals(double* x, int count) override { return answer(nominals_(instance_, x, count)); }
     Answer get_derivatives(double* dx, int count) override { return answer(derivatives_(instance_, dx, count)); }
+    Answer get_indicators(double* z, int count) override {
+        return get_indicators_ ? answer(get_indicators_(instance_, z, count)) : Answer::broken;
+    }
+    // Whoever asks goes back: the state before is needed.
+    Answer step_done(bool* wants_event, bool* terminate) override {
+        *wants_event = *terminate = false;
+        if (!step_done_) return Answer::ok;
+        fmi2Boolean wants = fmi2False, ends = fmi2False;
+        const Answer done = answer(step_done_(instance_, fmi2False, &wants, &ends));
+        *wants_event = wants != fmi2False;
+        *terminate = ends != fmi2False;
+        return done;
+    }
+    Answer get_state(void** state) override { return get_state_ ? answer(get_state_(instance_, state)) : Answer::broken; }
+    Answer set_state(void* state) override { return set_state_ ? answer(set_state_(instance_, state)) : Answer::broken; }
+    void free_state(void** state) override {
+        if (*state && free_state_ && instance_ && !dead) free_state_(instance_, state);
+        *state = nullptr;
+    }
+    Answer state_bytes(void* state, std::size_t* bytes) override {
+        return state_size_ ? answer(state_size_(instance_, state, bytes)) : Answer::broken;
+    }
+    Answer serialize(void* state, void* bytes, std::size_t count) override {
+        return serialize_ ? answer(serialize_(instance_, state, static_cast<fmi2Byte*>(bytes), count)) : Answer::broken;
+    }
+    Answer deserialize(const void* bytes, std::size_t count, void** state) override {
+        return deserialize_ ? answer(deserialize_(instance_, static_cast<const fmi2Byte*>(bytes), count, state)) : Answer::broken;
+    }
     Answer directional(const Reference* unknown, int rows, Reference known, double* column) override {
         const double one = 1;
         return directional_ ? answer(directional_(instance_, unknown, rows, &known, 1, &one, column)) : Answer::broken;
@@ -125,6 +162,14 @@ private:
     fmi2GetNominalsOfContinuousStatesTYPE* nominals_ = nullptr;
     fmi2GetDerivativesTYPE* derivatives_ = nullptr;
     fmi2GetDirectionalDerivativeTYPE* directional_ = nullptr;
+    fmi2GetEventIndicatorsTYPE* get_indicators_ = nullptr;
+    fmi2CompletedIntegratorStepTYPE* step_done_ = nullptr;
+    fmi2GetFMUstateTYPE* get_state_ = nullptr;
+    fmi2SetFMUstateTYPE* set_state_ = nullptr;
+    fmi2FreeFMUstateTYPE* free_state_ = nullptr;
+    fmi2SerializedFMUstateSizeTYPE* state_size_ = nullptr;
+    fmi2SerializeFMUstateTYPE* serialize_ = nullptr;
+    fmi2DeSerializeFMUstateTYPE* deserialize_ = nullptr;
 };
 
 } // namespace

@@ -20,6 +20,15 @@ void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String
 class Fmi3Instance final : public FmiInstance {
 public:
     bool find(const SharedLibrary& library, const char** missing) override {
+        // Not every plant has these.
+        get_indicators_ = library.function<fmi3GetEventIndicatorsTYPE>("fmi3GetEventIndicators");
+        step_done_ = library.function<fmi3CompletedIntegratorStepTYPE>("fmi3CompletedIntegratorStep");
+        get_state_ = library.function<fmi3GetFMUStateTYPE>("fmi3GetFMUState");
+        set_state_ = library.function<fmi3SetFMUStateTYPE>("fmi3SetFMUState");
+        free_state_ = library.function<fmi3FreeFMUStateTYPE>("fmi3FreeFMUState");
+        state_size_ = library.function<fmi3SerializedFMUStateSizeTYPE>("fmi3SerializedFMUStateSize");
+        serialize_ = library.function<fmi3SerializeFMUStateTYPE>("fmi3SerializeFMUState");
+        deserialize_ = library.function<fmi3DeserializeFMUStateTYPE>("fmi3DeserializeFMUState");
         directional_ = library.function<fmi3GetDirectionalDerivativeTYPE>("fmi3GetDirectionalDerivative");
         indicators_ = library.function<fmi3GetNumberOfEventIndicatorsTYPE>("fmi3GetNumberOfEventIndicators");
         const bool found[] = {take(library, instantiate_, "fmi3InstantiateModelExchange", missing),
@@ -77,6 +86,30 @@ public:
     Answer get_states(double* x, int count) override { return answer(get_states_(instance_, x, count)); }
     Answer get_nominals(double* x, int count) override { return answer(nominals_(instance_, x, count)); }
     Answer get_derivatives(double* dx, int count) override { return answer(derivatives_(instance_, dx, count)); }
+    Answer get_indicators(double* z, int count) override {
+        return get_indicators_ ? answer(get_indicators_(instance_, z, count)) : Answer::broken;
+    }
+    // Whoever asks goes back: the state before is needed.
+    Answer step_done(bool* wants_event, bool* terminate) override {
+        *wants_event = *terminate = false;
+        if (!step_done_) return Answer::ok;
+        return answer(step_done_(instance_, false, wants_event, terminate));
+    }
+    Answer get_state(void** state) override { return get_state_ ? answer(get_state_(instance_, state)) : Answer::broken; }
+    Answer set_state(void* state) override { return set_state_ ? answer(set_state_(instance_, state)) : Answer::broken; }
+    void free_state(void** state) override {
+        if (*state && free_state_ && instance_ && !dead) free_state_(instance_, state);
+        *state = nullptr;
+    }
+    Answer state_bytes(void* state, std::size_t* bytes) override {
+        return state_size_ ? answer(state_size_(instance_, state, bytes)) : Answer::broken;
+    }
+    Answer serialize(void* state, void* bytes, std::size_t count) override {
+        return serialize_ ? answer(serialize_(instance_, state, static_cast<fmi3Byte*>(bytes), count)) : Answer::broken;
+    }
+    Answer deserialize(const void* bytes, std::size_t count, void** state) override {
+        return deserialize_ ? answer(deserialize_(instance_, static_cast<const fmi3Byte*>(bytes), count, state)) : Answer::broken;
+    }
     Answer directional(const Reference* unknown, int rows, Reference known, double* column) override {
         const double one = 1;
         return directional_ ? answer(directional_(instance_, unknown, rows, &known, 1, &one, 1, column, rows)) : Answer::broken;
@@ -102,6 +135,14 @@ private:
     fmi3GetNominalsOfContinuousStatesTYPE* nominals_ = nullptr;
     fmi3GetContinuousStateDerivativesTYPE* derivatives_ = nullptr;
     fmi3GetDirectionalDerivativeTYPE* directional_ = nullptr;
+    fmi3GetEventIndicatorsTYPE* get_indicators_ = nullptr;
+    fmi3CompletedIntegratorStepTYPE* step_done_ = nullptr;
+    fmi3GetFMUStateTYPE* get_state_ = nullptr;
+    fmi3SetFMUStateTYPE* set_state_ = nullptr;
+    fmi3FreeFMUStateTYPE* free_state_ = nullptr;
+    fmi3SerializedFMUStateSizeTYPE* state_size_ = nullptr;
+    fmi3SerializeFMUStateTYPE* serialize_ = nullptr;
+    fmi3DeserializeFMUStateTYPE* deserialize_ = nullptr;
 };
 
 } // namespace

@@ -38,6 +38,15 @@ public:
     virtual Answer get_states(double* x, int count) = 0;
     virtual Answer get_nominals(double* x, int count) = 0;
     virtual Answer get_derivatives(double* dx, int count) = 0;
+    virtual Answer get_indicators(double* z, int count) = 0;
+    virtual Answer step_done(bool* wants_event, bool* terminate) = 0;
+    // Copies of all that the instance is. get takes what there is already, or null.
+    virtual Answer get_state(void** state) = 0;
+    virtual Answer set_state(void* state) = 0;
+    virtual void free_state(void** state) = 0;
+    virtual Answer state_bytes(void* state, std::size_t* bytes) = 0;
+    virtual Answer serialize(void* state, void* bytes, std::size_t count) = 0;
+    virtual Answer deserialize(const void* bytes, std::size_t count, void** state) = 0;
     virtual Answer directional(const Reference* unknown, int rows, Reference known, double* column) = 0;
 
     virtual void destroy() = 0;

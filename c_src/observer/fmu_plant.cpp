@@ -86,17 +86,34 @@ bool FmuPlant::initialise(Refusal& why) {
     if (done != Answer::ok)
         return why.refuse(Refusal::plant, "%s could not be initialised at t = %g s%s%s", plan_.identifier, start_s_,
                           *fmi_->said || *said_ ? ": " : "", *said_ ? said_ : fmi_->said);
-    const int indicators = fmi_->indicators(plan_.indicators);
-    if (indicators > 0 && !plan_.memoryless)
-        return why.refuse(
-            Refusal::impossible,
-            "%s has %d event indicators: only plants without events are observed; if its events change nothing that "
-            "it remembers, say memoryless in the plan",
-            plan_.identifier, indicators);
     // What it has now stands for what nobody has sampled or estimated yet.
     done = fmi_->get(plan_.input, sizes.inputs, inputs_);
     if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);
-    return keep(done, "get") == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    if (keep(done, "get") != Answer::ok) return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    return begin_events(why);
+}
+
+// The first instance says whether there are events, every one begins with its own memory.
+bool FmuPlant::begin_events(Refusal& why) {
+    if (sizes.events) return true;
+    const int indicators = fmi_->indicators(plan_.indicators);
+    first_event_s_ = next_event_s_;
+    sizes.events = !plan_.memoryless && (indicators > 0 || plan_.discrete || first_event_s_ < HUGE_VAL);
+    if (!sizes.events) return true;
+    if (plan_.state_access == 0)
+        return why.refuse(
+            Refusal::impossible,
+            "%s has events and cannot save its state: export it with canGetAndSetFMUstate, or without events; if its "
+            "answers depend on time, states, inputs and parameters alone, say memoryless in the plan",
+            plan_.identifier);
+    if (!memory_.create(*fmi_, plan_.state_access == 2))
+        return why.refuse(Refusal::plant, "%s declares that its state can be saved, but it cannot%s%s", plan_.identifier,
+                          *fmi_->said ? ": " : "", fmi_->said);
+    sizes.indicators = indicators;
+    sizes.memory = inputs_and_parameters() + memory_.numbers();
+    held_ = static_cast<double*>(take_block(sizes.memory * sizeof(double)));
+    if (!held_) return why.refuse(Refusal::plant, "no memory for a plant");
+    return remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
 }
 
 bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
@@ -120,7 +137,9 @@ bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
 }
 
 void FmuPlant::close() {
+    release_block(held_);
     if (!fmi_) return;
+    memory_.forget(*fmi_);
     fmi_->free();
     fmi_->destroy();
     fmi_ = nullptr;
@@ -143,22 +162,28 @@ Answer FmuPlant::iterate() {
             std::snprintf(said_, sizeof said_, "it asks to terminate");
             return Answer::broken;
         }
-        if (found.next_event_defined && !plan_.memoryless) {
-            std::snprintf(said_, sizeof said_, "it has an event at t = %g s: only plants without events are observed",
-                          found.next_event_s);
-            return Answer::broken;
-        }
+        next_event_s_ = found.next_event_defined ? found.next_event_s : HUGE_VAL;
         if (!found.again) return Answer::ok;
     }
     std::snprintf(said_, sizeof said_, "its event iteration does not end");
     return Answer::broken;
 }
 
-// Parameters and discrete inputs may change in event mode only.
-Answer FmuPlant::change_discrete(const Point& at) {
+bool FmuPlant::differs(const Point& at) const {
     bool changed = std::memcmp(at.p, parameters_, sizes.parameters * sizeof(double)) != 0;
     for (int i = 0; i < sizes.inputs; ++i) changed = changed || (plan_.input_is_discrete[i] && at.u[i] != inputs_[i]);
-    if (!changed) return Answer::ok;
+    return changed;
+}
+
+// Parameters and discrete inputs may change in event mode only.
+Answer FmuPlant::change_discrete(const Point& at) {
+    if (!differs(at)) return Answer::ok;
+    if (sizes.events && has_gone_on_) {
+        // Not from where another question has led.
+        const Answer back = recall(held_);
+        return back == Answer::ok ? change_discrete(at) : back;
+    }
+    has_gone_on_ = sizes.events;
     Answer done = keep(fmi_->enter_event_mode(), "EnterEventMode");
     if (done == Answer::ok && sizes.parameters > 0)
         done = keep(fmi_->set(plan_.parameter, sizes.parameters, at.p), "setting parameters");
@@ -184,12 +209,96 @@ Answer FmuPlant::move_to(const Point& at) {
     return done;
 }
 
-// An instance that has answered an error is lost. Without a memory a new one is as good; after a fatal error there is none.
+// An instance that has answered an error is lost. A new one is as good where it can be given the memory; after a fatal error there
+// is none.
 bool FmuPlant::restart() {
-    if (fmi_->dead) return false;
+    if (fmi_->dead || lost_) return false;
+    if (!memory_lasts()) {
+        std::snprintf(said_, sizeof said_,
+                      "it has failed, and the states that it has saved are lost with it: make a new observer");
+        lost_ = true;
+        return false;
+    }
+    memory_.forget(*fmi_);
     fmi_->free();
     Refusal why;
-    return start(why);
+    has_gone_on_ = sizes.events;
+    return start(why) && (!sizes.events || recall(held_) == Answer::ok);
+}
+
+// ------------------------------------------------------------------------------------------------ events
+
+Answer FmuPlant::indicators(const Point& at, double* z) {
+    Answer done = move_to(at);
+    if (done != Answer::ok) return done;
+    done = keep(fmi_->get_indicators(z, sizes.indicators), "GetEventIndicators");
+    if (done == Answer::broken) running_ = false;
+    return done;
+}
+
+Answer FmuPlant::event(const Point& at, double* x, double* next_s) {
+    if (!running_ && !restart()) return Answer::broken;
+    has_gone_on_ = true;
+    Answer done = keep(fmi_->set_time(at.t_s), "SetTime");
+    if (done == Answer::ok) done = keep(fmi_->set_states(at.x, sizes.states), "SetContinuousStates");
+    if (done == Answer::ok) done = keep(fmi_->enter_event_mode(), "EnterEventMode");
+    if (done == Answer::ok) done = keep(fmi_->set(plan_.input, sizes.inputs, at.u), "setting inputs");
+    if (done == Answer::ok) done = keep(fmi_->set(plan_.parameter, sizes.parameters, at.p), "setting parameters");
+    if (done == Answer::ok) done = iterate();
+    if (done == Answer::ok) done = keep(fmi_->enter_continuous_time_mode(), "EnterContinuousTimeMode");
+    if (done == Answer::ok) done = keep(fmi_->get_states(x, sizes.states), "GetContinuousStates");
+    if (done != Answer::ok) {
+        running_ = false;
+        return done;
+    }
+    std::copy_n(at.u, sizes.inputs, inputs_);
+    std::copy_n(at.p, sizes.parameters, parameters_);
+    *next_s = next_event_s_;
+    return Answer::ok;
+}
+
+Answer FmuPlant::remember(double* memory) {
+    if (!sizes.events) return Answer::ok;
+    if (!running_ && fmi_->dead) return Answer::broken;
+    std::copy_n(inputs_, sizes.inputs, memory);
+    std::copy_n(parameters_, sizes.parameters, memory + sizes.inputs);
+    const Answer done =
+        keep(memory_.store(*fmi_, holders, inputs_and_parameters(), memory + inputs_and_parameters()), "saving its state");
+    if (done != Answer::ok) return done;
+    if (memory != held_) std::memcpy(held_, memory, sizes.memory * sizeof(double));
+    has_gone_on_ = false;
+    return done;
+}
+
+Answer FmuPlant::recall(const double* memory) {
+    if (!sizes.events) return Answer::ok;
+    if (!has_gone_on_ && std::memcmp(memory, held_, sizes.memory * sizeof(double)) == 0) return Answer::ok;
+    if (memory != held_) std::memcpy(held_, memory, sizes.memory * sizeof(double));
+    has_gone_on_ = true;
+    if (!running_) return restart() ? Answer::ok : Answer::broken;
+    const Answer done = keep(memory_.load(*fmi_, held_ + inputs_and_parameters()), "setting its state");
+    if (done != Answer::ok) {
+        running_ = false;
+        return done;
+    }
+    has_gone_on_ = false;
+    std::copy_n(held_, sizes.inputs, inputs_);
+    std::copy_n(held_ + sizes.inputs, sizes.parameters, parameters_);
+    return done;
+}
+
+Answer FmuPlant::step_done(const Point& at, bool* wants_event) {
+    *wants_event = false;
+    if (!plan_.step_done) return Answer::ok;
+    bool terminate = false;
+    Answer done = move_to(at);
+    if (done == Answer::ok) done = keep(fmi_->step_done(wants_event, &terminate), "CompletedIntegratorStep");
+    if (done == Answer::ok && terminate) {
+        std::snprintf(said_, sizeof said_, "it asks to terminate");
+        done = Answer::broken;
+    }
+    if (done == Answer::broken) running_ = false;
+    return done;
 }
 
 Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {

@@ -1,8 +1,10 @@
-// An FMU in Model Exchange as a plant without events: its answers depend on time, states, inputs and parameters alone, so
-// it may be asked anywhere in any order. Between calls it is in continuous-time mode.
+// An FMU in Model Exchange as a plant. Without events its answers depend on time, states, inputs and parameters alone, so it may be
+// asked anywhere in any order. With events they depend on what it remembers too: its state is got after each event, and set before
+// what follows from another one. Between calls it is in continuous-time mode.
 #pragma once
 
 #include "observer/fmi_instance.hpp"
+#include "observer/fmu_memory.hpp"
 #include "observer/plan.hpp"
 
 namespace hnav::observer {
@@ -17,6 +19,13 @@ public:
     Answer evaluate(Function function, const Point& at, double* values) override;
     bool offers(Function function, Variable variable) const override;
     Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) override;
+    Answer indicators(const Point& at, double* z) override;
+    Answer event(const Point& at, double* x, double* next_s) override;
+    Answer remember(double* memory) override;
+    Answer recall(const double* memory) override;
+    Answer step_done(const Point& at, bool* wants_event) override;
+    bool memory_lasts() const override { return !sizes.events || memory_.serialises(); }
+    double first_event_s() override { return first_event_s_; }
     int state_of_output(int output) const override;
     const char* said() const override { return said_; }
     void destroy() override;
@@ -27,9 +36,12 @@ private:
     bool restart();
     bool initialise(Refusal& why);
     bool take_starts(Plan& plan, Refusal& why);
+    bool begin_events(Refusal& why);
     void close();
+    int inputs_and_parameters() const { return sizes.inputs + sizes.parameters; }
 
     Answer move_to(const Point& at);
+    bool differs(const Point& at) const;
     Answer change_discrete(const Point& at);
     Answer iterate();
     Answer columns(Function function, Variable variable, double* J);
@@ -40,7 +52,12 @@ private:
     Plan plan_;
     char resources_[max_path] = "", said_[320] = "";
     double start_s_ = 0;
-    bool running_ = false;
+    bool running_ = false, lost_ = false;
+    // What it remembers, and whether the instance has gone on from there.
+    FmuMemory memory_;
+    double* held_ = nullptr;
+    bool has_gone_on_ = false;
+    double next_event_s_ = HUGE_VAL, first_event_s_ = HUGE_VAL;
     // What the instance was given last.
     double inputs_[max_inputs] = {}, parameters_[max_estimated] = {}, column_[max_estimated] = {};
 };

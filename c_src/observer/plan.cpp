@@ -121,6 +121,9 @@ private:
         if (is(key, "fmi")) return plan_.fmi = static_cast<int>(words.reference()), nullptr;
         if (is(key, "indicators")) return plan_.indicators = static_cast<int>(words.reference()), nullptr;
         if (is(key, "derivatives")) return plan_.derivatives = words.flag(), nullptr;
+        if (is(key, "discrete")) return plan_.discrete = words.flag(), nullptr;
+        if (is(key, "state_access")) return plan_.state_access = static_cast<int>(words.reference()), nullptr;
+        if (is(key, "step_done")) return plan_.step_done = words.flag(), nullptr;
         if (is(key, "once")) return plan_.once = words.flag(), nullptr;
         if (is(key, "memoryless")) return plan_.memoryless = words.flag(), nullptr;
         if (is(key, "set")) return take_set(words);

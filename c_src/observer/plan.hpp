@@ -8,6 +8,9 @@
 //     binary PATH                                                 from the folder; binaries/*/NAME.*: that for this machine
 //     indicators N                                                event indicators that the FMU declares
 //     derivatives 1                                               it provides directional derivatives
+//     discrete 1                                                  it has discrete variables
+//     state_access N                                              0: none, 1: its state can be got and set, 2: and serialised
+//     step_done 1                                                 it is to be told that steps of the solver are done
 //     once 1                                                      one instance for each process
 //     memoryless 1                                                its user says so, in spite of indicators
 //     set REFERENCE VALUE                                         before initialisation
@@ -31,7 +34,8 @@ constexpr int max_inputs = 128, max_set = 1000, max_path = 1024, max_text = 256;
 
 struct Plan {
     int fmi = 0, indicators = 0;
-    bool derivatives = false, once = false, memoryless = false;
+    int state_access = 0;
+    bool derivatives = false, once = false, memoryless = false, discrete = false, step_done = false;
     char identifier[max_text] = "", token[max_text] = "", binary[max_path] = "";
     PlantSizes sizes;
 

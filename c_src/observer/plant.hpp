@@ -39,9 +39,16 @@ struct PlantSizes {
     }
 };
 
+// Who may hold what a plant has remembered: each calls seen for all of it.
+struct Holders {
+    const void* context = nullptr;
+    void (*each)(const void* context, void (*seen)(void* visitor, const double* memory), void* visitor) = nullptr;
+};
+
 class Plant {
 public:
     PlantSizes sizes;
+    Holders holders; // null: everything is held
 
     virtual Answer evaluate(Function function, const Point& at, double* values) = 0;
 
@@ -69,6 +76,8 @@ public:
         *wants_event = false;
         return Answer::ok;
     }
+    // Whether what it remembers is good for another instance, in another process.
+    virtual bool memory_lasts() const { return true; }
     // When the first event of time comes, before there was any.
     virtual double first_event_s() { return HUGE_VAL; }
 

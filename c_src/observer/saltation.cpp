@@ -107,9 +107,10 @@ bool Model::pass(const State& s, const double* part, double t_s, Cause cause, in
     e.next_event = part[at.next_event];
     e.grazing = false;
     plant_->recall(e.memory);
-    if (!slope(s, t_s, e.X, e.slope)) return false;
+    // Others do not come sooner or later: nothing flows before them.
+    std::fill_n(e.slope, p.N, 0.0);
     if (cause == Cause::guard) {
-        if (!gradients(s, t_s, e.X, e.slope)) return false;
+        if (!slope(s, t_s, e.X, e.slope) || !gradients(s, t_s, e.X, e.slope)) return false;
         choose_guard(part, guard, e);
         plant_->recall(e.memory);
     }

@@ -127,4 +127,4 @@ def test_innovations_that_are_not_as_told_are_told(little_fmu, files):
 def test_an_fmu_that_cannot_be_observed(little_binary, tmp_path):
     fmu = packed(tmp_path / "ball.fmu", little_binary, indicators=1)
     done = hnav("observe", fmu)
-    assert done.returncode == 2 and "1 state event: only plants without events" in done.stderr
+    assert done.returncode == 2 and "1 state event and cannot save its state" in done.stderr

@@ -99,7 +99,7 @@ HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_o
 /* The same for an FMU of FMI 2 or 3 in Model Exchange, unpacked into a folder, where a plan stands beside its modelDescription.xml:
  * observer.plan, a text that says which variables are states, inputs and sensors, and what is known of them (hnav.Plan of the
  * Python package writes it; c_src/observer/plan.hpp lists its lines). FMUs are native code: one runs with all rights of the
- * program. It must be without events. Proof and restarts use instances of their own. Refused besides: a plan that is damaged or
+ * program. One with events has to let its state be got and set. Proof and restarts use instances of their own. Refused besides: a plan that is damaged or
  * an FMU that cannot be loaded (OPTION, with its sentence), a library built without the headers of FMI (UNSUPPORTED). Memory that
  * the FMU takes is the FMU's. */
 HNAV_API hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
@@ -240,7 +240,8 @@ HNAV_API hnav_status hnav_observer_show(hnav_observer* observer, double t_s, con
 
 /* ------------------------------------------------------------------------------------------------ saved state */
 
-/* As for hnav_filter: numbers only; fits observers made with equal options, statistics and plant. */
+/* As for hnav_filter: numbers only; fits observers made with equal options, statistics and plant. Refused (UNSUPPORTED) for an FMU
+ * with events that cannot serialise its state. */
 HNAV_API hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes);
 HNAV_API hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes);
 /* SIZE, STATE_CORRUPT, STATE_VERSION: the observer is as it was. */

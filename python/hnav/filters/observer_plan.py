@@ -192,7 +192,8 @@ class Plan:
         fmu, lines = self.plant, ["hnav_observer_plan 1"]
         lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {binary or fmu.binary}"]
         lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
-        lines += [f"memoryless {self.memoryless:d}"]
+        lines += [f"memoryless {self.memoryless:d}", f"discrete {bool(fmu.discrete):d}"]
+        lines += [f"state_access {fmu.state_access}", f"step_done {fmu.step_done:d}"]
         lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]
         for (state, derivative), known in zip(fmu.states, self.states.values()):
             lines.append(f"state {state.reference} {derivative.reference} {_numbers(known)} {state.name}")
@@ -231,15 +232,17 @@ def _check(name: str, **values: float) -> None:
 
 
 def _refuse_events(fmu: ModelDescription) -> None:
+    if fmu.state_access > 0:
+        return
     remedy = (
-        "only plants without events are observed; export one without them, or say memoryless if its answers depend on "
-        "time, states, inputs and parameters alone"
+        "and cannot save its state (canGetAndSetFMUstate): export it with that, or without events, or say memoryless if its answers "
+        "depend on time, states, inputs and parameters alone"
     )
     if fmu.indicators:
-        raise _impossible(fmu, "fmu", f"it has {fmu.indicators} state event{'s' * (fmu.indicators > 1)}: {remedy}")
+        raise _impossible(fmu, "fmu", f"it has {fmu.indicators} state event{'s' * (fmu.indicators > 1)} {remedy}")
     if fmu.discrete:
         shown = ", ".join(fmu.discrete[:3]) + (", ..." if len(fmu.discrete) > 3 else "")
-        raise _impossible(fmu, "fmu", f"it has discrete variables ({shown}): {remedy}")
+        raise _impossible(fmu, "fmu", f"it has discrete variables ({shown}) {remedy}")
 
 
 def _impossible(fmu: ModelDescription | Plant, argument: str, reason: str) -> HnavValueError:

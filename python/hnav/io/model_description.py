@@ -81,6 +81,10 @@ class ModelDescription:
     """Only one instance for each process."""
     discrete: tuple[str, ...]
     """Names of what it remembers from event to event."""
+    state_access: int
+    """0: its state cannot be saved; 1: it can be got and set; 2: and serialised."""
+    step_done: bool
+    """It is to be told that steps of the solver are done."""
     binary: str
     """Path inside the FMU of the binary for this machine."""
     units: dict[str, Unit] = field(default_factory=dict)
@@ -125,9 +129,19 @@ def read_model_description(path: Path | str) -> ModelDescription:
         in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives")),
         once=exchange.get("canBeInstantiatedOnlyOncePerProcess") == "true",
         discrete=tuple(v.name for v in variables if v.variability == "discrete" and v.causality in ("local", "output")),
+        state_access=_state_access(exchange),
+        step_done=(exchange.get("completedIntegratorStepNotNeeded") != "true")
+        if fmi == 2
+        else exchange.get("needsCompletedIntegratorStep") == "true",
         binary=_binary(path, names, identifier, fmi),
         units=_units(root),
     )
+
+
+def _state_access(exchange: ElementTree.Element) -> int:
+    if "true" not in (exchange.get("canGetAndSetFMUstate"), exchange.get("canGetAndSetFMUState")):
+        return 0
+    return 2 if "true" in (exchange.get("canSerializeFMUstate"), exchange.get("canSerializeFMUState")) else 1
 
 
 def _refuse(path: Path, reason: str) -> NoReturn:
