@@ -165,7 +165,8 @@ def test_an_exported_observer_gives_the_same_estimates(ball_fmu, tmp_path, versi
     plan_of(ball_fmu).export(path, version, period_s=0.05)
     observer = Observer(plan_of(ball_fmu))
     with Fmu(path) as fmu:
-        most = 0
+        fmu.set("sampling_mode", "counter")
+        fmu.initialise()
         for k in range(30):
             t = 0.05 * k
             fmu.set("h.value", y[k])
@@ -176,8 +177,7 @@ def test_an_exported_observer_gives_the_same_estimates(ball_fmu, tmp_path, versi
             observer.advance(t + 0.05)
             assert fmu.get("est.v") == observer.estimate()[0]["v"]
             assert fmu.get("parts") == observer.info().parts
-            most = max(most, observer.info().parts)
-        assert most > 1 and fmu.get("plant_events") > 1
+        assert fmu.get("count.plant_events") > 1
 
 
 def test_steps_of_the_solver_are_told(ball_fmu):
