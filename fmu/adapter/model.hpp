@@ -49,8 +49,10 @@ constexpr const char* source_files[] = {"fmu.cpp",
                                         "options/aircraft.cpp",
                                         "options/hrekf.cpp",
                                         "options/imu_mag_sensor.cpp",
+                                        "options/ins.cpp",
                                         "options/ins_error.cpp",
                                         "options/magnetometer.cpp",
+                                        "options/observer.cpp",
                                         "options/turntable.cpp",
                                         nullptr};
 

@@ -110,7 +110,9 @@ def facts(seen: View) -> list[tuple[str, str]]:
     if "position" in seen.aids:
         gaps = outages(seen.aids["position"].t_s, float(seen.t_s[-1]))
         longest = max((end - begin for begin, end in gaps), default=0.0)
-        found.append(("without positions", f"{len(gaps)} times, the longest {longest:.4g} s" if gaps else "never"))
+        found.append(
+            ("without positions", f"{len(gaps)} time{'s' * (len(gaps) > 1)}, the longest {longest:.4g} s" if gaps else "never")
+        )
     return found
 
 
@@ -153,14 +155,14 @@ def _track(seen: View) -> go.Figure:
     figure.add_trace(
         go.Scatter(x=small(east[rows]), y=small(north[rows]), mode="lines", name="estimate", line=dict(color=BLUE, width=1.8))
     )
-    away = within(_position_outages(seen), seen.t_s)[rows]
+    away = within(_position_outages(seen), seen.t_s)[rows] & np.isfinite(north[rows])
     if away.any():
         figure.add_trace(go.Scatter(x=small(np.where(away, east[rows], np.nan)), y=small(np.where(away, north[rows], np.nan)), mode="lines",
                                     name="without satellites", line=dict(color=VERMILION, width=3)))  # fmt: skip
     ends = np.flatnonzero(seen.known)[[0, -1]]
     names = ["begin", "end"] if _apart(north[ends], east[ends]) else ["begin, end", ""]
     figure.add_trace(go.Scatter(x=small(east[ends]), y=small(north[ends]), mode="markers+text", name="begin and end", text=names,
-                                textposition="top center", marker=dict(color=ORANGE, size=9, symbol=["circle", "square"])))  # fmt: skip
+                                textposition="top right", marker=dict(color=ORANGE, size=9, symbol=["circle", "square"])))  # fmt: skip
     figure.update_xaxes(title_text="east / m", constrain="domain")
     figure.update_yaxes(title_text="north / m", scaleanchor="x", scaleratio=1)
     figure.update_layout(height=560)
