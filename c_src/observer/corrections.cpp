@@ -23,6 +23,11 @@ void Model::jump(State& s, const Event& event) const {
     v[at.t] = event.t_s;
     const bool begins = v[at.begun] == 0 && (settings_.start_at_first_sample || event.has(start_channel()));
     if (begins) v[at.begun] = 1;
+    if (begins && crosses()) {
+        expected(v, work_->x);
+        if (!ask(plant_->recall(v + at.memory), Function::event, event.t_s, nullptr, 0) || !take_sides(s, v, event.t_s, work_->x))
+            v[at.broken] = 1;
+    }
     if (!take_inputs(s, event, begins)) v[at.broken] = 1;
     v[at.events] += 1;
     if (v[at.begun] == 0) return;

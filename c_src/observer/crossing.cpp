@@ -36,11 +36,7 @@ bool Model::cross_part(const Run& run, double* part) const {
     expected(part, work_->x);
     if (!indicators(run.s, begin_s, work_->x, work_->z)) return false;
     int events = 0;
-    if (problem_->sizes.indicators > 0 && part[at.sides] < 0) {
-        if (!take_sides(run.s, part, begin_s, work_->x)) return false;
-    } else if (first_changed(part) >= 0 && !jump_part(run, part, Cause::input, ++events)) {
-        return false;
-    }
+    if (first_changed(part) >= 0 && !jump_part(run, part, Cause::input, ++events)) return false;
     for (;;) {
         const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
         const double to_event_s = std::max(0.0, part[at.next_event] - (begin_s + part[at.elapsed]));

@@ -60,7 +60,6 @@ void Model::begin(State& s) const {
     v[at.parts_used] = v[at.weight] = 1;
     v[at.next_event] = plant_->first_event_s();
     std::copy_n(work_->first_memory, p.sizes.memory, v + at.memory);
-    std::fill_n(v + at.sides, p.sizes.indicators, -1.0); // not known yet
 }
 
 bool Model::plausible(const State& s) const {

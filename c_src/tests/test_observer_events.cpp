@@ -448,6 +448,21 @@ TEST(ObserverEvents, TwoObserversOfOnePlantAreAsAlone) {
 
 // ------------------------------------------------------------------------------------------------ other events
 
+TEST(ObserverEvents, TheFirstSampleMayBeginIt) {
+    Given given = ball();
+    given.options.start_mode = HNAV_OBSERVER_START_FIRST_SAMPLE;
+    Observer observer(given);
+    for (int k = 0; k < 9; ++k) {
+        const double t_s = 0.05 * k, h = 1 - 0.5 * gravity * t_s * t_s;
+        use(observer, 100 + t_s, h);
+        EXPECT_NEAR(observer.x()[0], h, 0.03) << k;
+    }
+    EXPECT_EQ(observer.info().projected, 0u);
+    ASSERT_EQ(hnav_observer_advance(observer, 100.7), HNAV_OK);
+    EXPECT_EQ(observer.info().plant_events, 1u);
+    EXPECT_GT(observer.x()[0], 0.3);
+}
+
 TEST(ObserverEvents, TimeBringsEventsToo) {
     // x' = 1, then -1 from t = 1 s on, then 1 from 2 s on, ...
     Heater direction;
