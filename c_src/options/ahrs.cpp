@@ -109,7 +109,7 @@ constexpr double defaults[] = {
     0.25, // start_accel_latency
     0.25, // start_sigma_accel_latency
     0.035, // start_sigma_accel_bias_m_s2
-    0.0011, // start_sigma_gyro_scale
+    0.002, // start_sigma_gyro_scale
     0.00056, // start_sigma_gyro_misalignment_rad
     0, // gyro_range_rad_s
     0, // accel_range_m_s2
@@ -443,12 +443,12 @@ const hnav_option_info rows[] = {
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_gyro_scale", "start", "",
      "Standard deviation of the gyro scale factors at the start",
-     "Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01.",
+     "Two parts in a thousand, of a sensor that has been calibrated once; one as it comes from the factory has up to 0.01. Told too small, the tilt of a body that turns is thought to be known better than it is.",
      nullptr, nullptr, defaults + 67, offsetof(hnav_ahrs_options, start_sigma_gyro_scale),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_gyro_misalignment_rad", "start", "rad",
      "Standard deviation of the gyro misalignments at the start",
-     "Half the scale factor's, as in most calibrated sensors.",
+     "A third of the scale factor's, as in most calibrated sensors.",
      nullptr, nullptr, defaults + 68, offsetof(hnav_ahrs_options, start_sigma_gyro_misalignment_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"gyro_range_rad_s", "fault", "rad/s",

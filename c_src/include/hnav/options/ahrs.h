@@ -246,10 +246,11 @@ typedef struct hnav_ahrs_options {
      * (0, 1e3] m/s2, default 0.035. 4 mg, of a calibrated chip; a wider one takes motion for a bias. */
     double start_sigma_accel_bias_m_s2;
     /* Standard deviation of the gyro scale factors at the start.
-     * (0, 10], default 1.1e-3. Of a sensor that has been calibrated; one as it comes from the factory has up to 0.01. */
+     * (0, 10], default 2e-3. Two parts in a thousand, of a sensor that has been calibrated once; one as it comes from the
+     * factory has up to 0.01. Told too small, the tilt of a body that turns is thought to be known better than it is. */
     double start_sigma_gyro_scale;
     /* Standard deviation of the gyro misalignments at the start.
-     * (0, 10] rad, default 0.56e-3. Half the scale factor's, as in most calibrated sensors. */
+     * (0, 10] rad, default 0.56e-3. A third of the scale factor's, as in most calibrated sensors. */
     double start_sigma_gyro_misalignment_rad;
 
     /* ------------------------ fault
