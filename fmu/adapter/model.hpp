@@ -119,6 +119,7 @@ public:
 
     // The complete state apart from values, as plain numbers, whose size may change with what is waiting. load: into a model
     // made by initialise with equal values.
+    virtual bool can_save(Message* /*why*/) const { return true; }
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
     virtual bool load(const void* buffer, std::size_t bytes) = 0;

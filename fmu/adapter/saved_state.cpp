@@ -36,6 +36,8 @@ std::size_t Instance::snapshot_bytes() const {
 Status Instance::take_snapshot(Snapshot** snapshot) {
     if (!allowed(Call::fmu_state)) return Status::error;
     if (!snapshot) return fail("GetFMUState got a null pointer");
+    Message why;
+    if (has_model_ && !model_->can_save(&why)) return fail("%s", why.text);
     const std::size_t bytes = snapshot_bytes();
     if (!*snapshot || (*snapshot)->bytes != bytes) {
         auto* fresh = static_cast<Snapshot*>(std::realloc(*snapshot, sizeof(Snapshot) + bytes));

@@ -172,6 +172,12 @@ public:
     void show(double t_s, const double* x) override { hnav_observer_show(object_, t_s, x); }
     void rows_along(const double*, double*) const override {}
 
+    // A plant with events may be unable to write down what it remembers.
+    bool can_save(Message* why) const override {
+        double nothing;
+        return hnav_observer_save(object_, &nothing, 0) != HNAV_ERROR_UNSUPPORTED || done(HNAV_ERROR_UNSUPPORTED, why);
+    }
+
 private:
     int channels() const { return at_.sizes.known_inputs + at_.sizes.sensors; }
     bool is_input(int channel) const { return channel < at_.sizes.known_inputs; }
