@@ -3,6 +3,7 @@
 HNAV_FUZZ_EXAMPLES=20000 tries harder than the default, --all a little.
 """
 
+import contextlib
 import importlib.util
 import json
 from pathlib import Path
@@ -17,7 +18,9 @@ from hypothesis import strategies as st
 import recorded
 from fuzzing import bounded, damaged, json_values, places
 from hnav.errors import HnavError
-from hnav.io.readers import read
+from hnav.filters.ins import Ins
+from hnav.io.aids import AIDS
+from hnav.io.readers import read, read_aids
 from hnav.io.recordings import Recording, RecordingError
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 from motion import tilted_motion
@@ -100,6 +103,52 @@ def test_a_damaged_csv_is_read_whole_or_refused(folder, seed):
     good = HEADER + "\n" + "".join(f"{0.01 * k:.2f},0.1,0.2,0.3,0,0,-9.81,2e-5,0,4e-5\n" for k in range(5))
     path.write_bytes(damaged(good.encode(), seed))
     read_or_say_why(path)
+
+
+# --------------------------------------------------------------------------------------------- satellites
+
+GNSS = "t_s,received_s,lat_deg,lon_deg,alt_m,vn,ve,vd,sigma_h,sigma_v,sigma_vel,pressure_pa,speed_m_s,speed,course"
+NMEA = (
+    "$GPRMC,120000.00,A,4530.0000,N,00700.0000,E,10.0,90.0,100224,,*28\n$GPGGA,120000.00,4530.0000,N,00700.0000,E,1,08,1.5,400.0,M,48.0,M,,\n"
+    "1.5,$GNGST,120000.00,,,,,1.0,2.0,3.0\n$GPGGA,120001.00,4530.0010,N,00700.0000,E,1,08,1.5,400.0,M,48.0,M,,\n"
+)
+
+
+def navigate_or_say_why(path: Path) -> None:
+    """What satellites said is whole, and a filter takes it, whatever it is."""
+    try:
+        aids = read_aids(path)
+    except RecordingError as error:
+        assert path.name in str(error) and "\n" not in str(error)
+        return
+    for kind, one in aids.items():
+        n, width = len(one.t_s), len(AIDS[kind])
+        assert n > 0 and one.values.shape == one.sigma.shape == (n, width) and (np.diff(one.arrived_s) >= 0).all()
+        assert np.isfinite(one.t_s).all() and np.isfinite(one.values[:, : min(width, 2)]).all()
+        assert not (one.sigma <= 0).any()
+    times = aids[next(iter(aids))].t_s
+    t_s = times[0] + 0.01 * np.arange(20)
+    if (np.diff(t_s) > 0).all() and abs(t_s[0]) < 1e9:
+        still = np.zeros((20, 3))
+        with contextlib.suppress(HnavError):
+            Ins().run_recording(Recording("still", t_s, still, still + [0, 0, -9.8], aids=aids))
+
+
+@bounded
+@given(rows=st.lists(st.lists(cells, min_size=14, max_size=16), max_size=4), columns=st.permutations(GNSS.split(",")))
+def test_satellites_of_any_cells_are_read_whole_or_refused(folder, rows, columns):
+    path = folder / "gnss.csv"
+    path.write_text("\n".join(",".join(row) for row in [columns, *rows]) + "\n", encoding="utf-8", errors="replace")
+    navigate_or_say_why(path)
+
+
+@bounded
+@given(seed=st.integers(0, 2**32), sentences=st.booleans())
+def test_damaged_satellites_are_read_whole_or_refused(folder, seed, sentences):
+    path = folder / ("damaged.nmea" if sentences else "damaged_gnss.csv")
+    table = GNSS + "\n" + "".join(f"{k},{k}.2,45,7,400,1,2,0,2,4,0.2,98000,3,5,90\n" for k in range(5))
+    path.write_bytes(damaged((NMEA if sentences else table).encode(), seed))
+    navigate_or_say_why(path)
 
 
 # --------------------------------------------------------------------------------------------- BROAD

@@ -67,8 +67,7 @@ def command(
         navigation.refuse(engine=engine != "c", step=step, smooth=smooth, frame=frame != "ned", calibration=calibration)
         navigation.navigate(navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict), reading)
         return
-    if gnss is not None:
-        raise UsageError(f"--gnss {gnss}: attitude filters do not read it: add --filter ins, or leave it out")
+    navigation.refuse_gnss(gnss)
     chosen = {"navigation_frame": frame} | parse_settings(settings)
     iron = None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)

@@ -84,6 +84,12 @@ def refuse(**given: object) -> None:
             raise UsageError(f"{option} with --filter {NAME}: {reasons[option]}")
 
 
+def refuse_gnss(gnss: Path | None) -> None:
+    """Raises UsageError for satellites that an attitude filter is given."""
+    if gnss is not None:
+        raise UsageError(f"--gnss {gnss}: attitude filters do not read it: add --filter {NAME}, or leave it out")
+
+
 def navigate(wanted: Wanted, reading: Reading) -> None:
     """hnav filter --filter ins. Raises HnavError or UsageError."""
     refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss])

@@ -10,7 +10,7 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import say
 from hnav.cli.filter import filtered, write_page
-from hnav.cli.parameters import FilterName, Preset, Settings, Strict, parse_settings
+from hnav.cli.parameters import FilterName, Gnss, Preset, Settings, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
@@ -40,16 +40,22 @@ def command(
     *,
     reading: Reading,
     strict: Strict = False,
+    gnss: Gnss = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
     if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
     elif filter == navigation.NAME:
-        raise UsageError(f"--filter ins: hnav filter {source} --filter ins --report FILE.html writes the page of navigation")
+        if pictures is not None:
+            raise UsageError("--pictures: of a simulation only")
+        file = out or source.with_suffix(".html")
+        navigation.refuse(frame=frame != "ned")
+        navigation.navigate(navigation.Wanted(source, None, file, gnss, preset, parse_settings(settings), strict), reading)
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
+        navigation.refuse_gnss(gnss)
         file = out or source.with_suffix(".html")
         refuse_overwriting([file], [source])
         data = reading.read(source)
