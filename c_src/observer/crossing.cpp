@@ -228,7 +228,7 @@ bool Model::move_to_zero(const Run& run, const double* part, int guard, double w
         std::copy_n(work_->step_to, nx(), x);
         if (!(std::fabs(here) < near_s * std::fabs(rate))) return look(run, part, x);
         if (!move(run.s, x, -here / rate) || !look(run, part, x)) return false;
-        if (std::fabs(here / rate) < 1e-13 * way_s) break;
+        if (std::fabs(here / rate) < 1e-7 * way_s) break; // the next would be its square
     }
     return true;
 }

@@ -3,7 +3,7 @@ the Reference FMUs and of a heated room, of FMUs.
 
     ./run study observer [--runs 50]
 
-NEES/n is the normalised square of the error over the number of what is estimated, NIS that of the innovations: 1 where sigmas are right.
+Plants with events stand beside particles on the same samples. NEES/n is the normalised square of the error over the number of what is estimated, NIS that of the innovations: 1 where sigmas are right.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 from hnav.native.arrays import Array
+from studies import observer_events
 from studies.command import study
 
 SETTLED = 20  # samples that a start far off is given
@@ -149,6 +150,19 @@ def command(runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50
     table = Table("plant", "NEES/n", "NIS", "us/sample")
     for r in results(runs):
         table.add_row(r.plant, f"{r.nees:.3f}", f"{r.nis:.3f}", f"{r.us_per_sample:.1f}")
+    show(table)
+    table = Table("plant with events", "NEES/n", "rms error", "of particles", "ratio", "parts", "us/sample")
+    for e in observer_events.results(runs):
+        ratio = e.rms / e.rms_particles
+        table.add_row(
+            e.plant,
+            f"{e.nees:.3f}",
+            f"{e.rms:.4f}",
+            f"{e.rms_particles:.4f}",
+            f"{ratio:.3f}",
+            f"{e.parts:.2f}",
+            f"{e.us_per_sample:.1f}",
+        )
     show(table)
 
 

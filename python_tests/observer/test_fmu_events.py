@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hnav
+from command_line import hnav as command
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.fmi.fmus import Fmu
@@ -178,6 +179,21 @@ def test_an_exported_observer_gives_the_same_estimates(ball_fmu, tmp_path, versi
             assert fmu.get("est.v") == observer.estimate()[0]["v"]
             assert fmu.get("parts") == observer.info().parts
         assert fmu.get("count.plant_events") > 1
+
+
+def test_the_command_tells_of_events(ball_fmu, tmp_path):
+    (tmp_path / "plan.toml").write_text(
+        f"[plant]\nfmu = '{ball_fmu}'\n[sensor.h]\nnoise = 0.02\n[state.h]\nstart_sigma = 0.05\n"
+        "[state.v]\nstart_sigma = 0.3\nnoise = 0.14\n[options]\nstart_mode = 'given'\n"
+    )
+    np.savetxt(tmp_path / "rec.csv", np.column_stack([T_S, samples()]), delimiter=",", header="t_s,h", comments="")
+    done = command(
+        "observe", ball_fmu, "--plan", tmp_path / "plan.toml", "--data", tmp_path / "rec.csv", "--out", tmp_path / "out.csv"
+    )
+    assert "4 events of the plant; in " in done.stdout
+    rows = [line.split(",") for line in (tmp_path / "out.csv").read_text().splitlines() if not line.startswith("#")]
+    events = [float(row[rows[0].index("plant_events")]) for row in rows[1:]]
+    assert events[0] == 0 and round(events[-1]) == 4
 
 
 def test_steps_of_the_solver_are_told(ball_fmu):

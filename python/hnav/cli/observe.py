@@ -145,7 +145,13 @@ def table_of(run: ObserverRun) -> dict[str, Array]:
     table = {"t_s": run.t_s, **run.x}
     for prefix, rows in (("sigma", run.sigma), ("innovation", run.innovation), ("nis", run.nis)):
         table |= {f"{prefix}.{name}": values for name, values in rows.items()}
-    return table | {"ready": run.ready.astype(float)}
+    events = {"parts": run.parts.astype(float), "plant_events": run.plant_events} if has_events(run) else {}
+    return table | events | {"ready": run.ready.astype(float)}
+
+
+def has_events(run: ObserverRun) -> bool:
+    """The plant has had some of its own, or may have."""
+    return bool((run.plant_events > 0).any() or (run.parts > 1).any())
 
 
 def summary(run: ObserverRun) -> list[str]:
@@ -163,6 +169,11 @@ def summary(run: ObserverRun) -> list[str]:
         elif mean < GOOD_NIS[0]:
             verdict = "smaller than told: less noise of the states or of the sensor"
         lines.append(f"{name}: {len(used)} samples, mean NIS {mean:.2f}: innovations are {verdict}")
+    if has_events(run):
+        unclear = int((run.parts > 1).sum())
+        lines.append(
+            f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
+        )
     if run.dropped:
         lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
     return lines
