@@ -141,7 +141,7 @@ void Model::collapse(State& s, Covariance& P) const {
     put_gravity(s);
 }
 
-// The gyroscopes have lost the axes before the heading was found: a long rest, an unknown bias. What was learnt of tilt and
+// The gyroscopes have lost the heading: a long rest with an unknown bias before it was found, a saturated axis. What was learnt of tilt and
 // biases stays; heading, velocity and displacement start anew, and nothing false is carried on.
 void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
     double tilt_and_biases[errors] = {};
@@ -172,6 +172,11 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     s.circle = {0, M_PI / std::sqrt(3.0), 0, 0};
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = nan;
+    for (const int channel : {velocity, position}) {
+        s.refused_in_row[channel] = 0;
+        s.refused_since_s[channel] = nan;
+    }
+    s.first_was_wrong = 0;
     ++s.times_lost;
     put_gravity(s);
 }

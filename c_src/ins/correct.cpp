@@ -91,10 +91,13 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
 // really changed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
     double& since_s = s.refused_since_s[m.channel];
-    constexpr double believed_when_free = 3;
+    constexpr double believed_when_free = 3, fresh_s = 10;
     double& in_row = s.refused_in_row[m.channel];
-    const bool lasts = event.t_s - since_s > settings_.gate_longest_s || (is_free(s) && in_row >= believed_when_free);
-    if (std::isfinite(since_s) && lasts) {
+    if (is_free(s) && m.channel != ins::rest && in_row >= believed_when_free && event.t_s - s.last_s[position] < fresh_s) {
+        s.first_was_wrong = 1; // the next position starts anew
+        return;
+    }
+    if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
         const int row = m.channel == position ? row_colour : row_v;
         for (int i = 0; i < m.rows; ++i) P[row + i][row + i] += m.r[i] * m.r[i];
         m.gated = false;
@@ -143,8 +146,9 @@ void Model::begin_anew_if_strained(State& s, double now_s) const {
 
 void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s.P);
+    const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
-    vec(s.colour) *= colour_kept(s);
+    for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);

@@ -6,6 +6,7 @@ namespace hnav::ins {
 namespace {
 
 constexpr double turns_alike_s = 5;
+constexpr double saturated_after = 4; // samples of the same value
 
 } // namespace
 
@@ -32,6 +33,13 @@ void Model::gather(State& s, double interval_s) const {
     vec(w.F) += T * f;
     vec(w.rate_sum) += T * vec(s.rate);
     vec(s.steady_rate) += T / (turns_alike_s + T) * (rate - vec(s.steady_rate));
+    for (int i = 0; i < 3; ++i) {
+        if (s.repeated[i] < saturated_after) continue;
+        // One error for as long as it lasts, as large as vehicles turn.
+        const double missed_rate = std::fmax(0.2, 0.5 * std::fabs(s.rate[i])), since_s = s.saturated_s[i];
+        w.missed[i] += missed_rate * missed_rate * T * (2 * since_s + T);
+        s.saturated_s[i] += T;
+    }
     w.turned2 += T * rate.squaredNorm();
     w.length_s += T;
     vec(s.gates.gained) += vec(s.x + 3) - vec(s.seen_v);
@@ -110,10 +118,9 @@ void carry(const Transition& t, Covariance& P, double* mean) {
 }
 
 // A Gauss-Markov error keeps `share` of itself.
-void decay(Covariance& P, double* mean, int row, double share, double sigma) {
+void decay(Covariance& P, double* mean, int row, double share) {
     for (int j = 0; j < errors; ++j) P[row][j] *= share;
     for (int j = 0; j < errors; ++j) P[j][row] *= share;
-    P[row][row] += sigma * sigma * (1 - share * share);
     mean[row] *= share;
 }
 
@@ -123,14 +130,31 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
     const double T = s.window.length_s;
     if (!(T > 0)) return;
     carry(transition(s), P, mean);
-    const double colour = colour_kept(s);
-    for (int i = 0; i < 3; ++i) decay(P, mean, row_colour + i, colour, settings_.colour_m[i == 2]);
+    const Colour colour = colour_of(s, mean);
+    for (int i = 0; i < 3; ++i) {
+        decay(P, mean, row_colour + i, colour.kept[i]);
+        P[row_colour + i][row_colour + i] += colour.grown[i];
+    }
     // The weather does not come back to what the standard says: a random walk as fast as told.
     P[row_offset][row_offset] += 2 * settings_.pressure_colour_m * settings_.pressure_colour_m * T / settings_.pressure_colour_s;
     add_noise(s, P);
 }
 
-double Model::colour_kept(const State& s) const { return std::exp(-s.window.length_s / settings_.colour_s); }
+// Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
+// by itself.
+Model::Colour Model::colour_of(const State& s, const double* mean) const {
+    constexpr double usual = 3;
+    const Vector3 error = vec(s.colour) + vec(mean + row_colour);
+    const double size[] = {error.head<2>().norm(), std::fabs(error[2])};
+    const double fades = std::exp(-s.window.length_s / settings_.colour_s);
+    Colour c{};
+    for (int i = 0; i < 3; ++i) {
+        const double sigma = settings_.colour_m[i == 2], now = std::fmax(sigma, size[i == 2] / usual);
+        c.kept[i] = now > sigma ? 1 : fades;
+        c.grown[i] = now * now * (1 - fades * fades);
+    }
+    return c;
+}
 
 void Model::add_noise(const State& s, Covariance& P) const {
     const Window& w = s.window;
@@ -143,7 +167,10 @@ void Model::add_noise(const State& s, Covariance& P) const {
     constexpr double gap_rate = 0.2, gap_force = 2;
     const double missed_turn = gap_rate * w.gap_s, missed_velocity = gap_force * w.gap_s,
                  missed_way = 0.5 * missed_velocity * w.gap_s;
+    const Matrix3 R = attitude(s);
+    const Matrix3 missed = R * Vector3(w.missed).asDiagonal() * R.transpose();
     for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) P[row_phi + i][row_phi + j] += missed(i, j);
         P[row_v + i][row_v + i] += accel + missed_velocity * missed_velocity;
         P[row_d + i][row_d + i] += accel * T * T / 3 + missed_way * missed_way;
         P[row_d + i][row_v + i] += accel * T / 2;

@@ -22,7 +22,8 @@ Matrix3 twice_integrated(const Vector3& w, double T) {
 
 // At d, from the place where it was computed: on a ball it falls off with the square of the distance from the centre.
 Vector3 gravity_near(const State& s, const Vector3& d) {
-    const Vector3 g = vec(s.gravity), off = d - vec(s.gravity_at);
+    Vector3 g = vec(s.gravity);
+    const Vector3 off = d - vec(s.gravity_at);
     const double strength = g.norm();
     if (!(strength > 0)) return g;
     const Vector3 down = g / strength;
@@ -89,6 +90,7 @@ void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
     const double T = event.t_s - s.last_s[imu];
     note_vibration(s, event);
+    note_saturation(s, event);
     vec(s.rate) = vec(y);
     vec(s.force) = vec(y + 3);
     vec(s.coning).setZero();
@@ -116,6 +118,18 @@ void Model::hold(State& s, const Event& event) const {
     vec(s.past_turn[0]) = turn;
     vec(s.past_gain[0]) = gain;
     s.past_interval_s = T;
+}
+
+// A body that turns has noise in its rate: an axis that shows the same value again and again is at the end of its range, or
+// stuck. Sensors that count coarsely repeat themselves at rest.
+void Model::note_saturation(State& s, const Event& event) {
+    constexpr double turning_rad_s = 0.02;
+    for (int i = 0; i < 3; ++i) {
+        const double rate = event.value[imu][i];
+        const bool same = rate == s.rate[i] && std::fabs(rate - s.gyro_bias[i]) > turning_rad_s;
+        s.repeated[i] = same ? s.repeated[i] + 1 : 0;
+        if (!same) s.saturated_s[i] = 0;
+    }
 }
 
 // Vibration and the noise of the sensor itself, as samples show them: what a sample differs by from the mean of its

@@ -77,13 +77,18 @@ private:
     // mechanisation.cpp
     void hold(State& s, const Event& event) const;
     void note_vibration(State& s, const Event& event) const;
+    static void note_saturation(State& s, const Event& event);
     static void put_gravity(State& s);
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
     void propagate(const State& s, Covariance& P, double* mean) const;
     void add_noise(const State& s, Covariance& P) const;
-    double colour_kept(const State& s) const; // share of the slow error of the satellites
+    // Of the slow error of the satellites, north, east, down: the share that stays, and the variance that comes.
+    struct Colour {
+        double kept[3], grown[3];
+    };
+    Colour colour_of(const State& s, const double* mean) const;
     static void clear_window(State& s);
 
     // start.cpp

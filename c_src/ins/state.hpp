@@ -96,6 +96,7 @@ struct Window {
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3];       // of the rate as measured, rad
     double gap_s;             // of it without samples
+    double missed[3];         // variance of the turn that a saturated axis has not shown, body axes
 };
 
 // Velocity by integration of the force in axes that the gyroscopes hold, against that of the satellites.
@@ -132,6 +133,7 @@ struct State {
     double rate[3], force[3];     // held, as measured
     double coning[3], sculling[3]; // what must be added to them
     double past_turn[history][3], past_gain[history][3], past_interval_s;
+    double repeated[3], saturated_s[3]; // how often the rate of an axis has been the same to the bit, and for how long
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
     double vibration_rate2, vibration_force2; // variance of one axis between successive samples
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
@@ -153,7 +155,7 @@ struct State {
     Innovation innovation[channel_count];
     std::uint64_t used[channel_count], inflated[channel_count];
     std::uint64_t times_lost, corrections;
-    std::uint64_t gap_too_long;
+    std::uint64_t gap_too_long, first_was_wrong;
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }

@@ -54,7 +54,7 @@ constexpr double defaults[] = {
     1, 0, 0, 0, // start_q_nb
     0, 0, 0, // start_velocity_n_m_s
     0.087266462599716474, // start_sigma_heading_rad
-    0.03, // start_sigma_tilt_rad
+    0.1, // start_sigma_tilt_rad
     90, // start_sigma_velocity_m_s
     0.01, // start_sigma_gyro_bias_rad_s
     0.003, // start_sigma_gyro_scale
@@ -196,7 +196,7 @@ const hnav_option_info rows[] = {
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_tilt_rad", "start", "rad",
      "Standard deviation of the tilt at the start",
-     "Of the tilt that a window of velocities gives, its biases apart.",
+     "Of the tilt that a window of velocities gives, its biases apart: half a degree per second turns the window itself.",
      nullptr, nullptr, defaults + 26, offsetof(hnav_ins_options, start_sigma_tilt_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_velocity_m_s", "start", "m/s",
@@ -390,6 +390,7 @@ constexpr PresetValue industrial_values[] = {
     {4, 0, 0.0006}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 3e-05}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 0.001}, // start_sigma_gyro_bias_rad_s
+    {20, 0, 0.03}, // start_sigma_tilt_rad
     {23, 0, 0.0003}, // start_sigma_gyro_scale
     {24, 0, 0.03}, // start_sigma_accel_bias_m_s2
 };
@@ -404,6 +405,7 @@ constexpr PresetValue tactical_values[] = {
     {4, 0, 0.0005}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 5e-06}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 5e-06}, // start_sigma_gyro_bias_rad_s
+    {20, 0, 0.03}, // start_sigma_tilt_rad
     {23, 0, 0.0003}, // start_sigma_gyro_scale
     {24, 0, 0.01}, // start_sigma_accel_bias_m_s2
 };
@@ -417,6 +419,7 @@ constexpr PresetValue navigation_values[] = {
     {4, 0, 0.0001}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 1e-07}, // accel_bias_walk_m_s2_per_sqrt_s
     {22, 0, 4.8e-08}, // start_sigma_gyro_bias_rad_s
+    {20, 0, 0.03}, // start_sigma_tilt_rad
     {23, 0, 1e-05}, // start_sigma_gyro_scale
     {24, 0, 0.0005}, // start_sigma_accel_bias_m_s2
     {35, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
@@ -425,9 +428,9 @@ constexpr PresetValue navigation_values[] = {
 
 constexpr Preset presets[] = {
     {{"consumer", "Chips of phones and hobby: 0.7 deg/sqrt(h), half a degree per second at the start.", 0}, nullptr, 0},
-    {{"industrial", "Good chips, calibrated: 0.17 deg/sqrt(h), 200 deg/h at the start.", 1}, industrial_values, 9},
-    {{"tactical", "Fibre-optic or the best of chips: 0.1 deg/sqrt(h), 1 deg/h.", 2}, tactical_values, 10},
-    {{"navigation", "Ring laser: 0.002 deg/sqrt(h), 0.01 deg/h; finds north at rest.", 3}, navigation_values, 11},
+    {{"industrial", "Good chips, calibrated: 0.17 deg/sqrt(h), 200 deg/h at the start.", 1}, industrial_values, 10},
+    {{"tactical", "Fibre-optic or the best of chips: 0.1 deg/sqrt(h), 1 deg/h.", 2}, tactical_values, 11},
+    {{"navigation", "Ring laser: 0.002 deg/sqrt(h), 0.01 deg/h; finds north at rest.", 3}, navigation_values, 12},
 };
 
 } // namespace

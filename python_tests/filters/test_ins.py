@@ -12,6 +12,7 @@ import hnav
 from hnav.filters.ins import INS_SENSORS, PHASES, ins_option_table
 from hnav.reference import earth
 from studies.ins.experiment import experiment, figures
+from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.vehicles import RATE_HZ, vehicle
 
@@ -116,7 +117,12 @@ def test_presets_differ_in_noise_only():
     names = {name for grade in ("industrial", "tactical", "navigation") for name in ins_option_table()
              if getattr(hnav.InsOptions(grade), name) != getattr(hnav.InsOptions(), name)}  # fmt: skip
     assert names and all(
-        "noise" in name or "walk" in name or "bias" in name or "scale" in name or name == "vibration_share" for name in names
+        "noise" in name
+        or "walk" in name
+        or "bias" in name
+        or "scale" in name
+        or name in ("vibration_share", "start_sigma_tilt_rad")
+        for name in names
     )
 
 
@@ -187,6 +193,22 @@ def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s)
     assert found.heading_z2 < 4
     if kind != "rest":
         assert found.position_z2 < 3
+
+
+@pytest.mark.parametrize(
+    "fault, largest_m, told", [("jump", 5, True), ("long_jump", 8, True), ("drift", 15, True), ("outage_30", 15, False)]
+)
+def test_faults_of_the_satellites_are_told_and_leave_nothing_behind(fault, largest_m, told):
+    for outcome in outcomes("car", fault, 2, 21, 1):
+        assert outcome.told or not told
+        assert outcome.largest_m < largest_m and outcome.back_s < 30
+        assert outcome.heading_within > 0.9
+
+
+def test_a_saturated_gyroscope_widens_the_heading_and_it_comes_back():
+    found = list(outcomes("car", "clipped", 3, 21, 1))
+    assert any(outcome.told for outcome in found)
+    assert all(outcome.heading_within > 0.9 and outcome.back_s < 30 for outcome in found)
 
 
 def test_the_simulation_is_its_own_truth():

@@ -1,11 +1,15 @@
 """Does the navigation filter find its heading from any start, and does it say so only then? Simulated starts with exact truth.
 
-    ./run study ins --runs 200 [--kinds car,aircraft,ship,rest] [--grade industrial] [--workers 2] [--seed 1]
+    ./run study ins --starts 200 [--kinds car,aircraft,ship,rest] [--grade industrial] [--workers 2] [--seed 1]
     ./run study ins --flight FOLDER
+    ./run study ins --faults --starts 50 [--kinds car,aircraft]
 
 Every start has a random place, heading, motion, sensors and satellites, whose stamps are late by up to 0.1 s that nobody tells and of
 whose fixes one of a hundred lies far off. A start is false when, at the first instant of heading_ready, the error of the
 heading exceeds both 3 sigma and 5 deg. rest is the gyrocompass: the place is given, and nothing else.
+
+With --faults: cars and aircraft that navigate meet one fault each, and what becomes of it is told: whether it was gated or a flag of
+readiness fell, how often the errors stayed within 3 sigma from its begin to a minute after its end, how large they became.
 
 With --flight: 28 starts in the air of the recording in FOLDER (thor75.csv and thor75_onboard.csv), judged by the aeroplane's own
 filter from 60 to 90 s after the start; that filter is no truth, a part of the difference is its own.

@@ -15,19 +15,21 @@ from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS
 from studies.command import study
 from studies.ins.experiment import KINDS, Figures, Start, experiment, figures
+from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
 
 
 def command(
-    runs: Annotated[int, typer.Option(help="starts of each kind")] = 200,
+    runs: Annotated[int, typer.Option("--starts", "--runs", help="of each kind")] = 200,
     kinds: Annotated[str, typer.Option(help="car, aircraft, ship, rest: any of them, separated by commas")] = "car,aircraft,ship",
     grade: Annotated[str, typer.Option(help="preset of the filter and of the sensors")] = "industrial",
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
 ) -> None:
     """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
-    for name, value in (("--runs", runs), ("--workers", workers)):
+    for name, value in (("--starts", runs), ("--workers", workers)):
         if value < 1:
             raise UsageError(f"{name} {value}: must be 1 or more")
     if grade not in INS_PRESETS:
@@ -39,6 +41,9 @@ def command(
         if not (flight / "thor75.csv").is_file():
             raise UsageError(f"--flight {flight}: there is no thor75.csv")
         show(flight_table(Flight(flight)))
+        return
+    if faults:
+        show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
         return
     rows = []
     with bar() as progress:
@@ -63,6 +68,25 @@ def table(rows: list[tuple[str, Figures]], title: str) -> Table:
             kind, str(f.runs), str(f.ready), f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", str(f.false), f"{f.rms_end:.3g} deg",
             f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
         )  # fmt: skip
+    return out
+
+
+def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
+    """A row for each kind and fault."""
+    out = Table(title=f"industrial, {runs} starts each, seed {seed}: faults while navigating", title_justify="left")
+    for column in ("kind", "fault", "lasts"):
+        out.add_column(column, no_wrap=True)
+    for column in ("told", "position within 3 sigma", "heading", "largest: median", "worst", "not back after 30 s"):
+        out.add_column(column, justify="right")
+    for kind in kinds:
+        for name, fault in FAULTS.items():
+            of = list(outcomes(kind, name, runs, seed, workers))
+            largest = [o.largest_m for o in of]
+            out.add_row(
+                kind, fault.text, f"{fault.length_s:g} s", f"{np.mean([o.told for o in of]):.0%}",
+                f"{np.mean([o.within for o in of]):.1%}", f"{np.mean([o.heading_within for o in of]):.1%}",
+                f"{np.median(largest):.1f} m", f"{max(largest):.1f} m", str(sum(o.back_s > RECOVERY_S for o in of)),
+            )  # fmt: skip
     return out
 
 

@@ -67,8 +67,15 @@ SECTIONS = {
         "Simulated starts with exact truth, industrial sensors, coloured satellites with outliers and a latency that nobody tells: when "
         "the heading was ready, how often falsely (error above 3 sigma and 5 deg), and the end after 150 s. A ship turns too slowly for "
         "most of its starts to be ready by then.",
-        "study ins --runs 150 --seed 3",
+        "study ins --starts 300 --seed 3",
         True,
+    ),
+    "ins_faults": Section(
+        "Faults while navigating",
+        "One fault each, 90 s after the start: how often it was told (fixes gated, or a flag of readiness fell), the share of instants from its "
+        "begin to a minute after its end at which the error lies within 3 sigma, and the largest error of the position.",
+        "study ins --faults --starts 20 --seed 3",
+        False,
     ),
     "speed": Section(
         "Cost of a sample beside VQF and Fusion",

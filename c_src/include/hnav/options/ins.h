@@ -111,7 +111,8 @@ typedef struct hnav_ins_options {
      * (0, 10] rad, default 5 deg. Of a compass; only start state reads it. */
     double start_sigma_heading_rad;
     /* Standard deviation of the tilt at the start.
-     * (0, 10] rad, default 0.03. Of the tilt that a window of velocities gives, its biases apart. */
+     * (0, 10] rad, default 0.1. Of the tilt that a window of velocities gives, its biases apart: half a degree per second
+     * turns the window itself. */
     double start_sigma_tilt_rad;
     /* Standard deviation of the horizontal velocity at the start; a fifth of it vertical.
      * (0, 1e4] m/s, default 90. An aircraft, in any direction. */
