@@ -30,7 +30,7 @@ Head head_of(const void* options) {
 
 } // namespace
 
-const hnav_option_info* option_at(const OptionList& list, int index) {
+const OptionRow* option_at(const OptionList& list, int index) {
     return index >= 0 && index < list.count ? &list.rows[index] : nullptr;
 }
 
@@ -54,7 +54,7 @@ void set_defaults(const OptionList& list, int preset, void* options) {
     }
 }
 
-double option_value(const hnav_option_info& row, const void* options, int component) {
+double option_value(const OptionRow& row, const void* options, int component) {
     const char* field = static_cast<const char*>(options) + row.offset;
     if (row.kind == HNAV_OPTION_REAL) {
         double value;
@@ -66,7 +66,7 @@ double option_value(const hnav_option_info& row, const void* options, int compon
     return value;
 }
 
-void set_option_value(const hnav_option_info& row, void* options, int component, double value) {
+void set_option_value(const OptionRow& row, void* options, int component, double value) {
     char* field = static_cast<char*>(options) + row.offset;
     if (row.kind == HNAV_OPTION_REAL) {
         std::memcpy(field + component * sizeof value, &value, sizeof value);
@@ -89,9 +89,9 @@ Version version_of(const void* options) {
     return {static_cast<int>(stamp >> 16 & 0xff), static_cast<int>(stamp >> 8 & 0xff), static_cast<int>(stamp & 0xff)};
 }
 
-const hnav_option_info* find_impossible(const OptionList& list, const void* options, int* component, double* value) {
+const OptionRow* find_impossible(const OptionList& list, const void* options, int* component, double* value) {
     for (int k = 0; k < list.count; ++k) {
-        const hnav_option_info& row = list.rows[k];
+        const OptionRow& row = list.rows[k];
         for (int i = 0; i < row.count; ++i) {
             const double v = option_value(row, options, i);
             // False for NaN.

@@ -4,8 +4,18 @@
 
 namespace {
 
-using hnav::AhrsModel;
+using R = hnav::Scalar;
+using AhrsModel = hnav::AhrsModelOf<R>;
 using hnav::square;
+
+AhrsModel::Sigmas sigmas_of(const hnav_ahrs_options& o) {
+    return {R(o.start_sigma_tilt_rad),        R(o.start_sigma_heading_rad),
+            R(o.start_sigma_bias_rad_s),      R(o.start_sigma_velocity_m_s),
+            R(o.start_sigma_reference),       R(o.start_sigma_latency_s),
+            R(o.start_sigma_gyro_scale),      R(o.start_sigma_gyro_misalignment_rad),
+            R(o.start_sigma_accel_bias_m_s2), R(o.start_sigma_accel_latency),
+            R(o.local_declination_rad)};
+}
 
 AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& frames) {
     AhrsModel::Settings s{};
@@ -52,13 +62,10 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
     s.field.heading_added_rad = o.turn_sigma_rad;
     s.start = hnav::start_of(o, frames);
     s.start.field_wait_s = o.start_field_wait_s;
-    s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
-    s.sigma = {
-        o.start_sigma_tilt_rad,        o.start_sigma_heading_rad,   o.start_sigma_bias_rad_s, o.start_sigma_velocity_m_s,
-        o.start_sigma_reference,       o.start_sigma_latency_s,     o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad,
-        o.start_sigma_accel_bias_m_s2, o.start_sigma_accel_latency, o.local_declination_rad};
+    s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s).cast<R>();
+    s.sigma = sigmas_of(o);
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
-    s.reference = {o.reference_strength_tesla, o.reference_dip_rad};
+    s.reference = {R(o.reference_strength_tesla), R(o.reference_dip_rad)};
     s.heading_gate_nis = o.heading_gate_nis;
     s.ready_tilt_rad = o.ready_tilt_rad;
     s.ready_heading_rad = o.ready_heading_rad;
@@ -72,12 +79,29 @@ AhrsModel::Settings settings_of(const hnav_ahrs_options& o, const hnav::Frames& 
 
 extern "C" {
 
+hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) {
+    return hnav::made_from<hnav_ahrs_options>(hnav::ahrs_options, preset);
+}
+
 hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::ahrs_options};
     const hnav_status status = creation.check(filter, options);
     if (status != HNAV_OK) return status;
     const hnav::Frames frames = hnav::frames_of(*options);
     return creation.make(filter, AhrsModel(settings_of(*options, frames)), frames, *options);
+}
+
+size_t hnav_ahrs_memory_bytes(const hnav_ahrs_options* options) {
+    return hnav::Creation{{nullptr, 0}, hnav::ahrs_options}.bytes_for<AhrsModel>(options);
+}
+
+hnav_status hnav_ahrs_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_ahrs_options* options, char* message,
+                                size_t message_size) {
+    const hnav::Creation creation{{message, message_size}, hnav::ahrs_options};
+    const hnav_status status = creation.check(filter, options);
+    if (status != HNAV_OK) return status;
+    const hnav::Frames frames = hnav::frames_of(*options);
+    return creation.make_in(memory, bytes, filter, AhrsModel(settings_of(*options, frames)), frames, *options);
 }
 
 } // extern "C"

@@ -1,62 +1,75 @@
 // The object behind hnav_filter: one class over Filter<Model> serves every attitude model. It turns the user's frames
-// into the model's and back; the mathematics is the model's, the time is the filter's.
+// into the model's and back; the mathematics is the model's, the time is the filter's. The small build has its calls in part.
 #pragma once
 
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/frames.hpp"
+#include "base/small.hpp"
 #include "c_api/health.hpp"
 #include "c_api/message.hpp"
 #include "c_api/shown_along.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
+#include "maths/scalar.hpp"
 
-// What the C functions need of a filter, whatever its model. Not destroyed through the base: see destroy().
-struct hnav_filter : hnav::KeptMessage<256> {
+namespace hnav {
+
+// What the C functions need of a filter, whatever its model.
+struct EveryFilter : KeptMessage<256> {
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
 
-    hnav::Frames frames;
+    Frames frames;
     int sensors = 0; // that the model takes
     bool backward_hold = false;
     bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
+    bool in_callers_memory = false;
 
     virtual void destroy() = 0;
     virtual void reset() = 0;
     virtual void realign() = 0;
-    // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
-    virtual bool turns_back() const = 0;
-    virtual void turn_back(double t_s) = 0;
-    virtual void prefer_closed_form(bool prefer) = 0;
 
-    virtual hnav::Outcome push(const hnav::AttitudeSample& sample) = 0;
-    // A row of a recording as one event; false: nothing was taken, push its samples one by one.
-    virtual bool push_event(const hnav::AttitudeEvent& event) = 0;
+    virtual Outcome push(const AttitudeSample& sample) = 0;
     virtual bool has_room(int count) const = 0;
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
-    virtual hnav::Outcome advance(double t_s) = 0;
-    virtual hnav::Outcome commit(double t_s) = 0;
-    // For a row of a recording whose samples have been pushed.
-    virtual hnav::Outcome advance_row(double t_s) = 0;
+    virtual Outcome advance(double t_s) = 0;
+    virtual Outcome commit(double t_s) = 0;
 
     virtual double now_s() const = 0;
     virtual double newest_s() const = 0;
-    virtual double newest_time_s() const = 0; // as newest_s, but never runs back
     virtual double stamp_of(double time_s) const = 0;
     virtual double late_limit_s() const = 0;
-    virtual hnav::Estimate estimate(At) const = 0;
-    virtual hnav::Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
-    virtual hnav::Vector3 bias_variances(At) const = 0;
-    virtual hnav::ErrorCovariance error_covariance() const = 0;
-    virtual const hnav::Innovation& innovation(int channel) const = 0;
-    virtual hnav::FieldEstimate field_estimate() const = 0;
+    virtual Estimate estimate(At) const = 0;
+    virtual Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
+    virtual Vector3 bias_variances(At) const = 0;
+    virtual ErrorCovariance error_covariance() const = 0;
+    virtual const InnovationOf<Scalar>& innovation(int channel) const = 0;
+    virtual FieldEstimate field_estimate() const = 0;
     virtual void gyro_calibration(double* S, double* sigma) const = 0;
     virtual void diagnostics(hnav_diagnostics* out) const = 0;
     virtual hnav_sensor_health sensor_health(int channel) const = 0;
     virtual void health(hnav_health* out) const = 0;
 
+protected:
+    ~EveryFilter() = default; // not destroyed through the base: see destroy()
+};
+
+// What the small build leaves out: whole recordings, saved states, and an integrator of the caller's.
+struct WholeFilter : EveryFilter {
+    // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
+    virtual bool turns_back() const = 0;
+    virtual void turn_back(double t_s) = 0;
+    virtual void prefer_closed_form(bool prefer) = 0;
+
+    // A row of a recording as one event; false: nothing was taken, push its samples one by one.
+    virtual bool push_event(const AttitudeEvent& event) = 0;
+    // For a row of a recording whose samples have been pushed.
+    virtual Outcome advance_row(double t_s) = 0;
+    virtual double newest_time_s() const = 0; // as newest_s, but never runs back
+
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
-    virtual hnav::LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
+    virtual LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
     virtual std::size_t snapshot_size() const = 0;
     virtual void take_snapshot(void* buffer) const = 0;
     virtual bool restore_snapshot(const void* buffer, std::size_t bytes) = 0;
@@ -67,71 +80,52 @@ struct hnav_filter : hnav::KeptMessage<256> {
     virtual void derivative(const double* x, double* dx) const = 0;
     virtual void derivative_along(const double* x, const double* direction, double* out) const = 0;
     virtual double next_event_s() const = 0;
-    virtual hnav::Outcome jump(double t_s, const double* x_minus, double* x_plus) = 0;
+    virtual Outcome jump(double t_s, const double* x_minus, double* x_plus) = 0;
     virtual void show(double t_s, const double* x) = 0;
-    virtual hnav::ShownAlong shown_along(const double* seed) const = 0; // of what is shown now
+    virtual ShownAlong shown_along(const double* seed) const = 0; // of what is shown now
 
+protected:
+    ~WholeFilter() = default;
+};
+
+} // namespace hnav
+
+struct hnav_filter : std::conditional_t<hnav::small_build, hnav::EveryFilter, hnav::WholeFilter> {
 protected:
     ~hnav_filter() = default;
 };
 
 namespace hnav {
 
+// The calls of every build.
 template <class Model>
-class AttitudeFilter final : public hnav_filter {
+class SmallAttitudeFilter : public hnav_filter {
 public:
+    using At = EveryFilter::At;
     using State = typename Model::State;
     using FilterOfModel = Filter<Model>;
 
-    // Null when there is no memory.
-    static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold,
-                                const typename FilterOfModel::Settings& settings) {
-        auto* self = make_object<AttitudeFilter>();
-        if (!self) return nullptr;
-        self->frames = frames;
-        self->sensors = Model::sensors;
-        self->backward_hold = backward_hold;
-        self->causal_only = backward_hold && !Model::reholds;
-        if (!self->filter_.create(model, settings)) {
-            self->destroy();
-            return nullptr;
-        }
-        return self;
+    SmallAttitudeFilter(const Frames& in_frames, bool holds_backward) {
+        frames = in_frames;
+        sensors = Model::sensors;
+        backward_hold = holds_backward;
+        causal_only = holds_backward && !Model::reholds;
     }
-
-    void destroy() override { destroy_object(this); }
 
     void reset() override { filter_.reset(); }
     void realign() override {
         filter_.change([this](State& s) { filter_.model().realign(s); });
     }
 
-    bool turns_back() const override { return Model::turns_back; }
-    void turn_back(double t_s) override {
-        if constexpr (Model::turns_back) {
-            const State last = filter_.newest();
-            filter_.reset();
-            filter_.change([&](State& s) {
-                s = last;
-                model().turn_back(s, t_s);
-            });
-        }
-    }
-
-    void prefer_closed_form(bool prefer) override { filter_.prefer_closed_form(prefer); }
-
     Outcome push(const AttitudeSample& sample) override { return filter_.push(sample); }
-    bool push_event(const AttitudeEvent& event) override { return filter_.push_event(event); }
     bool has_room(int count) const override { return filter_.has_room(count); }
     void refuse_non_finite() override { ++filter_.refused.non_finite; }
     void refuse_zero() override { ++filter_.refused.zero; }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
     Outcome commit(double t_s) override { return filter_.commit(t_s); }
-    Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
 
     double now_s() const override { return filter_.now_s(); }
     double newest_s() const override { return filter_.newest_s(); }
-    double newest_time_s() const override { return filter_.newest_time_s(); }
     double stamp_of(double time_s) const override { return filter_.stamp_of(time_s); }
     double late_limit_s() const override { return filter_.late_limit_s(); }
     Estimate estimate(At at) const override {
@@ -152,7 +146,7 @@ public:
         C.diagonal().head<3>().array() += silence_variance();
         return C;
     }
-    const Innovation& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
+    const InnovationOf<Scalar>& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
 
     FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
     void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter_.newest(), S, sigma); }
@@ -162,7 +156,7 @@ public:
         out->gamma_used = s.gamma;
         out->gamma_margin = s.gamma_margin;
         out->adapted_bias_walk_rad_s_per_sqrt_s = model().bias_walk(s);
-        out->newest_sample_s = std::isfinite(newest_s()) ? newest_s() : nan;
+        out->newest_sample_s = std::isfinite(filter_.newest_s()) ? filter_.newest_s() : nan;
         for (int c = 0; c < channel_count; ++c) {
             out->used[c] = s.used[c];
             out->gated[c] = s.gated[c];
@@ -181,7 +175,7 @@ public:
     }
 
     hnav_sensor_health sensor_health(int channel) const override {
-        const SensorCheck<double>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
+        const SensorCheck<Scalar>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
         hnav_sensor_health h = hnav::sensor_health(check, filter_.stamps(), channel, filter_.event_now_s());
         h.since_s = filter_.stamp_of(h.since_s);
         return h;
@@ -189,12 +183,44 @@ public:
 
     void health(hnav_health* out) const override {
         const State& s = filter_.newest();
-        for (int c = 0; c < channel_count; ++c) out->sensor[c] = sensor_health(c);
+        for (int c = 0; c < channel_count; ++c) out->sensor[c] = SmallAttitudeFilter::sensor_health(c);
         out->times_lost = s.times_lost;
         out->lost = s.lost != 0;
         out->clock_jumps = filter_.stamps().jumps();
         out->stamps_left_out = filter_.stamps().left_out();
     }
+
+protected:
+    double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }
+    const Model& model() const { return filter_.model(); }
+    const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
+
+    FilterOfModel filter_;
+};
+
+template <class Model>
+class WholeAttitudeFilter : public SmallAttitudeFilter<Model> {
+public:
+    using Base = SmallAttitudeFilter<Model>;
+    using Base::Base;
+    using typename Base::State;
+
+    bool turns_back() const override { return Model::turns_back; }
+    void turn_back(double t_s) override {
+        if constexpr (Model::turns_back) {
+            const State last = filter_.newest();
+            filter_.reset();
+            filter_.change([&](State& s) {
+                s = last;
+                model().turn_back(s, t_s);
+            });
+        }
+    }
+    void prefer_closed_form(bool prefer) override { filter_.prefer_closed_form(prefer); }
+
+    bool push_event(const AttitudeEvent& event) override { return filter_.push_event(event); }
+    Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
+    double newest_time_s() const override { return filter_.newest_time_s(); }
 
     std::size_t state_size() const override { return filter_.state_size(); }
     void save(void* buffer) const override { filter_.save(buffer); }
@@ -217,12 +243,55 @@ public:
         return hnav::shown_along(model(), filter_.shown(), seed, filter_.nx());
     }
 
-private:
-    double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }
-    const Model& model() const { return filter_.model(); }
-    const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
+protected:
+    using Base::filter_, Base::model;
+};
 
-    FilterOfModel filter_;
+template <class Model>
+class AttitudeFilter final : public std::conditional_t<small_build, SmallAttitudeFilter<Model>, WholeAttitudeFilter<Model>> {
+public:
+    using Base = std::conditional_t<small_build, SmallAttitudeFilter<Model>, WholeAttitudeFilter<Model>>;
+    using Settings = typename Filter<Model>::Settings;
+    using Base::Base;
+
+    // Null when there is no memory.
+    static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold, const Settings& settings) {
+        auto* self = make_object<AttitudeFilter>(frames, backward_hold);
+        if (!self) return nullptr;
+        if (!self->filter_.create(model, settings)) {
+            self->destroy();
+            return nullptr;
+        }
+        return self;
+    }
+
+    // What make_in needs, wherever the memory begins.
+    static std::size_t bytes(const Model& model, const Settings& settings) {
+        return object_bytes + Filter<Model>::bytes(model, settings) + alignment;
+    }
+    // By the closed form.
+    static AttitudeFilter* make_in(void* memory, const Model& model, const Frames& frames, bool backward_hold,
+                                   const Settings& settings) {
+        char* const place = aligned(memory);
+        std::memset(place, 0, bytes(model, settings) - alignment);
+        auto* self = new (place) AttitudeFilter(frames, backward_hold);
+        self->in_callers_memory = true;
+        self->filter_.create_in(place + object_bytes, model, settings);
+        return self;
+    }
+
+    void destroy() override {
+        if constexpr (!small_build)
+            if (!this->in_callers_memory) destroy_object(this);
+    }
+
+private:
+    static constexpr std::size_t alignment = alignof(Base);
+    static constexpr std::size_t object_bytes = (sizeof(Base) + alignment - 1) / alignment * alignment;
+    static char* aligned(void* memory) {
+        const auto first = reinterpret_cast<std::uintptr_t>(memory);
+        return static_cast<char*>(memory) + (alignment - first % alignment) % alignment;
+    }
 };
 
 } // namespace hnav

@@ -14,7 +14,6 @@ using At = hnav_filter::At;
 constexpr double min_direction_length = 1e-15; // of force and field, in any unit: below lies nothing but rounding
 constexpr double min_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
 constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
-constexpr double max_state = 1e50;  // of an integrator outside: beyond, products overflow
 constexpr double near_singular_pitch = 85 * M_PI / 180;
 const char* sensor_name(int sensor); // in messages; beside the push calls, hnav.cpp
 
@@ -39,18 +38,6 @@ inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; 
 inline hnav_status check_time(const hnav_filter* f, double t_s) {
     if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     if (std::fabs(t_s) > max_time_s) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    return HNAV_OK;
-}
-
-// A state of the caller's. Every model has its quaternion in front, whose direction is the attitude.
-inline hnav_status check_state(const hnav_filter* f, const double* x) {
-    for (int i = 0; i < f->nx(); ++i) {
-        if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);
-        if (std::fabs(x[i]) > max_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], max_state);
-    }
-    const double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3];
-    if (!(square > 1e-12))
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x holds a quaternion of length %g, which is no attitude", std::sqrt(square));
     return HNAV_OK;
 }
 
@@ -122,20 +109,25 @@ inline hnav_status not_started(const hnav_filter* f) {
     return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
 }
 
-inline bool near_singular(const Quaternion& q) { return std::fabs(roll_pitch_yaw(q)[1]) > near_singular_pitch; }
+// Roll, pitch and yaw, computed as exactly as the model computes.
+inline Vector3 angles_of(const Quaternion& q) { return roll_pitch_yaw<Scalar>(q.cast<Scalar>()).template cast<double>(); }
+
+inline bool near_singular(const Quaternion& q) { return std::fabs(angles_of(q)[1]) > near_singular_pitch; }
 
 // Variances of the rotation about the user's navigation axes, from their covariance about the internal ones.
 inline Vector3 rotation_variances(const hnav_filter* f, const Matrix3& internal) {
-    const Matrix3& N = f->frames.navigation;
-    return honest_variances((N * internal * N.transpose()).diagonal());
+    const Matrix3Of<Scalar> N = f->frames.navigation.cast<Scalar>();
+    return honest_variances((N * internal.cast<Scalar>() * N.transpose()).diagonal()).template cast<double>();
 }
 
+inline Vector3 sigmas(const Vector3& variances) { return variances.cast<Scalar>().cwiseSqrt().template cast<double>(); }
+
 inline void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
-    store(Vector3(rotation_variances(f, f->rotation_covariance(at)).cwiseSqrt()), sigma);
+    store(sigmas(rotation_variances(f, f->rotation_covariance(at))), sigma);
 }
 
 inline void bias_sigma(const hnav_filter* f, At at, double* sigma) {
-    store(Vector3(honest_variances(f->bias_variances(at)).cwiseSqrt()), sigma);
+    store(sigmas(honest_variances(f->bias_variances(at))), sigma);
 }
 
 } // namespace hnav::boundary

@@ -19,10 +19,10 @@ Frames frames_of(const Options& o) {
 }
 
 template <class Options>
-StartSettings<double> start_of(const Options& o, const Frames& frames) {
-    StartSettings<double> s;
+StartSettings<Scalar> start_of(const Options& o, const Frames& frames) {
+    StartSettings<Scalar> s;
     s.mode = static_cast<StartMode>(o.start_mode);
-    s.q = frames.to_internal(Quaternion(o.start_q_nb).normalized());
+    s.q = frames.to_internal(Quaternion(o.start_q_nb).cast<Scalar>().normalized().template cast<double>()).cast<Scalar>();
     s.heading_rad = o.start_heading_rad - o.declination_rad;
     s.samples = static_cast<std::uint64_t>(o.start_samples);
     s.sigma_heading = o.start_sigma_heading_rad;
@@ -31,10 +31,11 @@ StartSettings<double> start_of(const Options& o, const Frames& frames) {
 
 // In the order of the channels. The smallest ranges are those of chips that one can buy: 125 deg/s and 2 g.
 template <class Options>
-void set_checks(const Options& o, SensorCheckSettings<double>* check) {
-    check[gyro] = {o.outlier_rate_rad_s, o.gyro_range_rad_s, 1.7};
-    check[accel] = {o.outlier_force_m_s2, o.accel_range_m_s2, 18};
-    check[mag] = {0, o.mag_range_tesla, max_reading};
+void set_checks(const Options& o, SensorCheckSettings<Scalar>* check) {
+    using R = Scalar;
+    check[gyro] = {R(o.outlier_rate_rad_s), R(o.gyro_range_rad_s), R(1.7)};
+    check[accel] = {R(o.outlier_force_m_s2), R(o.accel_range_m_s2), 18};
+    check[mag] = {0, R(o.mag_range_tesla), R(max_reading)};
 }
 
 struct Creation : CallersMessage {
@@ -49,20 +50,56 @@ struct Creation : CallersMessage {
         if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
         const hnav_status status = check_options(options, list);
         if (status != HNAV_OK) return status;
-        if (Quaternion(options->start_q_nb).norm() < 0.1)
+        if (Quaternion(options->start_q_nb).squaredNorm() < 0.01)
             return fail(HNAV_ERROR_OPTION, "start_q_nb is no attitude: its length is below 0.1");
-        if (Quaternion(options->q_body_sensor).norm() < 0.1)
+        if (Quaternion(options->q_body_sensor).squaredNorm() < 0.01)
             return fail(HNAV_ERROR_OPTION, "q_body_sensor is no attitude: its length is below 0.1");
         return HNAV_OK;
     }
 
     template <class Model, class Options>
     hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
-        auto e = engine_settings<Model>(o, list);
-        e.time_jump_limit_s = o.time_jump_limit_s;
-        *filter = AttitudeFilter<Model>::make(model, frames, o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD, e);
+        if constexpr (small_build) return fail(HNAV_ERROR_UNSUPPORTED, "the small build takes the caller's memory");
+        else *filter = AttitudeFilter<Model>::make(model, frames, holds_backward(o), settings_of<Model>(o));
         return *filter ? HNAV_OK
-                       : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", o.queue_capacity);
+                       : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", int(o.queue_capacity));
+    }
+
+    // In so many bytes of the caller's.
+    template <class Model, class Options>
+    hnav_status make_in(void* memory, std::size_t bytes, hnav_filter** filter, const Model& model, const Frames& frames,
+                        const Options& o) const {
+        if (!memory) return fail(HNAV_ERROR_NULL_ARGUMENT, "memory is null");
+        if (o.solver != HNAV_SOLVER_CLOSED_FORM)
+            return fail(HNAV_ERROR_UNSUPPORTED,
+                        "in the caller's memory there is solver = closed_form alone: the others ask for more");
+        const auto settings = settings_of<Model>(o);
+        const std::size_t needed = AttitudeFilter<Model>::bytes(model, settings);
+        if (bytes < needed)
+            return fail(HNAV_ERROR_SIZE, "memory has %zu bytes, a filter with queue_capacity = %d needs %zu", bytes,
+                        int(o.queue_capacity), needed);
+        *filter = AttitudeFilter<Model>::make_in(memory, model, frames, holds_backward(o), settings);
+        return HNAV_OK;
+    }
+
+    // Of memory for make_in; 0 for options that make no filter.
+    template <class Model, class Options>
+    std::size_t bytes_for(const Options* o) const {
+        hnav_filter* none;
+        return check(&none, o) == HNAV_OK ? AttitudeFilter<Model>::bytes(Model(), settings_of<Model>(*o)) : 0;
+    }
+
+private:
+    template <class Options>
+    static bool holds_backward(const Options& o) {
+        return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
+    }
+
+    template <class Model, class Options>
+    auto settings_of(const Options& o) const {
+        auto settings = engine_settings<Model>(o, list);
+        settings.time_jump_limit_s = o.time_jump_limit_s;
+        return settings;
     }
 };
 

@@ -5,11 +5,15 @@
 #include "c_api/sized.hpp"
 #include "maths/repair.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 using hnav::AttitudeSample;
 using hnav::hand_out;
 using hnav::honest_variances;
 using hnav::max_reading;
 using hnav::Outcome;
+using hnav::Scalar;
 using hnav::Vector3;
 using namespace hnav::boundary;
 
@@ -88,7 +92,7 @@ hnav_status hnav_filter_push_heading(hnav_filter* filter, double t_s, double hea
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0",
                             sigma_rad, t_s);
     }
-    const double magnetic = hnav::wrap_angle(heading_rad - filter->frames.declination_rad);
+    const double magnetic = hnav::wrap_angle(Scalar(heading_rad - filter->frames.declination_rad));
     return push(filter, {clock_time(t_s), hnav::heading, {magnetic, std::fmax(sigma_rad, min_heading_sigma_rad), 0}});
 }
 
@@ -111,12 +115,12 @@ hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attit
     const hnav::Estimate e = filter->estimate(At::shown);
     if (!e.started) return not_started(filter);
     const hnav::Quaternion q = filter->frames.to_user(e.q_bn);
-    const Vector3 euler = hnav::roll_pitch_yaw(q);
+    const Vector3 euler = angles_of(q);
     hnav_attitude result{};
     result.t_s = filter->now_s();
     store(q, result.q_nb);
     store(euler, result.euler_rad);
-    result.heading_rad = hnav::wrap_angle(hnav::roll_pitch_yaw(e.q_bn)[2] + filter->frames.declination_rad);
+    result.heading_rad = hnav::wrap_angle(Scalar(angles_of(e.q_bn)[2] + filter->frames.declination_rad));
     rotation_sigma(filter, At::shown, result.sigma_rad);
     result.near_singular = near_singular(q);
     result.tilt_ready = e.tilt_ready;
@@ -177,12 +181,12 @@ hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor
     REQUIRE_STRUCT(filter, innovation, hnav_innovation);
     if (int(sensor) <= HNAV_SENSOR_GYRO || int(sensor) >= HNAV_SENSOR_COUNT)
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or an aid", (int)sensor);
-    const hnav::Innovation& i = filter->innovation(sensor);
+    const auto& i = filter->innovation(sensor);
     if (std::isnan(i.t_s)) return filter->fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
     hnav_innovation result{};
     result.t_s = filter->stamp_of(i.t_s);
-    std::memcpy(result.value, i.value, sizeof i.value);
-    std::memcpy(result.S, i.S, sizeof i.S);
+    std::copy(std::begin(i.value), std::end(i.value), result.value);
+    std::copy(std::begin(i.S), std::end(i.S), result.S);
     result.nis = i.nis;
     result.noise_scale = i.noise_scale;
     result.dimension = static_cast<int32_t>(i.dimension);
@@ -228,110 +232,6 @@ hnav_status hnav_filter_health(const hnav_filter* filter, hnav_health* health) {
     hnav_health result{};
     filter->health(&result);
     hand_out(result, health);
-    return HNAV_OK;
-}
-
-// ------------------------------------------------------------------------------------------------ save, load
-
-hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes) {
-    REQUIRE(filter, bytes);
-    *bytes = filter->state_size();
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->state_size())) return status;
-    filter->save(buffer);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    return hnav::load_status(*filter, filter->load(buffer, bytes), "filter", bytes, filter->state_size());
-}
-
-hnav_status hnav_filter_snapshot_size(const hnav_filter* filter, size_t* bytes) {
-    REQUIRE(filter, bytes);
-    *bytes = filter->snapshot_size();
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->snapshot_size())) return status;
-    filter->take_snapshot(buffer);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of a filter with such options", bytes);
-}
-
-// ------------------------------------------------------------------------------------------------ hybrid view
-
-hnav_status hnav_filter_nx(const hnav_filter* filter, int32_t* nx) {
-    REQUIRE(filter, nx);
-    *nx = filter->nx();
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_get_x(const hnav_filter* filter, double* x) {
-    REQUIRE(filter, x);
-    filter->get_x(x);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_nominal_x(const hnav_filter* filter, double* nominal_x) {
-    REQUIRE(filter, nominal_x);
-    filter->nominal_x(nominal_x);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_derivative(const hnav_filter* filter, double t_s, const double* x, double* dx) {
-    REQUIRE(filter, x);
-    REQUIRE(filter, dx);
-    if (const hnav_status status = check_time(filter, t_s)) return status;
-    filter->derivative(x, dx);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_derivative_along(const hnav_filter* filter, double t_s, const double* x, const double* seed,
-                                         double* out) {
-    REQUIRE(filter, x);
-    REQUIRE(filter, seed);
-    REQUIRE(filter, out);
-    if (const hnav_status status = check_time(filter, t_s)) return status;
-    filter->derivative_along(x, seed, out);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_next_event_s(const hnav_filter* filter, double* t_s) {
-    REQUIRE(filter, t_s);
-    *t_s = filter->next_event_s();
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_jump(hnav_filter* filter, double t_s, const double* x_minus, double* x_plus) {
-    REQUIRE(filter, x_minus);
-    REQUIRE(filter, x_plus);
-    if (const hnav_status status = check_time(filter, t_s)) return status;
-    if (const hnav_status status = check_state(filter, x_minus)) return status;
-    if (filter->causal_only)
-        return filter->fail(HNAV_ERROR_OPTION,
-                            "gyro_hold = backward: an integrator outside cannot know the rate before its sample");
-    if (filter->jump(t_s, x_minus, x_plus) != Outcome::ok)
-        return filter->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
-    return HNAV_OK;
-}
-
-hnav_status hnav_filter_show(hnav_filter* filter, double t_s, const double* x) {
-    REQUIRE(filter, x);
-    if (const hnav_status status = check_time(filter, t_s)) return status;
-    if (const hnav_status status = check_state(filter, x)) return status;
-    filter->show(t_s, x);
     return HNAV_OK;
 }
 

@@ -6,7 +6,8 @@
 
 namespace {
 
-using hnav::HrekfModel;
+using R = hnav::Scalar;
+using HrekfModel = hnav::HrekfModelOf<R>;
 
 // The model's enumerations are the API's, one to one.
 static_assert(int(hnav::GammaMode::kl) == HNAV_GAMMA_KL && int(hnav::GammaMode::relative) == HNAV_GAMMA_RELATIVE);
@@ -33,11 +34,11 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     s.adaptation.min = hnav::square(o.adaptation_min_rad_s_per_sqrt_s);
     s.adaptation.max = hnav::square(o.adaptation_max_rad_s_per_sqrt_s);
     s.start = hnav::start_of(o, frames);
-    s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s);
+    s.start_bias = hnav::Vector3(o.start_gyro_bias_rad_s).cast<R>();
     s.sigma_tilt = o.start_sigma_tilt_rad;
     s.sigma_bias = o.start_sigma_bias_rad_s;
     s.reference_given = o.reference_mode == HNAV_REFERENCE_GIVEN;
-    s.reference = {o.reference_strength_tesla, o.reference_dip_rad};
+    s.reference = {R(o.reference_strength_tesla), R(o.reference_dip_rad)};
     s.gate_nis[hnav::accel] = o.accel_gate_nis;
     s.gate_nis[hnav::mag] = o.mag_gate_nis;
     s.gate_nis[hnav::heading] = o.heading_gate_nis;
@@ -47,24 +48,41 @@ HrekfModel::Settings settings_of(const hnav_hrekf_options& o, const hnav::Frames
     return s;
 }
 
-// Conditions that no single field can break. Null when all hold.
-const char* contradiction(const hnav_hrekf_options& o) {
-    if (o.adaptation_min_rad_s_per_sqrt_s > o.adaptation_max_rad_s_per_sqrt_s)
-        return "adaptation_min_rad_s_per_sqrt_s exceeds adaptation_max_rad_s_per_sqrt_s";
-    return nullptr;
+// Conditions that no single field can break stand behind those of each.
+hnav_status check(const hnav::Creation& creation, hnav_filter** filter, const hnav_hrekf_options* options) {
+    const hnav_status status = creation.check(filter, options);
+    if (status == HNAV_OK && options->adaptation_min_rad_s_per_sqrt_s > options->adaptation_max_rad_s_per_sqrt_s)
+        return creation.fail(HNAV_ERROR_OPTION, "adaptation_min_rad_s_per_sqrt_s exceeds adaptation_max_rad_s_per_sqrt_s");
+    return status;
 }
 
 } // namespace
 
 extern "C" {
 
+hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) {
+    return hnav::made_from<hnav_hrekf_options>(hnav::hrekf_options, preset);
+}
+
 hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message, size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::hrekf_options};
-    hnav_status status = creation.check(filter, options);
+    const hnav_status status = check(creation, filter, options);
     if (status != HNAV_OK) return status;
-    if (const char* reason = contradiction(*options)) return creation.fail(HNAV_ERROR_OPTION, "%s", reason);
     const hnav::Frames frames = hnav::frames_of(*options);
     return creation.make(filter, HrekfModel(settings_of(*options, frames)), frames, *options);
+}
+
+size_t hnav_hrekf_memory_bytes(const hnav_hrekf_options* options) {
+    return hnav::Creation{{nullptr, 0}, hnav::hrekf_options}.bytes_for<HrekfModel>(options);
+}
+
+hnav_status hnav_hrekf_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_hrekf_options* options,
+                                 char* message, size_t message_size) {
+    const hnav::Creation creation{{message, message_size}, hnav::hrekf_options};
+    const hnav_status status = check(creation, filter, options);
+    if (status != HNAV_OK) return status;
+    const hnav::Frames frames = hnav::frames_of(*options);
+    return creation.make_in(memory, bytes, filter, HrekfModel(settings_of(*options, frames)), frames, *options);
 }
 
 } // extern "C"

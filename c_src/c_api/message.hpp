@@ -3,12 +3,15 @@
 
 #include "base/option_list.hpp"
 #include "base/saved_state.hpp"
+#include "base/small.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <type_traits>
 
 // Of a function that takes an object with a KeptMessage and a pointer to something.
 #define REQUIRE(object, pointer)                                                                                                 \
@@ -26,16 +29,21 @@
 
 namespace hnav {
 
-// The last complaint of an object, which its message call hands out.
+// The last complaint of an object, which its message call hands out. Numbers in it would take printf, which is half as large as
+// a filter: the small build says what the status means.
 template <std::size_t size>
 struct KeptMessage {
-    mutable char message[size] = "";
+    mutable std::conditional_t<small_build, const char*, char[size]> message = "";
 
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        std::vsnprintf(message, size, format, arguments);
-        va_end(arguments);
+    HNAV_SMALL_INLINE __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        if constexpr (small_build) {
+            message = hnav_status_text(status);
+        } else {
+            va_list arguments;
+            va_start(arguments, format);
+            std::vsnprintf(message, size, format, arguments);
+            va_end(arguments);
+        }
         return status;
     }
 };
@@ -49,11 +57,15 @@ struct CallersMessage {
         if (message && message_size > 0) message[0] = '\0';
     }
 
-    __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
-        va_list arguments;
-        va_start(arguments, format);
-        if (message && message_size > 0) std::vsnprintf(message, message_size, format, arguments);
-        va_end(arguments);
+    HNAV_SMALL_INLINE __attribute__((format(printf, 3, 4))) hnav_status fail(hnav_status status, const char* format, ...) const {
+        if constexpr (small_build) {
+            say(status);
+        } else {
+            va_list arguments;
+            va_start(arguments, format);
+            if (message && message_size > 0) std::vsnprintf(message, message_size, format, arguments);
+            va_end(arguments);
+        }
         return status;
     }
 
@@ -62,8 +74,14 @@ struct CallersMessage {
         if (const hnav_status status = check_origin(options, list)) return status;
         int component;
         double value;
-        const hnav_option_info* row = find_impossible(list, options, &component, &value);
+        const OptionRow* row = find_impossible(list, options, &component, &value);
         if (!row) return HNAV_OK;
+        if constexpr (small_build) {
+            fail(HNAV_ERROR_OPTION, "an option");
+            append(": ");
+            append(row->name);
+            return HNAV_ERROR_OPTION;
+        }
         char index[16] = "";
         if (row->count > 1) std::snprintf(index, sizeof index, "[%d]", component);
         return fail(HNAV_ERROR_OPTION, "%s%s = %g is impossible: it must be in %c%g, %g%c", row->name, index, value,
@@ -84,6 +102,20 @@ struct CallersMessage {
         default:
             return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s: begin with what it returns", list.defaults_call);
         }
+    }
+
+private:
+    // Without printf.
+    void say(hnav_status status) const {
+        clear();
+        append(hnav_status_text(status));
+    }
+    // As much as there is room for.
+    void append(const char* text) const {
+        if (!message || message_size == 0) return;
+        const std::size_t used = std::strlen(message), count = std::min(std::strlen(text), message_size - 1 - used);
+        std::memcpy(message + used, text, count);
+        message[used + count] = '\0';
     }
 };
 

@@ -1,18 +1,13 @@
-// The C boundary of options: defaults, tables, and fields by name.
+// The C boundary of options: fields by name, tables, and the defaults of all but the attitude filters.
 #include "base/option_list.hpp"
 #include "hnav/hnav.h"
 #include "options/lists.hpp"
 
 #include <cmath>
 
-namespace {
+using hnav::made_from;
 
-template <class Options>
-Options made_from(const hnav::OptionList& list, int preset = HNAV_PRESET_DEFAULT) {
-    Options options;
-    hnav::set_defaults(list, preset, &options);
-    return options;
-}
+namespace {
 
 bool has_component(const hnav_option_info* row, int component) { return component >= 0 && component < row->count; }
 
@@ -20,11 +15,8 @@ bool has_component(const hnav_option_info* row, int component) { return componen
 
 extern "C" {
 
-hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) { return made_from<hnav_ahrs_options>(hnav::ahrs_options, preset); }
 const hnav_option_info* hnav_ahrs_option(int32_t index) { return hnav::option_at(hnav::ahrs_options, index); }
 const hnav_preset_info* hnav_ahrs_preset(int32_t index) { return hnav::preset_at(hnav::ahrs_options, index); }
-
-hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) { return made_from<hnav_hrekf_options>(hnav::hrekf_options, preset); }
 const hnav_option_info* hnav_hrekf_option(int32_t index) { return hnav::option_at(hnav::hrekf_options, index); }
 const hnav_preset_info* hnav_hrekf_preset(int32_t index) { return hnav::preset_at(hnav::hrekf_options, index); }
 

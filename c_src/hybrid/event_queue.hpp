@@ -16,26 +16,29 @@ public:
     using Event = typename Sizes::Event;
     using State = typename Sizes::State;
 
+    // States are fewer than events: the solved ones, which follow each other, stand in a ring, and the free one behind them is
+    // there for the caller.
+    static constexpr bool has_ring = Sizes::states > 0;
+
     static std::size_t bytes(const Sizes& sizes, int capacity) {
-        return static_cast<std::size_t>(capacity) *
-               (sizes.event_bytes() + sizes.state_bytes() + sizeof(std::uint64_t) + sizeof(int));
+        return static_cast<std::size_t>(capacity) * (sizes.event_bytes() + sizeof(int)) +
+               static_cast<std::size_t>(states_for(capacity)) * (sizes.state_bytes() + sizeof(std::uint64_t));
     }
 
     // memory: so many bytes, aligned for doubles; stays the caller's.
     void create(void* memory, const Sizes& sizes, int capacity) {
         static_cast<Sizes&>(*this) = sizes;
         slots_ = static_cast<unsigned char*>(memory);
-        tags_ = reinterpret_cast<std::uint64_t*>(slots_ + static_cast<std::size_t>(capacity) * slot_bytes());
-        order_ = reinterpret_cast<int*>(tags_ + capacity);
+        ring_ = slots_ + static_cast<std::size_t>(capacity) * slot_bytes();
+        tags_ = reinterpret_cast<std::uint64_t*>(ring_ + Sizes::states * this->state_bytes());
         capacity_ = capacity;
-        for (int i = 0; i < capacity; ++i) {
-            order_[i] = i;
-            tags_[i] = 0;
-        }
+        order_ = reinterpret_cast<int*>(tags_ + states_for(capacity));
+        for (int i = 0; i < capacity; ++i) order_[i] = i;
+        for (int i = 0; i < states_for(capacity); ++i) tags_[i] = 0;
         clear();
     }
 
-    void clear() { first_ = size_ = solved_ = 0; }
+    void clear() { first_ = size_ = solved_ = first_state_ = 0; }
 
     const Sizes& sizes() const { return *this; }
     int size() const { return size_; }
@@ -43,11 +46,14 @@ public:
     bool full() const { return size_ == capacity_; }
     Event& event(int i) { return *reinterpret_cast<Event*>(slot(i)); }
     const Event& event(int i) const { return *reinterpret_cast<const Event*>(slot(i)); }
-    State& after(int i) { return *reinterpret_cast<State*>(slot(i) + this->event_bytes()); }
-    const State& after(int i) const { return *reinterpret_cast<const State*>(slot(i) + this->event_bytes()); }
+    State& after(int i) { return *reinterpret_cast<State*>(state_place(i)); }
+    const State& after(int i) const { return *reinterpret_cast<const State*>(state_place(i)); }
 
     // A number of the state after an event that stays with its slot, for the caller's use; 0 at first.
-    std::uint64_t& tag(int i) { return tags_[order_[index(i)]]; }
+    std::uint64_t& tag(int i) {
+        if constexpr (has_ring) return tags_[ring_index(i)];
+        else return tags_[order_[index(i)]];
+    }
 
     void mark_solved() { ++solved_; }
 
@@ -86,6 +92,7 @@ public:
     void remove_first() {
         const int freed = order_[first_];
         first_ = index(1);
+        if constexpr (has_ring) first_state_ = ring_index(1);
         --size_;
         --solved_;
         order_[index(capacity_ - 1)] = order_[index(size_)];
@@ -101,8 +108,15 @@ public:
     }
 
 private:
-    std::size_t slot_bytes() const { return this->event_bytes() + this->state_bytes(); }
+    static int states_for(int capacity) { return has_ring ? Sizes::states : capacity; }
+    std::size_t slot_bytes() const { return this->event_bytes() + (has_ring ? 0 : this->state_bytes()); }
     unsigned char* slot(int i) const { return slots_ + static_cast<std::size_t>(order_[index(i)]) * slot_bytes(); }
+
+    int ring_index(int i) const { return (first_state_ + i) % Sizes::states; }
+    unsigned char* state_place(int i) const {
+        if constexpr (has_ring) return ring_ + ring_index(i) * this->state_bytes();
+        else return slot(i) + this->event_bytes();
+    }
 
     int index(int i) const {
         const int k = first_ + i;
@@ -118,10 +132,12 @@ private:
     }
 
     unsigned char* slots_ = nullptr;
+    unsigned char* ring_ = nullptr; // of states, if there is one
     std::uint64_t* tags_ = nullptr;
     int* order_ = nullptr; // ring of slot numbers in the order of time, then free ones
     int capacity_ = 0;
     int first_ = 0;
+    int first_state_ = 0; // of the base, in the ring
     int size_ = 0;
     int solved_ = 0;
 };

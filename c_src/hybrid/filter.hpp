@@ -53,6 +53,19 @@ public:
     // False: no memory, settings that no solver takes, or a closed form that the model does not have.
     bool create(const Model& model, const Settings& settings) {
         if (settings.closed_form && !Model::has_closed_form) return false;
+        memory_ = take_block(bytes(model, settings));
+        if (!memory_) return false;
+        create_in(memory_, model, settings);
+        return settings.closed_form || make_propagator();
+    }
+
+    // The same by the closed form alone, in memory that stays the caller's: so many bytes of zeros, aligned for doubles.
+    static std::size_t bytes(const Model& model, const Settings& settings) {
+        const Sizes sizes = sizes_of(model);
+        return queue_bytes(sizes, settings.queue_capacity) +
+               (Queue::has_ring ? 0 : 2 * sizes.state_bytes() + nx_of(model) * sizeof(double));
+    }
+    void create_in(void* memory, const Model& model, const Settings& settings) {
         model_ = model;
         settings_ = settings;
         const Sizes sizes = sizes_of(model_);
@@ -61,36 +74,26 @@ public:
             seldom_begin_ = Model::seldom_begin;
             seldom_end_ = Model::seldom_begin + Model::seldom_bytes;
         }
-        const std::size_t queue_bytes = (Queue::bytes(sizes, settings.queue_capacity) + 7) / 8 * 8;
-        memory_ = static_cast<unsigned char*>(take_block(queue_bytes + 2 * sizes.state_bytes() + nx() * sizeof(double)));
-        if (!memory_) return false;
-        queue_.create(memory_, sizes, settings.queue_capacity);
-        coasted_ = reinterpret_cast<State*>(memory_ + queue_bytes);
-        spare_ = reinterpret_cast<State*>(memory_ + queue_bytes + sizes.state_bytes());
-        spare_x_ = reinterpret_cast<double*>(memory_ + queue_bytes + 2 * sizes.state_bytes());
+        queue_.create(memory, sizes, settings.queue_capacity);
+        if constexpr (!Queue::has_ring) {
+            unsigned char* const behind = static_cast<unsigned char*>(memory) + queue_bytes(sizes, settings.queue_capacity);
+            coasted_ = reinterpret_cast<State*>(behind);
+            spare_ = reinterpret_cast<State*>(behind + sizes.state_bytes());
+            spare_x_ = reinterpret_cast<double*>(behind + 2 * sizes.state_bytes());
+        }
         reset();
-        if (settings.closed_form) return true;
-        double* atol = spare_x_;
-        model_.nominal(atol);
-        for (int i = 0; i < nx(); ++i) atol[i] *= settings.atol;
-        settings_.propagator.atol = atol;
-        settings_.propagator.knows_rate = Model::knows_rate;
-        if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
-        if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
-        const FlowContext context{&model_, &queue_.after(0)};
-        const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
-        settings_.propagator.atol = nullptr;
-        return made;
     }
 
     void reset() {
-        std::memset(static_cast<void*>(spare_), 0, queue_.sizes().state_bytes());
-        model_.begin(*spare_);
+        queue_.clear();
+        State& begun = spare();
+        std::memset(static_cast<void*>(&begun), 0, queue_.sizes().state_bytes());
+        model_.begin(begun);
         now_ = event_now_ = late_limit_ = -std::numeric_limits<double>::infinity();
         refused = {};
         stamps_.clear();
         propagator_.set_counts(0, 0);
-        restart_chain(now_, *spare_);
+        restart_chain(now_, begun);
     }
 
     // Takes a sample in. It acts at the next advance that reaches its time.
@@ -314,6 +317,7 @@ public:
 private:
     using Sizes = decltype(sizes_of(std::declval<const Model&>()));
     using Queue = EventQueue<Sizes>;
+    using Real = model_concept::Real<Model>;
     static constexpr double min_interval_s = 1e-12;
     // What an integrator does costs time in proportion to the turns of an interval, and brings nothing that the closed form
     // does not have where a model knows one. A look-ahead is asked for again and again while samples are missing, each time
@@ -388,7 +392,7 @@ private:
     }
 
     bool sound(const State& state) const {
-        double sum = 0; // no NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length
+        Real sum = 0; // no NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length
         for (int i = 0; i < nx(); ++i) sum += x_of(state)[i] * x_of(state)[i];
         return std::isfinite(sum) && model_.plausible(state);
     }
@@ -405,8 +409,19 @@ private:
     }
 
     void show_copy(const State& state) {
-        copy(*coasted_, state);
-        view_ = coasted_;
+        copy(coasted(), state);
+        view_ = &coasted();
+    }
+
+    // What has coasted beyond the events; in a ring of states the free one behind the solved.
+    State& coasted() {
+        if constexpr (Queue::has_ring) return queue_.after(queue_.solved());
+        else return *coasted_;
+    }
+
+    State& spare() {
+        if constexpr (Queue::has_ring) return queue_.after(Sizes::states - 1);
+        else return *spare_;
     }
 
     // The first event has no time before it: its interval is infinite, and the state begins there. Left to the closed form is
@@ -418,9 +433,12 @@ private:
     bool flow_over(State& state, double interval_s, double longest_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return true;
         if constexpr (Model::has_closed_form) {
-            const bool exact = settings_.closed_form || prefers_closed_form_;
-            const bool integrable = !exact && interval_s >= min_interval_s && interval_s <= longest_s;
-            if (!integrable || !integrate(state, interval_s)) model_.flow_exactly(state, interval_s);
+            if constexpr (!small_build) {
+                const bool exact = settings_.closed_form || prefers_closed_form_;
+                const bool integrable = !exact && interval_s >= min_interval_s && interval_s <= longest_s;
+                if (integrable && integrate(state, interval_s)) return true;
+            }
+            model_.flow_exactly(state, interval_s);
             return true;
         } else {
             if constexpr (may_cross<Model>)
@@ -500,19 +518,22 @@ private:
         while (queue_.solved() > 2 && queue_.event(1).t_s < late_limit_) queue_.remove_first();
         // A queue full of events that wait for late company (a horizon too long for it, a clock that stands still) would
         // refuse every later sample: the oldest close early. Two places are what a sample of rate and force needs.
-        while (queue_.solved() > 2 && !has_room(2)) {
-            queue_.remove_first();
-            late_limit_ = std::fmax(late_limit_, queue_.event(0).t_s);
-        }
+        while (queue_.solved() > 2 && !has_room(2)) close_oldest();
+    }
+
+    void close_oldest() {
+        queue_.remove_first();
+        late_limit_ = std::fmax(late_limit_, queue_.event(0).t_s);
     }
 
     Outcome look_ahead(double t_s) {
         view_ = &newest();
         const double interval_s = t_s - newest_time_s();
         if (!(interval_s > 0)) return Outcome::ok;
-        copy(*coasted_, newest());
-        if (!flow_over(*coasted_, interval_s, max_look_ahead_s) || !sound(*coasted_)) return Outcome::diverged;
-        view_ = coasted_;
+        State& ahead = coasted();
+        copy(ahead, newest());
+        if (!flow_over(ahead, interval_s, max_look_ahead_s) || !sound(ahead)) return Outcome::diverged;
+        view_ = &ahead;
         return Outcome::ok;
     }
 
@@ -525,8 +546,11 @@ private:
 
     Outcome solve_to(double t_s) {
         Outcome outcome = Outcome::ok;
-        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s)
+        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s) {
             if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
+            if constexpr (Queue::has_ring)
+                if (queue_.solved() == Sizes::states) close_oldest();
+        }
         close_events();
         return outcome;
     }
@@ -538,11 +562,27 @@ private:
         return outcome;
     }
 
-    static double* x_of(State& state) {
+    static std::size_t queue_bytes(const Sizes& sizes, int capacity) { return (Queue::bytes(sizes, capacity) + 7) / 8 * 8; }
+
+    bool make_propagator() {
+        double* atol = spare_x_;
+        model_.nominal(atol);
+        for (int i = 0; i < nx(); ++i) atol[i] *= settings_.atol;
+        settings_.propagator.atol = atol;
+        settings_.propagator.knows_rate = Model::knows_rate;
+        if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
+        if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
+        const FlowContext context{&model_, &queue_.after(0)};
+        const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
+        settings_.propagator.atol = nullptr;
+        return made;
+    }
+
+    static Real* x_of(State& state) {
         if constexpr (has_fixed_size<Model>) return state.x;
         else return state.x();
     }
-    static const double* x_of(const State& state) {
+    static const Real* x_of(const State& state) {
         if constexpr (has_fixed_size<Model>) return state.x;
         else return state.x();
     }
@@ -569,7 +609,7 @@ private:
     // Known when compiled, but the compiler's own moves are slower than the library's: see copy.
     std::size_t state_bytes_ = 0, seldom_begin_ = 0, seldom_end_ = 0;
     std::uint64_t last_tag_ = 0;
-    unsigned char* memory_ = nullptr; // of what follows, and of the queue
+    void* memory_ = nullptr; // of what follows, and of the queue, if it is not the caller's
     State* coasted_ = nullptr;
     State* spare_ = nullptr;
     double* spare_x_ = nullptr;

@@ -4,7 +4,7 @@
 // Sizes, known when the model is compiled:
 //     static constexpr int nx                             continuous states
 //     using Event = FixedEvent<channels, values>
-//     struct State { double x[nx]; ... }                  8-byte numbers only, x first
+//     struct State { double x[nx]; ... }                  8-byte numbers only, x first; float x in a small build
 // or when it is made:
 //     using Event = RuntimeEvent; using State = RuntimeState
 //     int nx() const                                      continuous states
@@ -62,6 +62,18 @@ using Event = typename M::Event;
 template <class T>
 T& object(); // for expressions that are never evaluated
 
+// What the numbers of x are.
+template <class S, class = void>
+struct RealOf {
+    using type = double;
+};
+template <class S>
+struct RealOf<S, std::void_t<std::remove_extent_t<decltype(S::x)>[1]>> {
+    using type = std::remove_extent_t<decltype(S::x)>;
+};
+template <class M>
+using Real = typename RealOf<State<M>>::type;
+
 // Whether Expression<Model> is one that compiles.
 template <template <class> class Expression, class Model, class = void>
 struct Answers : std::false_type {};
@@ -73,11 +85,11 @@ using Begin = decltype(object<const M>().begin(object<State<M>>()));
 template <class M>
 using Flows = std::enable_if_t<std::is_same_v<bool, decltype(object<const M>().flows(object<const State<M>>()))>>;
 template <class M>
-using Flow = decltype(object<const M>().flow(object<const State<M>>(), object<const double* const>(), object<double* const>()));
+using Flow = decltype(object<const M>().flow(object<const State<M>>(), object<const Real<M>* const>(), object<Real<M>* const>()));
 template <class M>
 constexpr bool flow_may_fail = std::is_same_v<int, Flow<M>>;
 template <class M>
-using Nominal = decltype(object<const M>().nominal(object<double* const>()));
+using Nominal = decltype(object<const M>().nominal(object<Real<M>* const>()));
 template <class M>
 using Plausible = std::enable_if_t<std::is_same_v<bool, decltype(object<const M>().plausible(object<const State<M>>()))>>;
 template <class M>

@@ -1,6 +1,7 @@
 // How large a model's events and states are: known when the model is compiled, which costs nothing, or when it is made.
 #pragma once
 
+#include "base/small.hpp"
 #include "hybrid/event.hpp"
 
 namespace hnav {
@@ -19,6 +20,9 @@ template <class Event_, class State_>
 struct FixedSizes {
     using Event = Event_;
     using State = State_;
+    // Room for so many states, whatever the events; 0: each event has its own. Three do for an open event, the base before it,
+    // and what is worked on or shown.
+    static constexpr int states = small_build ? 3 : 0;
     static_assert(sizeof(Event) % 8 == 0 && sizeof(State) % 8 == 0, "events and states are saved as 8-byte numbers");
 
     static constexpr std::size_t event_bytes() { return sizeof(Event); }
@@ -32,6 +36,7 @@ struct FixedSizes {
 struct RuntimeSizes {
     using Event = RuntimeEvent;
     using State = RuntimeState;
+    static constexpr int states = 0;
 
     int channels = 0, values = 0;
     std::size_t state = 0;

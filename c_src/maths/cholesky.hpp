@@ -51,24 +51,30 @@ public:
         return B;
     }
 
-    // B' A^-1 B
+    // P += B' A^-1 B
     template <int k>
-    Square<k, R> quadratic_form(const Rows<k>& right) const {
+    void add_quadratic_form(const Rows<k>& right, Square<k, R>& P) const {
         const Rows<k> B = forward<k>(right);
         Rows<k> scaled = B;
         for (int i = 0; i < n; ++i) scaled.row(i) *= inverse_d_[i];
         if constexpr (n > 2) {
-            return B.transpose() * scaled;
+            P += B.transpose() * scaled;
         } else { // column by column: Eigen would send a product of so few rows through code for large matrices
             const Eigen::Matrix<R, k, n> Bt = B.transpose();
-            Square<k, R> form;
             for (int j = 0; j < k; ++j) {
                 Eigen::Matrix<R, k, 1> column = scaled(0, j) * Bt.col(0);
                 for (int i = 1; i < n; ++i) column += scaled(i, j) * Bt.col(i);
-                form.col(j) = column;
+                P.col(j) += column;
             }
-            return form;
         }
+    }
+
+    // b' A^-1 b
+    R quadratic_form(const Rows<1>& right) const {
+        const Rows<1> b = forward<1>(right);
+        Rows<1> scaled = b;
+        for (int i = 0; i < n; ++i) scaled[i] *= inverse_d_[i];
+        return b.dot(scaled);
     }
 
 private:

@@ -309,6 +309,11 @@ def literal(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
+def prose(text: str) -> str:
+    """What nobody but a reader needs."""
+    return f"text({literal(text)})"
+
+
 def real(value: float) -> str:
     return (
         ("-INFINITY" if value < 0 else "INFINITY")
@@ -325,8 +330,8 @@ def choice_arrays(spec: OptionList) -> Iterator[str]:
         c = option.choices
         if c and c.name not in done:
             done.add(c.name)
-            yield f"const char* const {c.name}_names[] = {{{', '.join(map(literal, c.items))}}};\n"
-            meanings = "".join(f"    {literal(meaning)},\n" for meaning in c.items.values())
+            yield f"const char* const {c.name}_names[] = {{{', '.join(map(prose, c.items))}}};\n"
+            meanings = "".join(f"    {prose(meaning)},\n" for meaning in c.items.values())
             yield f"const char* const {c.name}_meanings[] = {{\n{meanings}}};\n"
 
 
@@ -335,8 +340,8 @@ def row(spec: OptionList, option: Option, first: int) -> str:
     kind = "CHOICE" if c else "INTEGER" if option.integer else "REAL"
     names, count = (f"{c.name}_names, {c.name}_meanings", len(c.items)) if c else ("nullptr, nullptr", 0)
     return (
-        f"    {{{literal(option.path)}, {literal(option.group)}, {literal(option.unit)},\n"
-        f"     {literal(option.text)},\n     {literal(option.reason)},\n"
+        f"    {{{literal(option.path)}, {prose(option.group)}, {prose(option.unit)},\n"
+        f"     {prose(option.text)},\n     {prose(option.reason)},\n"
         f"     {names}, defaults + {first}, offsetof({spec.struct}, {option.path}),\n"
         f"     {real(option.min)}, {real(option.max)}, {len(option.default)}, {count}, HNAV_OPTION_{kind}, "
         f"{int(option.min_is_open)}, {int(option.max_is_open)}, {int(option.advanced)}}},\n"
@@ -352,7 +357,7 @@ def preset_arrays(spec: OptionList) -> str:
             lines = "".join(f"    {{{k}, {i}, {real(v)}}}, // {n}\n" for k, i, v, n in entries)
             arrays += f"\n// Row, component, value.\nconstexpr PresetValue {preset.name}_values[] = {{\n{lines}}};\n"
         values = f"{preset.name}_values, {len(entries)}" if entries else "nullptr, 0"
-        rows += f"    {{{{{literal(preset.name)}, {literal(preset.text)}, {preset.value}}}, {values}}},\n"
+        rows += f"    {{{{{literal(preset.name)}, {prose(preset.text)}, {preset.value}}}, {values}}},\n"
     return f"{arrays}\nconstexpr Preset presets[] = {{\n{rows}}};\n"
 
 
@@ -368,7 +373,7 @@ def table(spec: OptionList) -> str:
         f'#include "options/lists.hpp"\n\n#include "hnav/options/{spec.name}.h"\n\n#include <cmath>\n#include <cstddef>\n\n'
         f"// clang-format off\nnamespace hnav {{\nnamespace {{\n\n{arrays}{chr(10) if arrays else ''}"
         f"constexpr double defaults[] = {{\n{defaults}}};\n\n"
-        f"const hnav_option_info rows[] = {{\n{rows}}};\n{preset_arrays(spec)}\n}} // namespace\n\n"
+        f"const OptionRow rows[] = {{\n{rows}}};\n{preset_arrays(spec)}\n}} // namespace\n\n"
         f"const OptionList {spec.name}_options = {{\n"
         f'    "hnav_{spec.name}_defaults", {spec.number}, sizeof({spec.struct}), rows, {len(spec.options)}, '
         f"presets, {len(spec.presets)}}};\n\n}} // namespace hnav\n"
@@ -379,7 +384,10 @@ def lists_header(specs: list[OptionList]) -> str:
     lines = "".join(f"extern const OptionList {spec.name}_options;\n" for spec in specs)
     return (
         f"// {MADE.format('the lists')}\n#pragma once\n\n"
-        f'#include "base/option_list.hpp"\n\nnamespace hnav {{\n\n{lines}\n}} // namespace hnav\n'
+        f'#include "base/option_list.hpp"\n#include "base/small.hpp"\n\nnamespace hnav {{\n\n{lines}\n'
+        "// What a reader is told; the small build has no room for it.\n"
+        'constexpr const char* text(const char* told) { return small_build ? "" : told; }\n\n'
+        "} // namespace hnav\n"
     )
 
 

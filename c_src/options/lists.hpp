@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/option_list.hpp"
+#include "base/small.hpp"
 
 namespace hnav {
 
@@ -14,5 +15,8 @@ extern const OptionList turntable_options;
 extern const OptionList imu_mag_sensor_options;
 extern const OptionList aircraft_options;
 extern const OptionList observer_options;
+
+// What a reader is told; the small build has no room for it.
+constexpr const char* text(const char* told) { return small_build ? "" : told; }
 
 } // namespace hnav

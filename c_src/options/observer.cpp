@@ -10,10 +10,10 @@
 namespace hnav {
 namespace {
 
-const char* const observer_start_names[] = {"first_sample", "given"};
+const char* const observer_start_names[] = {text("first_sample"), text("given")};
 const char* const observer_start_meanings[] = {
-    "at the first sample, of an input or a sensor",
-    "at start_time_s; samples before it are not used",
+    text("at the first sample, of an input or a sensor"),
+    text("at start_time_s; samples before it are not used"),
 };
 
 constexpr double defaults[] = {
@@ -26,46 +26,46 @@ constexpr double defaults[] = {
     20000, // max_steps
 };
 
-const hnav_option_info rows[] = {
-    {"start_mode", "start", "",
-     "When the plant is in its start state: at the first sample, or at start_time_s",
-     "Recordings begin at any time; whatever the plant did before is not known.",
+const OptionRow rows[] = {
+    {"start_mode", text("start"), text(""),
+     text("When the plant is in its start state: at the first sample, or at start_time_s"),
+     text("Recordings begin at any time; whatever the plant did before is not known."),
      observer_start_names, observer_start_meanings, defaults + 0, offsetof(hnav_observer_options, start_mode),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
-    {"start_time_s", "start", "s",
-     "Time of the start state in mode given; in the other mode the time at which the plant is asked for its first answers",
-     "Where simulations begin.",
+    {"start_time_s", text("start"), text("s"),
+     text("Time of the start state in mode given; in the other mode the time at which the plant is asked for its first answers"),
+     text("Where simulations begin."),
      nullptr, nullptr, defaults + 1, offsetof(hnav_observer_options, start_time_s),
      -1e+12, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
-    {"horizon_s", "timing", "s",
-     "How much older than the newest used sample a sample may be",
-     "Samples come in order; a horizon costs memory and the replay of all that lies within it.",
+    {"horizon_s", text("timing"), text("s"),
+     text("How much older than the newest used sample a sample may be"),
+     text("Samples come in order; a horizon costs memory and the replay of all that lies within it."),
      nullptr, nullptr, defaults + 2, offsetof(hnav_observer_options, horizon_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
-    {"queue_capacity", "timing", "",
-     "Instants that may wait or lie within the horizon",
-     "Enough for an advance after every few dozen samples, and little memory.",
+    {"queue_capacity", text("timing"), text(""),
+     text("Instants that may wait or lie within the horizon"),
+     text("Enough for an advance after every few dozen samples, and little memory."),
      nullptr, nullptr, defaults + 3, offsetof(hnav_observer_options, queue_capacity),
      4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
-    {"rtol", "solver", "",
-     "Relative tolerance of the states; the absolute one is this times the scale of a state",
-     "Far below what sensors tell, and an interval is still one step of most plants.",
+    {"rtol", text("solver"), text(""),
+     text("Relative tolerance of the states; the absolute one is this times the scale of a state"),
+     text("Far below what sensors tell, and an interval is still one step of most plants."),
      nullptr, nullptr, defaults + 4, offsetof(hnav_observer_options, rtol),
      1e-12, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"covariance_rtol", "solver", "",
-     "The same of the transition matrix and of the noise that enters",
-     "A sigma is wanted to four digits; with one tolerance for all the plant would be asked twice as often.",
+    {"covariance_rtol", text("solver"), text(""),
+     text("The same of the transition matrix and of the noise that enters"),
+     text("A sigma is wanted to four digits; with one tolerance for all the plant would be asked twice as often."),
      nullptr, nullptr, defaults + 5, offsetof(hnav_observer_options, covariance_rtol),
      1e-12, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"max_steps", "solver", "",
-     "Steps of the solver in one interval, beyond which its sample is dropped",
-     "A second of computing; a plant that needs more is stiff.",
+    {"max_steps", text("solver"), text(""),
+     text("Steps of the solver in one interval, beyond which its sample is dropped"),
+     text("A second of computing; a plant that needs more is stiff."),
      nullptr, nullptr, defaults + 6, offsetof(hnav_observer_options, max_steps),
      10, 1e+08, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
 };
 
 constexpr Preset presets[] = {
-    {{"default", "The defaults.", 0}, nullptr, 0},
+    {{"default", text("The defaults."), 0}, nullptr, 0},
 };
 
 } // namespace

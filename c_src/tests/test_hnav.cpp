@@ -880,3 +880,32 @@ TEST(Heap, NothingIsAllocatedAfterCreate) {
         }
 }
 #endif
+
+// As one from the heap answers, bit for bit; and it is not the library's to destroy.
+TEST(CallersMemory, HoldsAFilterOfTheClosedForm) {
+    hnav_ahrs_options o = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
+    std::vector<unsigned char> memory(hnav_ahrs_memory_bytes(&o));
+    hnav_filter *here, *heaped;
+    char message[256];
+    EXPECT_EQ(hnav_ahrs_create_in(memory.data(), memory.size(), &here, &o, message, sizeof message), HNAV_ERROR_UNSUPPORTED);
+    EXPECT_NE(std::string(message).find("closed_form"), std::string::npos) << message;
+    o.solver = HNAV_SOLVER_CLOSED_FORM;
+    EXPECT_EQ(hnav_ahrs_create_in(memory.data(), memory.size() - 1, &here, &o, message, sizeof message), HNAV_ERROR_SIZE);
+    EXPECT_EQ(here, nullptr);
+    ASSERT_EQ(hnav_ahrs_create_in(memory.data(), memory.size(), &here, &o, message, sizeof message), HNAV_OK) << message;
+    ASSERT_EQ(hnav_ahrs_create(&heaped, &o, message, sizeof message), HNAV_OK) << message;
+    auto a = hnav_sized<hnav_attitude>(), b = a;
+    for (const Row& row : tilted_motion(2, {{0.01, 0, 0}}, 1)) {
+        for (hnav_filter* f : {here, heaped}) {
+            ASSERT_EQ(hnav_filter_push_imu(f, row.t_s, row.rate.v, row.force.v), HNAV_OK);
+            ASSERT_EQ(hnav_filter_push_mag(f, row.t_s, row.field.v), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(f, row.t_s + 0.003), HNAV_OK);
+        }
+        EXPECT_EQ(hnav_filter_attitude(here, &a), hnav_filter_attitude(heaped, &b));
+        EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0);
+    }
+    hnav_filter_destroy(here);
+    hnav_filter_destroy(heaped);
+    o.gyro_noise_rad_per_sqrt_s = -1;
+    EXPECT_EQ(hnav_ahrs_memory_bytes(&o), 0u);
+}

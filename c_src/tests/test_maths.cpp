@@ -26,8 +26,25 @@ TEST(Cholesky, SolvesAsEigenDoes) {
         Eigen::Matrix<double, 6, 7, Eigen::RowMajor> B = Eigen::Matrix<double, 6, 7>::Random();
         const auto x = Cholesky<6>(A).solve<7>(B);
         EXPECT_LT(distance(A * x, B), 1e-10);
-        EXPECT_LT(distance(Cholesky<6>(A).quadratic_form<7>(B), B.transpose() * A.llt().solve(B)), 1e-9);
+        Square<7> form = Square<7>::Zero();
+        Cholesky<6>(A).add_quadratic_form<7>(B, form);
+        EXPECT_LT(distance(form, B.transpose() * A.llt().solve(B)), 1e-9);
+        EXPECT_NEAR(Cholesky<6>(A).quadratic_form(B.col(0)), form(0, 0), 1e-9);
     }
+}
+
+TEST(Jacobi, MakesASymmetricMatrixFromItsVectorsAndValues) {
+    test::Random random(5);
+    for (int i = 0; i < 20; ++i) {
+        const Square<7> A = random.covariance<7>() - 0.5 * random.covariance<7>();
+        Square<7> D = A;
+        const Jacobi<7, double> jacobi(D);
+        EXPECT_LT(distance(jacobi.V * jacobi.V.transpose(), Square<7>::Identity()), 1e-13);
+        EXPECT_LT(distance(jacobi.V * D.diagonal().asDiagonal() * jacobi.V.transpose(), A), 1e-13 * A.norm());
+        EXPECT_LT(distance(D, D.diagonal().asDiagonal().toDenseMatrix()), 1e-13 * A.norm());
+    }
+    Square<3> zero = Square<3>::Zero();
+    EXPECT_EQ(distance(Jacobi<3, double>(zero).V, Square<3>::Identity()), 0);
 }
 
 TEST(Cholesky, SaysWhenAMatrixIsNotPositive) {

@@ -13,7 +13,7 @@ extern template bool repair<AhrsErrors::errors>(Square<AhrsErrors::errors, Scala
 template <int m, class R>
 inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& innovation) {
     const Cholesky<m, R> factor(S);
-    return factor.positive() ? factor.template quadratic_form<1>(innovation)(0, 0) : 0;
+    return factor.positive() ? factor.quadratic_form(innovation) : 0;
 }
 
 // The errors from row `first` on learn from m rows H with PHt = P H' and S = H P H' + noise; those before are considered,

@@ -45,7 +45,7 @@ template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
     if (settings_.robust.mode != GammaMode::off && !tilt_ready(s))
-        P = inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], settings_.robust, &report);
+        inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], settings_.robust, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;
     s.gamma_raised += report.raised;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
+#include "base/small.hpp"
 
 namespace hnav {
 
@@ -71,12 +72,13 @@ private:
     // Rows of P from the diagonal on, half of that left out, times the columns.
     template <int... row>
     void halve(const R* P, Columns& half, std::integer_sequence<int, row...>) const {
-        (halve_row<row>(P + packed(first + row, first + row), half), ...);
+        (halve_row < small_build ? Eigen::Dynamic : count - row > (P + packed(first + row, first + row), half, row), ...);
     }
-    template <int row>
-    void halve_row(const R* P, Columns& half) const {
-        const Eigen::Map<const Eigen::Matrix<R, count - row, 1>> p(P);
-        for (int k = 0; k < 3; ++k) half(row, k) = p.dot(by.col(k).template tail<count - row>()) - R(0.5) * p[0] * by(row, k);
+    template <int length>
+    void halve_row(const R* P, Columns& half, int row) const {
+        const Eigen::Map<const Eigen::Matrix<R, length, 1>> p(P, count - row);
+        for (int k = 0; k < 3; ++k)
+            half(row, k) = p.dot(by.col(k).template segment<length>(row, count - row)) - R(0.5) * p[0] * by(row, k);
     }
 };
 

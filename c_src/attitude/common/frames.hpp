@@ -3,6 +3,7 @@
 #pragma once
 
 #include "maths/rotation.hpp"
+#include "maths/scalar.hpp"
 
 namespace hnav {
 
@@ -15,12 +16,12 @@ struct Frames {
     void set(bool east_north_up, double declination, const double* q_body_sensor) {
         declination_rad = declination;
         // Magnetic north lies `declination` east of true north: a turn about down.
-        const Quaternion to_true_north = rotation_quaternion({0, 0, declination});
+        const Quaternion to_true_north = rotation_quaternion<Scalar>({0, 0, Scalar(declination)}).cast<double>();
         const double s = std::sqrt(0.5);
         const Quaternion enu_from_ned{0, s, s, 0};
         user_from_internal = east_north_up ? multiply(enu_from_ned, to_true_north) : to_true_north;
-        navigation = rotation_matrix(user_from_internal);
-        mounting = rotation_matrix(Quaternion(q_body_sensor).normalized());
+        navigation = rotation_matrix<Scalar>(user_from_internal.cast<Scalar>()).cast<double>();
+        mounting = rotation_matrix<Scalar>(Quaternion(q_body_sensor).cast<Scalar>().normalized()).cast<double>();
     }
 
     Quaternion to_user(const Quaternion& q_internal) const { return multiply(user_from_internal, q_internal); }

@@ -108,28 +108,30 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     return theta;
 }
 
-// Sigma from P, with L = [0 D 0] over the k states from `first` on, D diagonal. interval_s: since the last correction; a
+// P becomes Sigma, with L = [0 D 0] over the k states from `first` on, D diagonal. interval_s: since the last correction; a
 // second one at the same instant (a heading aid beside force and field) is not inflated again.
 template <int n, int k, class R>
-Square<n, R> inflate_block(const Square<n, R>& P, int first, const Eigen::Matrix<std::common_type_t<R>, k, 1>& D,
-                           std::common_type_t<R> interval_s, const RobustSettings<R>& settings, RobustReport<R>* report) {
+void inflate_block(Square<n, R>& P, int first, const Eigen::Matrix<std::common_type_t<R>, k, 1>& D,
+                   std::common_type_t<R> interval_s, const RobustSettings<R>& settings, RobustReport<R>* report) {
     *report = {};
-    if (settings.mode == GammaMode::off || !(interval_s > 0)) return P;
+    if (settings.mode == GammaMode::off || !(interval_s > 0)) return;
 
     const Eigen::Matrix<R, k, n> LP = D.asDiagonal() * rows<k>(P, first);
     const Square<k, R> LPL = columns<k>(LP, first) * D.asDiagonal();
     const R theta = inflation_theta<k, R>(eigenvalues<k, R>(LPL), interval_s, settings, report);
-    if (!(theta > 0)) return P;
+    if (!(theta > 0)) return;
 
     Square<k, R> W = -LPL;
     W.diagonal().array() += 1 / theta;
-    return P + Cholesky<k, R>(W).template quadratic_form<n>(LP);
+    Cholesky<k, R>(W).template add_quadratic_form<n>(LP, P);
 }
 
 template <int n, class R>
 Square<n, R> inflate(const Square<n, R>& P, const Eigen::Matrix<std::common_type_t<R>, n, 1>& L, std::common_type_t<R> interval_s,
                      const RobustSettings<R>& settings, RobustReport<R>* report) {
-    return inflate_block<n, n, R>(P, 0, L, interval_s, settings, report);
+    Square<n, R> Sigma = P;
+    inflate_block<n, n, R>(Sigma, 0, L, interval_s, settings, report);
+    return Sigma;
 }
 
 } // namespace hnav

@@ -86,7 +86,7 @@ const InnovationOf<R>& HrekfModelOf<R>::record(State& s, const HrekfDirection<R>
     i.dimension = 3;
     Eigen::Map<Vector3R>(i.value) = nu;
     Eigen::Map<Matrix3R>(i.S) = S;
-    const R nis = Cholesky<3, R>(S).template quadratic_form<1>(nu)(0, 0);
+    const R nis = Cholesky<3, R>(S).quadratic_form(nu);
     i.nis = std::fmax(R(0), nis); // rounding, where S is nearly singular
     i.noise_scale = 1;
     const R limit = settings_.gate_nis[direction.channel];

@@ -36,7 +36,18 @@ HNAV_API hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_op
 /* Makes the AHRS. */
 HNAV_API hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size);
 
-/* Null is allowed. */
+/* The same in memory of the caller's, by the closed form alone (solver = HNAV_SOLVER_CLOSED_FORM): nothing is taken from
+ * elsewhere, now or later. bytes: at least those that the call before tells for the options, of any alignment; it tells 0 for
+ * options that make no filter. The memory is the caller's again when the filter is no longer used. Errors beside those of
+ * create: SIZE, UNSUPPORTED (another solver). */
+HNAV_API size_t hnav_ahrs_memory_bytes(const hnav_ahrs_options* options);
+HNAV_API hnav_status hnav_ahrs_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_ahrs_options* options,
+                                         char* message, size_t message_size);
+HNAV_API size_t hnav_hrekf_memory_bytes(const hnav_hrekf_options* options);
+HNAV_API hnav_status hnav_hrekf_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_hrekf_options* options,
+                                          char* message, size_t message_size);
+
+/* Null is allowed. Of a filter in the caller's memory there is nothing to destroy. */
 HNAV_API void hnav_filter_destroy(hnav_filter* filter);
 
 /* Back to the moment after create: no samples, no estimate, counters zero. */
