@@ -63,6 +63,6 @@ def test_a_processor_answers_as_this_machine_does(contender, samples):
         assert np.abs(there - here).max() < 1e-10
     else:
         assert largest_angle_deg(there, here) < 0.05
-        assert code_bytes(contender) <= 66 * 1024
+        assert code_bytes(contender) <= 64 * 1024
         assert 0 < stack <= 8 * 1024
     assert 1000 < memory <= MAX_BYTES[contender.scalar]
