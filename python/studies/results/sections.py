@@ -74,7 +74,7 @@ SECTIONS = {
         "Faults while navigating",
         "One fault each, 90 s after the start: how often it was told (fixes gated, or a flag of readiness fell), the share of instants from its "
         "begin to a minute after its end at which the error lies within 3 sigma, and the largest error of the position.",
-        "study ins --faults --starts 20 --seed 3",
+        "study ins --faults --starts 8 --seed 3",
         False,
     ),
     "speed": Section(
