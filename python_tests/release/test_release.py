@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 import sys
 import tomllib
 import zipfile
@@ -209,6 +210,10 @@ def test_both_packages_serve_another_project(dist, capsys):
     assert capsys.readouterr().out.count("programs that run") == 1 + bool(shutil.which("dpkg-deb"))
 
 
-def test_the_installed_wheel_filters_and_simulates(dist, capsys):
-    installed.main(dist, {})
-    assert "equal last rows; hnav simulate turntable, aircraft" in capsys.readouterr().out
+def test_the_installed_wheel_filters_and_simulates(dist):
+    # By the Python that has made the release: in this one the checkout's hnav is installed, and comes first.
+    python = TOP / ".cache" / "release-python" / "bin" / "python"
+    if not python.exists():
+        pytest.skip("no Python of a release: ./run release makes it")
+    done = subprocess.run([python, TOP / "release" / "installed.py", dist], capture_output=True, text=True)
+    assert "equal last rows; hnav simulate turntable, aircraft" in done.stdout, done.stderr
