@@ -88,6 +88,7 @@ def test_the_list_of_sources_is_short_and_all_of_them_are_inside(name, version):
         ("Ahrs", 2, "g++"),
         ("Hrekf", 3, "g++"),
         ("Ahrs", 3, "clang++"),
+        ("Hrekf", 2, "clang++"),
         ("Ins", 3, "g++"),
     ],
 )
