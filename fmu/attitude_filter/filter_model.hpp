@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapter/library_model.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
 #include "attitude_filter/outputs.hpp"
@@ -14,10 +15,8 @@ using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_
 // What was seen of the inputs so far.
 struct FilterMemory {
     double start_s;
-    SamplingClock clock[Inputs::sensors];
+    SampledInputs<Inputs::sensors> sampled;
     double reset_level, realign_level;
-    double missed;
-    double first_missed; // the sensor that first lost a sample, counted from 1; 0 while none has
     double command; // that Model Exchange has still to apply to the importer's states
     double model_exchange;
     double now_s;  // of the last step
@@ -42,21 +41,15 @@ public:
                           "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
             return false;
         }
-        for (int s = 0; s < Inputs::sensors; ++s) {
-            const double period_s = values[in_.sensor[s].period];
-            if (period_s > 0 && period_s < min_period_s) {
-                std::snprintf(why->text, sizeof why->text, "%s = %g s is below %g s; 0 means never", Inputs::periods[s], period_s,
-                              min_period_s);
-                return false;
-            }
-        }
+        for (int s = 0; s < Inputs::sensors; ++s)
+            if (!check_period(Inputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, Kind::create, &options)) return false;
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
         memory_.reset_level = values[in_.reset];
         memory_.realign_level = values[in_.realign];
         for (int s = 0; s < Inputs::sensors; ++s)
-            memory_.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
+            memory_.sampled.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
         return true;
     }
 
@@ -78,13 +71,7 @@ public:
             const Inputs::Sensor& in = in_.sensor[s];
             const bool valid = values[in.valid] != 0;
             NewSample sample;
-            if (!memory_.clock[s].take(t_s, values[in.sample], values[in.t_meas], &sample)) continue;
-            // A sensor that is declared invalid has no samples to lose by the time, but those that its counter tells of.
-            if (valid || memory_.clock[s].mode == counter) {
-                memory_.missed += sample.lost;
-                if (sample.lost > 0 && memory_.first_missed == 0) memory_.first_missed = s + 1;
-            }
-            if (!valid) continue;
+            if (!memory_.sampled.take(s, t_s, valid, values[in.sample], values[in.t_meas], &sample)) continue;
             push(s, sample.t_s, values + in.value);
             taken = true;
         }
@@ -95,18 +82,14 @@ public:
         double next = no_bound;
         // In Model Exchange a sample stamped later than it came waits for its time.
         if (memory_.model_exchange != 0) hnav_filter_next_event_s(object_, &next);
-        for (const SamplingClock& clock : memory_.clock) next = std::fmin(next, clock.next_s());
-        return next;
+        return std::fmin(next, memory_.sampled.next_s());
     }
 
     bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.clock[0].mode == held; }
+    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
-        if (memory_.first_missed == 0) return {};
-        const int s = static_cast<int>(memory_.first_missed) - 1;
-        if (memory_.clock[s].mode == counter) return {Inputs::counters[s], 0};
-        return {Inputs::periods[s], memory_.clock[s].period_s};
+        return memory_.sampled.lost([](int s, bool counted) { return counted ? Inputs::counters[s] : Inputs::periods[s]; });
     }
 
     // A gamma that is infeasible from the first corrections on stays so.
@@ -137,7 +120,7 @@ public:
     }
 
     void refresh(double* values, unsigned groups) override {
-        out_.refresh(object_, groups, memory_.start_s, memory_.missed, values);
+        out_.refresh(object_, groups, memory_.start_s, memory_.sampled.missed, values);
     }
 
     // ------------------------------------------------------------------------------------------------ Model Exchange
@@ -181,7 +164,7 @@ private:
         case HNAV_SENSOR_MAG: status = hnav_filter_push_mag(object_, t_s, value); break;
         default: status = hnav_filter_push_heading(object_, t_s, value[0], value[1]); break;
         }
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.missed += 1;
+        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }
 
     Inputs in_{};

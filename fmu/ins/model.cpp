@@ -1,5 +1,6 @@
 // The Ins FMU: position, velocity and attitude, aligned from any heading.
 #include "adapter/library_model.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "ins/inputs.hpp"
 #include "ins/outputs.hpp"
 
@@ -10,12 +11,10 @@ using InsCalls = LibraryObject<hnav_ins, hnav_ins_destroy, hnav_ins_message, hna
 
 // What was seen of the inputs so far.
 struct InsMemory {
-    SamplingClock clock[ins_inputs];
+    SampledInputs<ins_inputs> sampled;
     double reset_level;
     double force[3]; // of the newest sample of the accelerometer
     double has_force;
-    double missed;
-    double first_missed; // the sensor that first lost a sample, counted from 1; 0 while none has
 };
 
 class InsModel final : public LibraryModel<StatelessModel, InsCalls, InsMemory> {
@@ -30,18 +29,12 @@ public:
         const hnav_preset_info* preset = hnav_ins_preset_info(static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
         take_options(hnav_ins_option, in_.options, values, &options);
-        for (int s = 0; s < ins_inputs; ++s) {
-            const double period_s = values[in_.sensor[s].period];
-            if (period_s > 0 && period_s < min_period_s) {
-                std::snprintf(why->text, sizeof why->text, "%s = %g s is below %g s; 0 means never", InsInputs::periods[s],
-                              period_s, min_period_s);
-                return false;
-            }
-        }
+        for (int s = 0; s < ins_inputs; ++s)
+            if (!check_period(InsInputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, hnav_ins_create, &options)) return false;
         memory_.reset_level = values[in_.reset];
         for (int s = 0; s < ins_inputs; ++s)
-            memory_.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
+            memory_.sampled.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
         return true;
     }
 
@@ -58,40 +51,27 @@ public:
             const InsInputs::Sensor& in = in_.sensor[s];
             const bool valid = values[in.valid] != 0;
             NewSample sample;
-            if (!memory_.clock[s].take(t_s, values[in.sample], values[in.t_meas], &sample)) continue;
-            // A sensor that is declared invalid has no samples to lose by the time, but those that its counter tells of.
-            if (valid || memory_.clock[s].mode == counter) {
-                memory_.missed += sample.lost;
-                if (sample.lost > 0 && memory_.first_missed == 0) memory_.first_missed = s + 1;
-            }
-            if (!valid) continue;
+            if (!memory_.sampled.take(s, t_s, valid, values[in.sample], values[in.t_meas], &sample)) continue;
             push(s, sample.t_s, values + in.value);
             taken = true;
         }
         return taken;
     }
 
-    double next_sample_s(const double*) const override {
-        double next = no_bound;
-        for (const SamplingClock& clock : memory_.clock) next = std::fmin(next, clock.next_s());
-        return next;
-    }
+    double next_sample_s(const double*) const override { return memory_.sampled.next_s(); }
 
     bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.clock[0].mode == held; }
+    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
-        if (memory_.first_missed == 0) return {};
-        const int s = static_cast<int>(memory_.first_missed) - 1;
-        if (memory_.clock[s].mode == counter) return {InsInputs::counters[s], 0};
-        return {InsInputs::periods[s], memory_.clock[s].period_s};
+        return memory_.sampled.lost([](int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; });
     }
 
     bool advance(double t_s, Message* why) override { return done(hnav_ins_advance(object_, t_s), why); }
     // Model Exchange: between events nothing is shown, so that an event brings the filter to its time.
     bool jump(double t_s, double*, bool*, Message* why) override { return advance(t_s, why); }
 
-    void refresh(double* values, unsigned groups) override { out_.refresh(object_, groups, memory_.missed, values); }
+    void refresh(double* values, unsigned groups) override { out_.refresh(object_, groups, memory_.sampled.missed, values); }
 
 private:
     // What is no sample is refused and counted by the filter; that is no reason to stop a simulation.
@@ -112,7 +92,7 @@ private:
         case in_speed: status = hnav_ins_push_speed(object_, t_s, value[0], value[1]); break;
         default: status = hnav_ins_push_heading(object_, t_s, value[0], value[1]); break;
         }
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.missed += 1;
+        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }
 
     InsInputs in_{};

@@ -1,6 +1,6 @@
 // The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
 #include "adapter/library_model.hpp"
-#include "adapter/sampling_clock.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "observer/variables.hpp"
 
 #include <algorithm>
@@ -15,13 +15,12 @@ using ObserverCalls = LibraryObject<hnav_observer, hnav_observer_destroy, hnav_o
 
 constexpr int max_channels = 62; // known inputs and sensors together
 
-// What was seen of the inputs so far. Clocks: of the known inputs, then of the sensors.
+// What was seen of the inputs so far. Sampled: the known inputs, then the sensors.
 struct ObserverMemory {
-    SamplingClock clock[max_channels];
+    SampledInputs<max_channels> sampled;
     double start_s, model_exchange;
     double reset_level, was_reset; // was_reset: Model Exchange has still to take the states
     double now_s, behind;          // of the last step; 1: outputs that look ahead are still to be brought there
-    double missed, first_missed;   // the channel that first lost a sample, counted from 1; 0 while none has
 };
 
 class Observer final : public LibraryModel<Model, ObserverCalls, ObserverMemory> {
@@ -57,7 +56,7 @@ public:
         memory_.model_exchange = model_exchange;
         memory_.reset_level = values[at_.row(reset_command)];
         for (int c = 0; c < channels(); ++c)
-            memory_.clock[c] = {start_s, period_s(values, c), values[at_.row(sampling_mode)], 0, 0};
+            memory_.sampled.clock[c] = {start_s, period_s(values, c), values[at_.row(sampling_mode)], 0, 0};
         trouble_[0] = '\0';
         return true;
     }
@@ -75,11 +74,9 @@ public:
         for (int c = 0; c < channels(); ++c) {
             const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
             NewSample sample;
-            if (!memory_.clock[c].take(t_s, at(values, c, input_sample, sensor_sample),
-                                       at(values, c, input_t_meas, sensor_t_meas), &sample))
+            if (!memory_.sampled.take(c, t_s, valid, at(values, c, input_sample, sensor_sample),
+                                      at(values, c, input_t_meas, sensor_t_meas), &sample))
                 continue;
-            if (valid || memory_.clock[c].mode == counter) note_lost(c, sample.lost);
-            if (!valid) continue;
             push(c, sample.t_s, at(values, c, input_value, sensor_value));
             taken = true;
         }
@@ -90,20 +87,18 @@ public:
         double next_s = no_bound;
         // In Model Exchange a sample stamped later than it came waits for its time.
         if (memory_.model_exchange != 0) hnav_observer_next_event_s(object_, &next_s);
-        for (int c = 0; c < channels(); ++c) next_s = std::fmin(next_s, memory_.clock[c].next_s());
-        return next_s;
+        return std::fmin(next_s, memory_.sampled.next_s());
     }
 
     bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.clock[0].mode == held; }
+    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
-        if (memory_.first_missed == 0) return {};
-        const int c = static_cast<int>(memory_.first_missed) - 1;
-        const bool counted = memory_.clock[c].mode == counter;
-        const int row = is_input(c) ? at_.row(counted ? input_sample : input_period, c)
-                                    : at_.row(counted ? sensor_sample : sensor_period, sensor(c));
-        return {row < 0 ? "a period" : at_.name(row), counted ? 0 : memory_.clock[c].period_s};
+        return memory_.sampled.lost([this](int c, bool counted) {
+            const int row = is_input(c) ? at_.row(counted ? input_sample : input_period, c)
+                                        : at_.row(counted ? sensor_sample : sensor_period, sensor(c));
+            return row < 0 ? "a period" : at_.name(row);
+        });
     }
 
     // What the plant answered when samples were dropped, once.
@@ -234,16 +229,11 @@ private:
         return make(why, hnav_observer_open_known, &options, folder_, &known);
     }
 
-    void note_lost(int channel, double lost) {
-        memory_.missed += lost;
-        if (lost > 0 && memory_.first_missed == 0) memory_.first_missed = channel + 1;
-    }
-
     // What is no sample is refused and counted by the observer; that is no reason to stop a simulation.
     void push(int channel, double t_s, double value) {
         const hnav_status status = is_input(channel) ? hnav_observer_push_input(object_, channel, t_s, value)
                                                      : hnav_observer_push(object_, sensor(channel), t_s, value);
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.missed += 1;
+        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }
 
     // Samples that lead to no estimate are dropped and counted: the simulation goes on.
@@ -275,7 +265,7 @@ private:
         case late: return static_cast<double>(info.late);
         case non_finite: return static_cast<double>(info.non_finite);
         case dropped: return static_cast<double>(info.dropped);
-        case missed: return memory_.missed;
+        case missed: return memory_.sampled.missed;
         default: return count_of_events(role, info);
         }
     }

@@ -1,0 +1,57 @@
+// Several inputs that are samples, each by a clock of its own: which are new at a communication point, and what was lost of them.
+#pragma once
+
+#include "adapter/model.hpp"
+#include "adapter/sampling_clock.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace hnav::fmu {
+
+// False, with the reason, for a period that is too short; 0 means never.
+inline bool check_period(const char* name, double period_s, Message* why) {
+    if (!(period_s > 0) || period_s >= min_period_s) return true;
+    std::snprintf(why->text, sizeof why->text, "%s = %g s is below %g s; 0 means never", name, period_s, min_period_s);
+    return false;
+}
+
+// At most `most` inputs, counted from 0. Eight-byte numbers, saved as they are.
+template <int most>
+struct SampledInputs {
+    SamplingClock clock[most];
+    double missed; // samples that were lost
+    double first_missed; // the input that first lost one, counted from 1; 0 while none has
+
+    // Whether input i is a sample that counts at t_s. now, t_meas_s: as its clock has them.
+    bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
+        if (!clock[i].take(t_s, now, t_meas_s, sample)) return false;
+        // A sensor that is declared invalid has no samples to lose by the time, but those that its counter tells of.
+        if (valid || clock[i].mode == counter) {
+            missed += sample->lost;
+            if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;
+        }
+        return valid;
+    }
+
+    // When the next one of all is due; clocks that were never set are due never.
+    double next_s() const {
+        double next_s = std::numeric_limits<double>::infinity();
+        for (const SamplingClock& each : clock) next_s = std::fmin(next_s, each.next_s());
+        return next_s;
+    }
+
+    bool hold() const { return clock[0].mode == held; }
+
+    // What to say of the first loss. name(i, by_counter): of the counter of input i, or of its period.
+    template <class Name>
+    Lost lost(Name&& name) const {
+        if (first_missed == 0) return {};
+        const int i = static_cast<int>(first_missed) - 1;
+        const bool counted = clock[i].mode == counter;
+        return {name(i, counted), counted ? 0 : clock[i].period_s};
+    }
+};
+
+} // namespace hnav::fmu
