@@ -23,7 +23,7 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName
 from hnav.filters.attitude import Filter
-from hnav.filters.rotations import quaternion_product, rotation_error_rad
+from hnav.rotations import quaternion_product, rotation_error_rad
 from studies.command import study
 
 PERIOD_S = 1000  # after which the motion repeats

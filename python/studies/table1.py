@@ -19,7 +19,7 @@ from rich.table import Table
 
 from hnav.cli.console import bar, show
 from hnav.errors import HnavRuntimeError
-from hnav.filters.rotations import euler_rad
+from hnav.rotations import euler_rad
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.statistics import mean_interval, ratio_interval

@@ -9,12 +9,12 @@ import pytest
 import recorded
 from command_line import hnav
 from hnav.filters.ins import InsOptions
-from hnav.filters.rotations import rotation_error_rad
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.io.truth import read_truth
 from hnav.reference import earth
 from hnav.reports.navigation_scores import navigation_score
+from hnav.rotations import rotation_error_rad
 from studies.ins.vehicles import vehicle
 
 TRUTH = "t_s,lat_deg,lon_deg,alt_m,vn,ve,vd,roll_deg,pitch_deg,heading_deg"

@@ -13,9 +13,9 @@ from browser import LOADED, browse
 from command_line import hnav
 from hnav import Filter, __version__
 from hnav.errors import HnavError
-from hnav.filters.rotations import rotation_error_rad
 from hnav.io.recordings import Recording
 from hnav.reports.recording_run import recording_run
+from hnav.rotations import rotation_error_rad
 from motion import tilted_motion
 
 pytest.importorskip("plotly", reason="plotly is not installed: no report")

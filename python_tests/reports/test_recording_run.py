@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.rotations import rotation_error_rad
 from hnav.reports import plots
 from hnav.reports.recording_run import compare
+from hnav.rotations import continuous_quaternion, rotation_error_rad
 
 RNG_SEED = 20240508
 
@@ -53,7 +53,7 @@ def test_a_turn_is_one_line_of_yaw():
 def test_quaternions_of_one_rotation_are_drawn_without_sign_jumps():
     turning = scalar_first(Rotation.from_euler("z", np.linspace(0.0, 700.0, 200)[:, None], degrees=True))
     flipped = turning * np.where(np.arange(200) % 3 == 0, -1.0, 1.0)[:, None]
-    assert np.abs(np.diff(plots.continuous_quaternion(flipped), axis=0)).max() < 0.05
+    assert np.abs(np.diff(continuous_quaternion(flipped), axis=0)).max() < 0.05
 
 
 def test_the_share_inside_the_band_is_counted():

@@ -8,9 +8,9 @@ import pytest
 from browser import LOADED, browse
 from command_line import hnav
 from hnav.errors import HnavError
-from hnav.filters.rotations import rotation_error_rad
 from hnav.fmi.fmus import fmu_path
 from hnav.reports.pictures import write_pictures
+from hnav.rotations import rotation_error_rad
 from hnav.systems.run_views import estimates, figures, measured_field, truth_component
 from hnav.systems.simulation import Run, read_run, simulate, write_run
 from made_systems import NOISE, make_system, make_turntable

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from command_line import answered
-from hnav.filters.rotations import quaternion_product
 from hnav.io.recordings import Recording
+from hnav.rotations import quaternion_product
 from motion import tilted_motion
 from studies.bench.peers import Peer
 from studies.faults import __main__ as program

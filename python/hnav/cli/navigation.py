@@ -99,13 +99,13 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
         doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict)
         told = Told()
-        write_navigation(wanted.out, pieces(table, run, told), made)
+        write_navigation(wanted.out, runs(table, run, told), made)
     else:
         data = read_navigation(wanted.recording, given, options, reading)
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         doubts = warnings_of(wanted.recording, found, wanted.strict)
         run, told = NavigationRun(options, data.aids, interval_of(data)), Told()
-        parts = list(in_parts(data, run, told))
+        parts = list(runs(InMemory(data), run, told))
         if wanted.out is not None:
             write_navigation(wanted.out, parts, made)
         if wanted.report is not None:
@@ -150,8 +150,8 @@ def run_of_pieces(table: LongTable, options: InsOptions, given: Mapping[str, Aid
     return NavigationRun(options, given, interval_of(first))
 
 
-def pieces(table: LongTable, run: NavigationRun, told: Told) -> Iterator[InsRun]:
-    """Run after run, with a progress bar."""
+def runs(table: LongTable | InMemory, run: NavigationRun, told: Told) -> Iterator[InsRun]:
+    """Piece after piece, with a progress bar."""
     with bar() as progress:
         task = progress.add_task(table.name, total=table.rows)
         for piece in table:
@@ -161,16 +161,17 @@ def pieces(table: LongTable, run: NavigationRun, told: Told) -> Iterator[InsRun]
             progress.advance(task, len(part.t_s))
 
 
-def in_parts(data: Recording, run: NavigationRun, told: Told) -> Iterator[InsRun]:
-    """The same of a recording in memory, whose aids the run has already."""
-    with bar() as progress:
-        task = progress.add_task(data.name, total=len(data.t_s))
-        for begin in range(0, len(data.t_s), ROWS):
+class InMemory:
+    """A recording in pieces, as a long table is; the run has its aids already."""
+
+    def __init__(self, data: Recording):
+        self._data, self.name, self.rows = data, data.name, len(data.t_s)
+
+    def __iter__(self) -> Iterator[Recording]:
+        data = self._data
+        for begin in range(0, self.rows, ROWS):
             rows = slice(begin, begin + ROWS)
-            part = run.go_on(Recording(data.name, data.t_s[rows], data.rate_b_rad_s[rows], data.force_b_m_s2[rows]))
-            told.add(part)
-            yield part
-            progress.advance(task, len(part.t_s))
+            yield Recording(data.name, data.t_s[rows], data.rate_b_rad_s[rows], data.force_b_m_s2[rows])
 
 
 def whole(parts: list[InsRun]) -> InsRun:

@@ -254,7 +254,7 @@ class InsRun:
     @property
     def euler_rad(self) -> Array:
         """n x 3: roll, pitch, yaw."""
-        from hnav.filters.rotations import euler_rad
+        from hnav.rotations import euler_rad
 
         return euler_rad(self.q_nb)
 

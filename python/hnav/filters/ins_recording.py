@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,13 +35,7 @@ def with_aids(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording
     when no time of theirs lies within the recording."""
     begin_s, end_s = float(recording.t_s[0]), float(recording.t_s[-1])
     refuse_other_clock(recording.name, begin_s, end_s, aids)
-    return _replaced(recording, {**recording.aids, **aids})
-
-
-def _replaced(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording:
-    made = copy(recording)
-    object.__setattr__(made, "aids", dict(aids))
-    return made
+    return replace(recording, aids={**recording.aids, **aids})
 
 
 def refuse_other_clock(name: str, begin_s: float, end_s: float, aids: Mapping[str, AidSamples]) -> None:
@@ -136,7 +131,7 @@ def run_recording(recording: Recording, options: InsOptions, every: int = 1) -> 
 
 def without_aids(recording: Recording) -> Recording:
     """The same rows alone."""
-    return _replaced(recording, {})
+    return replace(recording, aids={})
 
 
 def interval_of(recording: Recording) -> float:

@@ -15,11 +15,11 @@ from typing import Protocol
 import numpy as np
 
 from hnav.filters.attitude import HEALTH_SENSORS, Options, empty_run, option_table
-from hnav.filters.rotations import euler_rad
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
+from hnav.rotations import euler_rad
 
 # The FMU of each filter.
 MODELS = {"hrekf": "Hrekf", "ahrs": "Ahrs"}

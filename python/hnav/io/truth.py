@@ -11,6 +11,7 @@ import numpy as np
 from hnav.errors import HnavValueError
 from hnav.io.readers.aid_columns import PER, ROLES, aid_column
 from hnav.io.sample_table import read_sample_table
+from hnav.rotations import continuous_quaternion, quaternion_of_euler
 
 ANGLES = {"roll": "roll", "pitch": "pitch", "heading": "heading", "yaw": "heading"}
 QUATERNION = ("q0", "q1", "q2", "q3")
@@ -50,7 +51,7 @@ class Truth:
         # Across the date line a longitude goes on.
         place = self.place.copy()
         place[known, 1] = np.unwrap(place[known, 1])
-        q = between(_on_one_half(self.q_nb))
+        q = between(continuous_quaternion(self.q_nb))
         return Truth(t_s, between(place), between(self.velocity_n_m_s), q / np.linalg.norm(q, axis=1, keepdims=True), self.angles)
 
 
@@ -86,18 +87,5 @@ def _attitude(columns: dict[str, np.ndarray], n: int) -> tuple[np.ndarray, str]:
     if len(found) < 3:
         return np.full((n, 4), np.nan), "none"
     unit = unit or ("rad" if np.nanmax(np.abs(found["heading"]), initial=0.0) <= 2 * np.pi + 0.01 else "deg")
-    half = [0.5 * (np.radians(found[name]) if unit == "deg" else found[name]) for name in ("roll", "pitch", "heading")]
-    (cr, cp, ch), (sr, sp, sh) = np.cos(half), np.sin(half)
-    q = [cr * cp * ch + sr * sp * sh, sr * cp * ch - cr * sp * sh, cr * sp * ch + sr * cp * sh, cr * cp * sh - sr * sp * ch]
-    return np.stack(q, axis=1), unit
-
-
-def _on_one_half(q: np.ndarray) -> np.ndarray:
-    """Neighbours on the same half of the sphere, so that what lies between them does."""
-    known = np.flatnonzero(np.isfinite(q).all(axis=1))
-    turned = q.copy()
-    if len(known) > 1:
-        signs = np.sign(np.einsum("ij,ij->i", q[known][1:], q[known][:-1]))
-        signs[signs == 0] = 1
-        turned[known[1:]] *= np.cumprod(signs)[:, None]
-    return turned
+    euler = np.stack([found[name] for name in ("roll", "pitch", "heading")], axis=1)
+    return quaternion_of_euler(np.radians(euler) if unit == "deg" else euler), unit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hnav.filters.rotations import euler_rad
+from hnav.rotations import euler_rad
 
 
 def euler_deg(q_nb: np.ndarray) -> np.ndarray:

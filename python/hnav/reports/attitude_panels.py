@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from hnav.filters.rotations import euler_rad
 from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import FAINT, INK, SKY
 from hnav.reports.panels import band, blocks, colour_of, dots, grid_of, line, panel, small, translucent
+from hnav.rotations import euler_rad
 from hnav.systems.results import Run
 from hnav.systems.run_views import (
     SENSORS,

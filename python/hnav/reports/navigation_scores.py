@@ -15,11 +15,11 @@ import numpy as np
 from hnav.errors import HnavValueError
 from hnav.filters.ins import PHASES, InsOptions, InsRun
 from hnav.filters.ins_recording import NavigationRun, interval_of, paired, without_aids
-from hnav.filters.rotations import rotation_error_rad
 from hnav.io.recordings import Recording
 from hnav.io.truth import Truth
 from hnav.native.arrays import Array
 from hnav.reference.earth import axes_at, position_of
+from hnav.rotations import rotation_error_rad
 
 FALSE_RAD = np.radians(5)
 MOST_OUTAGES = 40

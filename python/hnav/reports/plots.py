@@ -34,6 +34,7 @@ from hnav.reports.colours import PURPLE as PURPLE
 from hnav.reports.colours import SKY as SKY
 from hnav.reports.colours import STATE_COLOURS as STATE_COLOURS
 from hnav.reports.colours import VERMILION as VERMILION
+from hnav.rotations import continuous_quaternion
 from hnav.systems.statistics import chi_square_interval
 
 STYLE: dict[Any, Any] = {
@@ -66,17 +67,6 @@ EULER_PITCH_LIMIT_DEG = 80.0
 
 
 # --------------------------------------------------------------------------------------------- what is drawn
-
-
-def continuous_quaternion(q: np.ndarray) -> np.ndarray:
-    """The same rotations (n x 4) with signs chosen so that neighbours lie on the same half of the sphere."""
-    q = q.copy()
-    known = np.flatnonzero(np.isfinite(q).all(axis=1))
-    if len(known):
-        turns = np.sign(np.einsum("ij,ij->i", q[known][1:], q[known][:-1]))
-        turns[turns == 0] = 1
-        q[known[1:]] *= np.cumprod(turns)[:, None]
-    return q
 
 
 def running_mean(t_s: np.ndarray, values: np.ndarray, window_s: float) -> tuple[np.ndarray, np.ndarray]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.filters.attitude import Run
-from hnav.filters.rotations import quaternion_product
 from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
+from hnav.rotations import quaternion_product
 
 # The start is left out of the comparison: the filter has one sample of each sensor there, a device has its past.
 SETTLING_S = 1.0

@@ -12,9 +12,9 @@ import numpy as np
 
 from hnav import __version__
 from hnav.filters.attitude import HEALTH_SENSORS
-from hnav.filters.rotations import quaternion_product
 from hnav.filters.run_summary import NIS_DIMENSIONS
 from hnav.reports.recording_run import RecordingRun
+from hnav.rotations import quaternion_product
 from hnav.systems.results import Run
 from hnav.systems.run_views import TRUTH_ATTITUDE
 

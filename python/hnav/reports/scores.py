@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hnav.filters.rotations import quaternion_product, rotation_error_rad
+from hnav.rotations import quaternion_product, rotation_error_rad
 
 
 class Score(NamedTuple):

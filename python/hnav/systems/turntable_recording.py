@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.rotations import quaternion_product
 from hnav.io.recordings import Recording
+from hnav.rotations import quaternion_product
 
 INTERVAL_S = 0.01
 GRAVITY_M_S2 = 9.80665

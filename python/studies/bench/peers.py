@@ -25,8 +25,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.errors import HnavValueError
-from hnav.filters.rotations import quaternion_product
 from hnav.io.recordings import Recording
+from hnav.rotations import quaternion_product
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 # Stamps that lie farther than this share of an interval from the sensor's grid tell nothing about lost rows.

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from hnav.filters.attitude import Filter, Options
-from hnav.filters.rotations import rotation_error_rad
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording
 from hnav.reports import plots
+from hnav.rotations import rotation_error_rad
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field
 ZOOM_BEGIN_S, ZOOM_S = 47.9, 0.050

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib import rc_context
 
 from hnav.filters.attitude import Filter, Options, Run
-from hnav.filters.rotations import rotation_error_rad
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording
 from hnav.reports import plots
+from hnav.rotations import rotation_error_rad
 
 TRIAL = 3  # slow rotation by hand, undisturbed field
 SHOWN_S = 40.0  # from the first motion on

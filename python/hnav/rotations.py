@@ -23,6 +23,24 @@ def euler_rad(q: np.ndarray) -> np.ndarray:
     ], axis=1)  # fmt: skip
 
 
+def quaternion_of_euler(euler: np.ndarray) -> np.ndarray:
+    """n x 4 of roll, pitch, yaw (n x 3, rad), rotation order z y x; NaN rows stay NaN."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * euler.T), np.sin(0.5 * euler.T)
+    return np.stack([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+                     cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=1)  # fmt: skip
+
+
+def continuous_quaternion(q: np.ndarray) -> np.ndarray:
+    """The same rotations (n x 4) with signs chosen so that neighbours lie on the same half of the sphere."""
+    q = q.copy()
+    known = np.flatnonzero(np.isfinite(q).all(axis=1))
+    if len(known):
+        turns = np.sign(np.einsum("ij,ij->i", q[known][1:], q[known][:-1]))
+        turns[turns == 0] = 1
+        q[known[1:]] *= np.cumprod(turns)[:, None]
+    return q
+
+
 def rotation_error_rad(q_est: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
     """Rotation vector (n x 3, rad, navigation axes) that turns the estimate into the reference.
 
