@@ -56,9 +56,9 @@ function(hnav_fmu_binary binary version name model)
   add_dependencies(fmu_binaries ${binary})
 endfunction()
 
-# The archive of one version: what `describe` writes, the binary, icons and licences, each where the standard wants it.
-function(hnav_fmu_archive target version name folder binary describe filter)
-  if(version EQUAL 2)
+# Where an archive and what belongs to it lie, by version: platform, icons, icons_to, stage, fmu.
+macro(hnav_archive_places version name folder)
+  if(${version} EQUAL 2)
     set(platform linux64)
     set(icons ${folder}/icon.png)
     set(icons_to model.png)
@@ -69,6 +69,11 @@ function(hnav_fmu_archive target version name folder binary describe filter)
   endif()
   set(stage ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${name})
   set(fmu ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${name}.fmu)
+endmacro()
+
+# The archive of one version: what `describe` writes, the binary, icons and licences, each where the standard wants it.
+function(hnav_fmu_archive target version name folder binary describe filter)
+  hnav_archive_places(${version} ${name} ${folder})
   set(licences ${stage}/documentation/licenses)
   set(eigen_licence "")
   if(HNAV_EIGEN_LICENSE)
@@ -137,7 +142,7 @@ function(hnav_add_fmu)
 endfunction()
 
 # hnav_add_observer(Observer Pendulum FOLDER): the FMU around any plant, here around one of ours. What differs from plant to plant is
-# text, which `hnav.systems.observer_system` has written to FOLDER/fmi2 and FOLDER/fmi3.
+# text, which `hnav.systems.observer_system` has written to FOLDER/both, FOLDER/fmi2 and FOLDER/fmi3.
 function(hnav_add_observer name plant texts)
   string(TOLOWER ${name} id)
   string(TOLOWER ${plant} plant_id)
@@ -146,36 +151,27 @@ function(hnav_add_observer name plant texts)
   foreach(version 2 3)
     hnav_fmu_binary(fmi${version}_${id} ${version} ${name} fmu_model_${id})
     if(hnav_runs_here)
-      hnav_observer_archive(${version} ${name} ${id} ${plant} ${plant_id} ${texts}/fmi${version})
+      hnav_observer_archive(${version} ${name} ${id} ${plant} ${plant_id} ${texts})
     endif()
   endforeach()
 endfunction()
 
 function(hnav_observer_archive version name id plant plant_id texts)
-  set(stage ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${name})
-  set(fmu ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${name}.fmu)
   set(folder ${hnav_fmu_folder}/${id})
-  if(version EQUAL 2)
-    set(platform linux64)
-    set(icon ${folder}/icon.png)
-    set(icon_to model.png)
-  else()
-    set(platform ${CMAKE_SYSTEM_PROCESSOR}-linux)
-    set(icon ${folder}/icon.png ${folder}/icon.svg)
-    set(icon_to terminalsAndIcons/)
-  endif()
+  hnav_archive_places(${version} ${name} ${folder})
   set(inside ${stage}/resources/plant/binaries/${platform})
   # The licences are those of the plant, which is ours.
-  file(GLOB_RECURSE written CONFIGURE_DEPENDS ${texts}/*)
+  file(GLOB_RECURSE written CONFIGURE_DEPENDS ${texts}/both/* ${texts}/fmi${version}/*)
   add_custom_command(OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
-    COMMAND ${CMAKE_COMMAND} -E copy_directory ${texts} ${stage}
+    COMMAND ${CMAKE_COMMAND} -E copy_directory ${texts}/both ${stage}
+    COMMAND ${CMAKE_COMMAND} -E copy_directory ${texts}/fmi${version} ${stage}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${inside}
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:fmi${version}_${id}> ${stage}/binaries/${platform}/${name}.so
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:fmi${version}_${plant_id}> ${inside}/${plant}.so
     COMMAND ${CMAKE_COMMAND} -E copy_directory ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${plant}/documentation/licenses
             ${stage}/documentation/licenses
-    COMMAND ${CMAKE_COMMAND} -E copy ${icon} ${stage}/${icon_to}
+    COMMAND ${CMAKE_COMMAND} -E copy ${icons} ${stage}/${icons_to}
     COMMAND ${CMAKE_COMMAND} -E chdir ${stage} ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
     DEPENDS ${written} ${folder}/icon.png ${folder}/icon.svg fmi${version}_${id} ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${plant}.fmu
     COMMENT "FMI ${version}: ${name}.fmu" VERBATIM)

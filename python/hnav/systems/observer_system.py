@@ -23,6 +23,8 @@ from hnav.systems.turntable_system import connector
 
 PLANT = "Pendulum"
 PERIOD_S = 0.02
+VERSIONS = (2, 3)
+EXAMPLE = "resources/example_input.csv"
 EXAMPLE_SAMPLES = 301
 COMPONENTS = {"pendulum": (PLANT, "truth, and samples of its angle"), "observer": ("Observer", "the pendulum by its samples")}
 WIRES = {"measured.value": "angle.value", "measured.sample": "angle.sample", "measured.t_meas": "angle.t_meas"}
@@ -43,10 +45,12 @@ def observer(folder: Path, fmi_version: int) -> Observer:
 
 
 def write_fmu_texts(folder: Path, plan_folder: Path) -> None:
-    """Observer/fmi2 and Observer/fmi3: all of the FMU but its binaries."""
-    for version in (2, 3):
-        for name, text in texts(observer(plan_folder, version), version, PERIOD_S).items():
-            path = folder / "Observer" / f"fmi{version}" / name
+    """All of the FMU but its binaries: Observer/both, what the versions of FMI have in common, Observer/fmi2 and Observer/fmi3."""
+    made = {version: texts(observer(plan_folder, version), version, PERIOD_S) for version in VERSIONS}
+    for version, files in made.items():
+        for name, text in {**files, EXAMPLE: example_input()}.items():
+            same = all(other.get(name, text) == text for other in made.values())
+            path = folder / "Observer" / ("both" if same else f"fmi{version}") / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
 
@@ -99,9 +103,6 @@ def structure() -> str:
 def write_system(folder: Path, plan_folder: Path) -> None:
     """All of them. The FMUs must be built: when variables have changed, build and write twice."""
     write_fmu_texts(folder, plan_folder)
-    for version in (2, 3):
-        path = folder / "Observer" / f"fmi{version}" / "resources" / "example_input.csv"
-        path.write_text(example_input(), encoding="utf-8")
     (folder / "SystemStructure.ssd").write_text(structure(), encoding="utf-8")
 
 
