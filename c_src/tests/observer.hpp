@@ -81,8 +81,8 @@ public:
     // e' P^-1 e
     double nees(const Numbers& truth) const {
         const Numbers x = this->x(), P = this->P();
-        const Eigen::VectorXd e =
-            Eigen::Map<const Eigen::VectorXd>(x.data(), N_) - Eigen::Map<const Eigen::VectorXd>(truth.data(), N_);
+        Eigen::VectorXd e(N_);
+        for (int i = 0; i < N_; ++i) e[i] = x[i] - truth[i];
         return e.dot(Eigen::Map<const Eigen::MatrixXd>(P.data(), N_, N_).ldlt().solve(e));
     }
     hnav_observer_innovation_of innovation(int sensor) const {
