@@ -44,9 +44,18 @@ FmuPlant* FmuPlant::open(const char* folder, Plan& plan, double start_s, Refusal
     plant->plan_ = plan;
     plant->sizes = plan.sizes;
     plant->start_s_ = start_s;
+    plant->list_asked();
     if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) return plant;
     plant->destroy();
     return nullptr;
+}
+
+void FmuPlant::list_asked() {
+    for (int i = 0; i < sizes.outputs; ++i) {
+        const Reference* end = asked_ + asked_count_;
+        asked_as_[i] = static_cast<int>(std::find(static_cast<const Reference*>(asked_), end, plan_.sensor[i]) - asked_);
+        if (asked_as_[i] == asked_count_) asked_[asked_count_++] = plan_.sensor[i];
+    }
 }
 
 bool FmuPlant::load(const char* folder, Refusal& why) {
@@ -320,15 +329,17 @@ bool FmuPlant::offers(Function function, Variable variable) const {
 }
 
 Answer FmuPlant::columns(Function function, Variable variable, double* J) {
-    const Reference* unknown = function == Function::derivatives ? plan_.derivative : plan_.sensor;
+    const bool of_outputs = function == Function::outputs;
+    const Reference* unknown = of_outputs ? asked_ : plan_.derivative;
     const Reference* known = variable == Variable::state           ? plan_.state
                              : variable == Variable::unknown_input ? plan_.input + sizes.known_inputs()
                                                                    : plan_.parameter;
     const int rows = sizes.rows(function), first = sizes.first(variable), N = sizes.estimated();
     for (int k = 0; k < sizes.count(variable); ++k) {
-        const Answer done = keep(fmi_->directional(unknown, rows, known[k], column_), "GetDirectionalDerivative");
+        const Answer done =
+            keep(fmi_->directional(unknown, of_outputs ? asked_count_ : rows, known[k], column_), "GetDirectionalDerivative");
         if (done != Answer::ok) return done;
-        for (int i = 0; i < rows; ++i) J[i * N + first + k] = column_[i];
+        for (int i = 0; i < rows; ++i) J[i * N + first + k] = column_[of_outputs ? asked_as_[i] : i];
     }
     return Answer::ok;
 }

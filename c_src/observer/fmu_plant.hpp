@@ -31,6 +31,7 @@ public:
     void destroy() override;
 
 private:
+    void list_asked();
     bool load(const char* folder, Refusal& why);
     bool start(Refusal& why);
     bool restart();
@@ -58,6 +59,9 @@ private:
     double* held_ = nullptr;
     bool has_gone_on_ = false;
     double next_event_s_ = HUGE_VAL, first_event_s_ = HUGE_VAL;
+    // Variables that sensors read, each once, and which of them a sensor reads: some FMUs answer one that is asked for twice once.
+    std::uint32_t asked_[max_channels_used] = {};
+    int asked_as_[max_channels_used] = {}, asked_count_ = 0;
     // What the instance was given last.
     double inputs_[max_inputs] = {}, parameters_[max_estimated] = {}, column_[max_estimated] = {};
 };

@@ -41,7 +41,7 @@ def test_a_plan_of_a_file_is_the_same_plan(little_fmu, tmp_path):
     ("old", "new", "said"),
     [
         ("[sensor.x]", "[sensors.x]", r"\[sensors\] is no table of a plan"),
-        ("noise = 0.02", "sigma = 0.02", r'\[sensor."x"\] has no sigma; it has gate_nis, noise, unit'),
+        ("noise = 0.02", "sigma = 0.02", r'\[sensor."x"\] has no sigma; it has gate_nis, noise, of, offset, unit'),
         ("noise = 0.02", "", r'\[sensor."x"\] needs noise'),
         ("noise = 0.02", 'noise = "much"', "sensor.x.noise = 'much' is no number"),
         ("[state.v]", "[state.w]", "the plant has no state 'w'"),

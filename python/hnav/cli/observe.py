@@ -12,20 +12,27 @@ from hnav import __version__
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
-from hnav.filters.observer_plan import Plan, read_plan
+from hnav.filters.observer_findings import Finding, findings
+from hnav.filters.observer_plan import Plan, plant_of_file, read_plan
+from hnav.filters.plant import Plant
 from hnav.io.model_description import ModelDescription, Variable, read_model_description
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.sample_table import read_sample_table, sample_table
 from hnav.native.arrays import Array
 
 SHOWN = 12  # variables of a kind
+FEW = 100  # samples tell no offset
+OFFSET = 0.3  # in sigmas of the sensor, that is worth a word
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
 
 
 def command(
     fmu: Annotated[
-        Path, typer.Argument(help="FMU for Model Exchange, FMI 2 or 3. It is native code: it runs with all your rights")
+        Path,
+        typer.Argument(
+            help="FMU for Model Exchange, FMI 2 or 3, or a file of Python with an hnav.Plant. Either runs with all your rights"
+        ),
     ],
     plan: Annotated[
         Path | None,
@@ -56,7 +63,11 @@ def command(
     refuse(fmu, plan, data, tune or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
     if plan is None:
-        tell(read_model_description(fmu), prove)
+        plant = plant_of_file(fmu)
+        if isinstance(plant, Plant):
+            tell_functions(plant, fmu.name)
+        else:
+            tell(read_model_description(plant), prove)
         return
     observer = Observer(read_plan(plan, fmu))
     for sentence in observer.lies():
@@ -95,49 +106,57 @@ Samples = tuple[Array, dict[str, Array], dict[str, Array], dict[str, Array]]
 
 def samples_of(plan: Plan, data: Path) -> Samples:
     """Times, and columns: of sensors, of inputs, all."""
-    t_s, columns = read_sample_table(data)
+    inputs = {name: known.column for name, known in plan.inputs.items()}
+    t_s, columns = read_sample_table(data, {*plan.sensors, *inputs.values()})
     if not any(name in columns for name in plan.sensors):
         raise UsageError(
             f"{data.name} has no column of a sensor: the plan names {', '.join(plan.sensors)}, it has {', '.join(columns)}"
         )
     sensors = {name: column for name, column in columns.items() if name in plan.sensors}
-    return t_s, sensors, {name: column for name, column in columns.items() if name in plan.inputs}, columns
+    return t_s, sensors, {name: columns[column] for name, column in inputs.items() if column in columns}, columns
 
 
 def observe(observer: Observer, data: Path, out: Path | None, report: Path | None) -> None:
     """Estimates from a table, into a table and a page."""
     plan = observer.plan
     t_s, sensors, inputs, columns = samples_of(plan, data)
-    wanted = {*plan.sensors, *plan.inputs}
+    wanted = {*plan.sensors, *(known.column for known in plan.inputs.values())}
     run = observer.run(t_s, sensors, inputs)
+    found = findings(run, plan)
     if out is not None:
         made = plan.plant.name if isinstance(plan.plant, ModelDescription) else "functions"
         write_files({out: sample_table([f"hnav {__version__}", f"observer of {made}", f"samples {data}"], table_of(run))})
     if report is not None:
-        write_page(observer, run, data, report)
+        write_page(observer, run, found, data, report)
     unused = [name for name in columns if name not in wanted]
     missing = sorted(wanted - {*columns})
     if unused:
         say(f"not in the plan, and not used: {', '.join(unused)}")
     if missing:
         say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
-    for line in summary(run):
+    for line in [*summary(run), *offsets(run, plan)]:
         say(line)
+    for one in found[:SHOWN]:
+        say(one.sentence(t_s[0]))
+    if len(found) > SHOWN:
+        say(f"and {len(found) - SHOWN} more, on the page of --report")
     say(f"{len(t_s)} rows to {' and '.join(str(file) for file in (out, report) if file is not None)}")
 
 
-def write_page(observer: Observer, run: ObserverRun, data: Path, report: Path) -> None:
+def write_page(observer: Observer, run: ObserverRun, found: list[Finding], data: Path, report: Path) -> None:
     """The page about a run."""
     # Plotly takes a while to load.
     from hnav.reports.observer_page import write_observer_report
 
     plan = observer.plan
     fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
-    names = [*run.x, *plan.sensors]
-    units = {name: fmu.variables[name].unit for name in names} if fmu is not None else {}
+    variables = {name: name for name in run.x} | {name: sensor.of for name, sensor in plan.sensors.items()}
+    units = {name: fmu.variables[of].unit for name, of in variables.items()} if fmu is not None else {}
     doubts = observer.lies() + ([f"{run.dropped} instants were dropped: the FMU had no answer for them"] if run.dropped else [])
     sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
-    write_observer_report(run, report, f"{fmu.name if fmu is not None else 'observer'} · {data.name}", units, sigmas, doubts)
+    write_observer_report(
+        run, report, f"{fmu.name if fmu is not None else 'observer'} · {data.name}", units, sigmas, doubts, found
+    )
 
 
 def table_of(run: ObserverRun) -> dict[str, Array]:
@@ -179,6 +198,22 @@ def summary(run: ObserverRun) -> list[str]:
     return lines
 
 
+def offsets(run: ObserverRun, plan: Plan) -> list[str]:
+    """A line for each sensor that reads too much or too little in the mean, by what matters beside its noise."""
+    lines = []
+    for name, innovation in run.innovation.items():
+        used = innovation[np.isfinite(innovation)]
+        if len(used) < FEW:
+            continue
+        mean, deviation = float(np.median(used)), float(used.std())
+        if abs(mean) > max(OFFSET * plan.sensors[name].noise, 5 * deviation / np.sqrt(len(used))):
+            direction = "more" if mean > 0 else "less"
+            lines.append(
+                f"{name} reads {abs(mean):.3g} {direction} than expected in the median: an offset of {-mean:.3g} in its table takes it away"
+            )
+    return lines
+
+
 def tell_noises(observer: Observer, data: Path) -> None:
     """The most likely noises, as lines for the plan, and what is to be known of them."""
     from hnav.filters.observer_tuning import AHEAD, tune
@@ -204,6 +239,21 @@ def tell_noises(observer: Observer, data: Path) -> None:
 # --------------------------------------------------------------------------------------------- what there is
 
 
+def tell_functions(plant: Plant, name: str) -> None:
+    """Of a plant in Python: what there is, and a plan to start with."""
+    plan = Plan(plant)
+    for sensor in plant.sensors:
+        plan.sensor(sensor, noise=0.01)
+    for state, start in plant.states.items():
+        plan.state(state, start_sigma=0.1 * (abs(start) or 1.0), noise=0.01 * (abs(start) or 1.0))
+    for input in plant.inputs:
+        plan.input(input)
+    say(f"{name}: functions in Python, {len(plant.states)} states")
+    for kind, names in (("parameters that may be estimated", plant.parameters), ("inputs", plant.inputs)):
+        say(f"{kind}: {', '.join(names) or 'none'}")
+    tell_plan(plan, name)
+
+
 def tell(fmu: ModelDescription, prove: bool) -> None:
     """What there is, what its derivatives are worth, and a plan to start with."""
     tell_variables(fmu)
@@ -213,13 +263,16 @@ def tell(fmu: ModelDescription, prove: bool) -> None:
         say(sentence)
     if prove:
         tell_proof(observer)
+    tell_plan(plan, fmu.path.name)
+
+
+def tell_plan(plan: Plan, fmu: str) -> None:
     for line in (
         "",
         "A plan to start with; put what you know of your sensors, of the start and of what disturbs the states:",
         "",
+        *text_of(plan, fmu),
     ):
-        say(line)
-    for line in text_of(plan, fmu.path.name):
         say(line)
 
 

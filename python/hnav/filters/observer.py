@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
-from hnav.filters.observer_plan import Estimated, Plan
+from hnav.filters.observer_plan import Estimated, Input, Plan, Sensor
 from hnav.filters.plant import Asked, Plant
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
@@ -191,7 +191,9 @@ class Observer(StatefulObject):
 
     def _create_of_functions(self, plant: Plant) -> None:
         plan = self.plan
-        asked = self._asked = Asked(plant, [*plan.sensors], [*plan.inputs, *plan.unknown_inputs], [*plan.parameters])
+        asked = self._asked = Asked(
+            plant, [sensor.of for sensor in plan.sensors.values()], [*plan.inputs, *plan.unknown_inputs], [*plan.parameters]
+        )
         struct = new(
             "hnav_plant", n_states=len(plan.states), n_inputs=len(plan.inputs) + len(plan.unknown_inputs),
             n_unknown_inputs=len(plan.unknown_inputs), n_parameters=len(plan.parameters), n_outputs=len(plan.sensors), **asked.sizes, **asked.functions,
@@ -229,8 +231,9 @@ class Observer(StatefulObject):
         self._call("push", index, t_s, known.factor * value + known.offset)
 
     def push_input(self, input: str, t_s: float, value: float) -> None:
-        """A known input has this value from t_s on."""
-        self._call("push_input", self._index(input, self.plan.inputs, "input"), t_s, value)
+        """A known input has this value, times its factor, from t_s on."""
+        index, known = self._index(input, self.plan.inputs, "input"), self.plan.inputs[input]
+        self._call("push_input", index, t_s, known.factor * value + known.offset)
 
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate there. Raises HnavRuntimeError where the plant had no answer: those samples
@@ -292,10 +295,9 @@ class Observer(StatefulObject):
         not given have none. An instant for which the plant has no answer is dropped and counted."""
         plan, t = self.plan, times(t_s)
         n, N, m = len(t), len(self.names), len(plan.sensors)
-        seen = _columns(sensors, plan.sensors, n, "sensor")
+        seen = _converted(_columns(sensors, plan.sensors, n, "sensor"), plan.sensors)
         scale = np.array([s.factor for s in plan.sensors.values()])
-        seen = seen * scale + np.array([s.offset for s in plan.sensors.values()])
-        held = _columns(inputs or {}, plan.inputs, n, "input")
+        held = _converted(_columns(inputs or {}, plan.inputs, n, "input"), plan.inputs)
         x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
         innovation, nis, likelihood, events = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n)
         ready, parts = np.empty(n, np.uint8), np.empty(n, np.uint8)
@@ -357,12 +359,18 @@ def _columns(given: Mapping[str, npt.ArrayLike], names: Mapping[str, object], n:
     return columns
 
 
+def _converted(columns: Array, known: Mapping[str, Sensor] | Mapping[str, Input]) -> Array:
+    """Samples in the plant's units."""
+    factors, offsets = (np.array([getattr(one, name) for one in known.values()]) for name in ("factor", "offset"))
+    return np.asarray(columns * factors + offsets)
+
+
 def _statistics(plan: Plan, plant: Plant) -> dict[str, Array]:
     """The rows of hnav_observer_statistics; a start that is not told is the plant's."""
     own = {**plant.states, **plant.inputs, **plant.parameters}
     known: dict[str, Estimated] = {**plan.states, **plan.unknown_inputs, **plan.parameters}
     start = {name: own[name] if math.isnan(told.start) else told.start for name, told in known.items()}
-    inputs = {name: own[name] if math.isnan(told) else told for name, told in plan.inputs.items()}
+    inputs = {name: own[name] if math.isnan(told.start) else told.start for name, told in plan.inputs.items()}
     rows = dict(
         start=start.values(), start_sigma=[k.start_sigma for k in known.values()], noise=[k.noise for k in known.values()],
         nominal=[k.nominal or 1.0 for k in known.values()], ready_sigma=[k.ready_sigma for k in known.values()], time_constant_s=[k.time_constant_s for k in plan.unknown_inputs.values()],

@@ -164,15 +164,15 @@ def _sampled(kind: str, index: int, name: str) -> list[Row]:
 
 def _inputs(observer: Observer) -> Iterator[Row]:
     fmu, plan = plant_of(observer), observer.plan
-    for k, name in enumerate(plan.sensors):
-        start = fmu.variables[name].start
+    for k, (name, sensor) in enumerate(plan.sensors.items()):
+        start = fmu.variables[sensor.of].start
         yield Row("sensor_value", k, f"{name}.value", "Sample of this variable of the plant", causality="input",
-                  unit=_unit(observer, name), start=start if start == start else 0.0)  # fmt: skip
+                  unit=_unit(observer, sensor.of), start=start if start == start else 0.0)  # fmt: skip
         yield from _sampled("sensor", k, name)
         yield Row("sensor_valid", k, f"{name}.valid", "False: the sample is not used", "boolean", "input", start=1)
-    for k, (name, start) in enumerate(plan.inputs.items()):
+    for k, (name, told) in enumerate(plan.inputs.items()):
         own = fmu.variables[name].start
-        known = start if start == start else own if own == own else 0.0
+        known = told.start if told.start == told.start else own if own == own else 0.0
         yield Row("input_value", k, f"{name}.value", "Input of the plant, held from sample to sample", causality="input",
                   unit=_unit(observer, name), start=known)  # fmt: skip
         yield from _sampled("input", k, name)
@@ -207,7 +207,13 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     for k, (name, sensor) in enumerate(plan.sensors.items()):
         noise = abs(sensor.factor) * sensor.noise
         yield _parameter(
-            "sensor_noise", k, f"{name}.noise", "Standard deviation of a sample", noise, _unit(observer, name), is_difference=True
+            "sensor_noise",
+            k,
+            f"{name}.noise",
+            "Standard deviation of a sample",
+            noise,
+            _unit(observer, sensor.of),
+            is_difference=True,
         )
         text = "NIS beyond which a sample is used with more noise, once ready; 0: never"
         yield _parameter("sensor_gate", k, f"{name}.gate_nis", text, sensor.gate_nis)
@@ -244,8 +250,8 @@ def _outputs(observer: Observer) -> Iterator[Row]:
         for j in range(i, N):
             text = f"Covariance of {observer.names[i]} and {observer.names[j]}"
             yield Row("covariance", i * N + j, f"cov[{i + 1},{j + 1}]", text, variability="continuous")
-    for k, name in enumerate(observer.plan.sensors):
-        unit = _unit(observer, name)
+    for k, (name, sensor) in enumerate(observer.plan.sensors.items()):
+        unit = _unit(observer, sensor.of)
         yield Row("innovation", k, f"innov.{name}", "Innovation of its newest used sample: measured minus expected", unit=unit,
                   is_difference=True)  # fmt: skip
         yield Row("innovation_sigma", k, f"innov_sigma.{name}", "Standard deviation that was expected of it", unit=unit,

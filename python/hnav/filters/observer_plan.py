@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import runpy
 import tomllib
 from collections.abc import Iterable, Mapping
 from copy import copy
@@ -46,6 +47,22 @@ class Sensor:
     """From its unit to the plant's."""
     offset: float = 0.0
     """In the plant's unit."""
+    of: str = ""
+    """The variable of the plant that it reads."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """A known input: value of the plant = factor * sample + offset."""
+
+    start: float = math.nan
+    """Before its first sample, in the plant's unit; NaN: the plant's own."""
+    column: str = ""
+    """Its samples in a table."""
+    factor: float = 1.0
+    """From a sample to the plant's unit."""
+    offset: float = 0.0
+    """In the plant's unit."""
 
 
 class Plan:
@@ -64,7 +81,7 @@ class Plan:
         self.states: dict[str, Estimated] = dict.fromkeys(self._state_names(), Estimated())
         self.unknown_inputs: dict[str, Estimated] = {}
         self.parameters: dict[str, Estimated] = {}
-        self.inputs: dict[str, float] = {}
+        self.inputs: dict[str, Input] = {}
         self.sensors: dict[str, Sensor] = {}
         self.set_values: dict[str, float] = {}
         self.options: dict[str, Any] = {}
@@ -115,24 +132,33 @@ class Plan:
         self.unknown_inputs[name] = Estimated(start, start_sigma, noise, ready_sigma, time_constant_s)
         return self
 
-    def input(self, name: str, *, start: float = math.nan) -> Self:
-        """An input that is sampled; start: before its first sample, NaN for the plant's own. Others stay at their start."""
+    def input(
+        self, name: str, *, start: float = math.nan, column: str = "", factor: float = 1.0, unit: str = ""
+    ) -> Self:  # fmt: skip
+        """An input that is sampled. start: before its first sample, in the plant's unit, NaN for the plant's own. column: in a table of
+        samples, its own name if none is told. factor: what a sample is multiplied with, as the power of a heater that is recorded as 0
+        and 1; unit: of the product, the plant's if none is told. Inputs that are not named stay at their start."""
         self._input(name)
+        scale, offset = self._converted(name, "an input", unit)
+        _check(name, nonzero_factor=abs(factor))
         self.unknown_inputs.pop(name, None)
-        self.inputs[name] = start
+        self.inputs[name] = Input(start, column or name, scale * factor, offset)
         return self
 
-    def sensor(self, name: str, *, noise: float, gate_nis: float = 0.0, unit: str = "") -> Self:
+    def sensor(
+        self, name: str, *, noise: float, gate_nis: float = 0.0, unit: str = "", of: str = "", offset: float = 0.0
+    ) -> Self:  # fmt: skip
         """noise: sigma of a sample, in unit; unit: of the samples, the plant's if none is told; gate_nis: NIS beyond which a sample is
-        used with more noise, once the estimate is ready, 0 for never."""
-        factor, offset = 1.0, 0.0
+        used with more noise, once the estimate is ready, 0 for never. of: the variable that it reads, where that has another name, as
+        when several sensors read one; offset: added to its samples, in their unit."""
+        of = of or name
         if isinstance(self.plant, Plant):
-            _among(name, "sensor", self.plant.sensors)
-        else:
-            variable = self._real(name, "a sensor")
-            factor, offset = _conversion(self.plant, variable, unit)
+            _among(of, "sensor", self.plant.sensors)
+        factor, shift = self._converted(of, "a sensor", unit)
         _check(name, sensor_noise=noise, gate_nis=gate_nis)
-        self.sensors[name] = Sensor(noise, gate_nis, factor, offset)
+        if not math.isfinite(offset):
+            raise HnavValueError("option", f"offset of {name} is {offset:g}: it must be finite", "offset")
+        self.sensors[name] = Sensor(noise, gate_nis, factor, shift + factor * offset, of)
         return self
 
     def set(self, name: str, value: float) -> Self:
@@ -175,6 +201,14 @@ class Plan:
                 self.plant, name, f"{name} is no input but {variable.causality}; inputs: {', '.join(inputs) or 'none'}"
             )
 
+    def _converted(self, name: str, role: str, unit: str) -> tuple[float, float]:
+        """Factor and offset from samples in a unit to a variable."""
+        if not isinstance(self.plant, Plant):
+            return _conversion(self.plant, self._real(name, role), unit)
+        if unit:
+            raise _impossible(self.plant, name, f"{name}: a plant of functions has no units: convert the samples")
+        return 1.0, 0.0
+
     def _real(self, name: str, role: str) -> Variable:
         """A variable of the FMU that can have this role."""
         assert isinstance(self.plant, ModelDescription)
@@ -197,14 +231,14 @@ class Plan:
         lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]
         for (state, derivative), known in zip(fmu.states, self.states.values()):
             lines.append(f"state {state.reference} {derivative.reference} {_numbers(known)} {state.name}")
-        for name, start in self.inputs.items():
+        for name, input in self.inputs.items():
             variable = fmu.variables[name]
-            lines.append(f"input {variable.reference} {variable.variability == 'discrete':d} {_text(start)} {name}")
-        for name, known in self.unknown_inputs.items():
-            lines.append(f"unknown {fmu.variables[name].reference} {_numbers(known)} {_text(known.time_constant_s)} {name}")
+            lines.append(f"input {variable.reference} {variable.variability == 'discrete':d} {_text(input.start)} {name}")
+        for name, told in self.unknown_inputs.items():
+            lines.append(f"unknown {fmu.variables[name].reference} {_numbers(told)} {_text(told.time_constant_s)} {name}")
         lines += [f"parameter {fmu.variables[n].reference} {_numbers(known)} {n}" for n, known in self.parameters.items()]
         for name, sensor in self.sensors.items():
-            variable = fmu.variables[name]
+            variable = fmu.variables[sensor.of]
             noise = abs(sensor.factor) * sensor.noise
             lines.append(
                 f"sensor {variable.reference} {variable.causality == 'output':d} {_text(noise)} {_text(sensor.gate_nis)} {name}"
@@ -221,14 +255,16 @@ def _numbers(known: Estimated) -> str:
     return " ".join(_text(v) for v in (known.start, known.start_sigma, known.noise, known.nominal, known.ready_sigma))
 
 
-_ABOVE_0 = ("sensor_noise", "ready_sigma")
+_ABOVE_0 = ("sensor_noise", "ready_sigma", "nonzero_factor")
 
 
 def _check(name: str, **values: float) -> None:
     for key, value in values.items():
-        if not (value > 0 if key in _ABOVE_0 else value >= 0):
+        if not (value > 0 if key in _ABOVE_0 else value >= 0) or (key == "nonzero_factor" and not math.isfinite(value)):
             bound = "above 0" if key in _ABOVE_0 else "at least 0"
-            raise HnavValueError("option", f"{key.removeprefix('sensor_')} of {name} is {value:g}: it must be {bound}", key)
+            shown = key.removeprefix("sensor_").removeprefix("nonzero_")
+            bound = "finite and not 0" if key == "nonzero_factor" else bound
+            raise HnavValueError("option", f"{shown} of {name} is {value:g}: it must be {bound}", shown)
 
 
 def _refuse_events(fmu: ModelDescription) -> None:
@@ -283,13 +319,27 @@ def _factor(own: Unit, given: Unit) -> tuple[float, float]:
 # --------------------------------------------------------------------------------------------- files
 
 
+def plant_of_file(path: Path | str) -> Path | Plant:
+    """The plant in a file of Python, which is run; other files are FMUs. Raises HnavValueError where there is none, or more than one."""
+    path = Path(path)
+    if path.suffix != ".py":
+        return path
+    if not path.is_file():
+        raise HnavValueError("file", f"{path}: there is no such file", "fmu")
+    plants = {id(value): value for value in runpy.run_path(str(path)).values() if isinstance(value, Plant)}
+    if len(plants) != 1:
+        raise HnavValueError("option", f"{path.name} has {len(plants) or 'no'} hnav.Plant at its top: it needs one", "fmu")
+    return plants.popitem()[1]
+
+
 _TABLES: Mapping[str, frozenset[str]] = {
-    "sensor": frozenset({"noise", "gate_nis", "unit"}),
-    "input": frozenset({"start"}),
+    "sensor": frozenset({"noise", "gate_nis", "unit", "of", "offset"}),
+    "input": frozenset({"start", "column", "factor", "unit"}),
     "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal"}),
     "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma"}),
     "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma"}),
 }
+_WORDS = ("unit", "of", "column")
 _NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
 
 
@@ -331,7 +381,8 @@ def _plan_of(data: dict[str, Any], folder: Path, fmu: Path | str | None) -> Plan
     plant = data.get("plant", {})
     if fmu is None and "fmu" not in plant:
         raise HnavValueError("option", "[plant] names no fmu", "fmu")
-    plan = Plan(fmu if fmu is not None else folder / str(plant["fmu"]), memoryless=bool(plant.get("memoryless", False)))
+    model = fmu if fmu is not None else folder / str(plant["fmu"])
+    plan = Plan(plant_of_file(model), memoryless=bool(plant.get("memoryless", False)))
     for name, value in plant.get("set", {}).items():
         plan.set(name, _number(value, f"plant.set.{name}"))
     for table in _TABLES:
@@ -352,7 +403,16 @@ def _entry(table: str, name: str, entry: object) -> dict[str, Any]:
     needed = _NEEDED.get(table)
     if needed is not None and needed not in entry:
         raise HnavValueError("option", f'[{table}."{name}"] needs {needed}', name)
-    return {key: value if key == "unit" else _number(value, f"{table}.{name}.{key}") for key, value in entry.items()}
+    return {
+        key: _word(value, f"{table}.{name}.{key}") if key in _WORDS else _number(value, f"{table}.{name}.{key}")
+        for key, value in entry.items()
+    }
+
+
+def _word(value: object, name: str) -> str:
+    if not isinstance(value, str):
+        raise HnavValueError("option", f"{name} = {value!r} is no text: write it in quotes", name)
+    return value
 
 
 def _number(value: object, name: str) -> float:

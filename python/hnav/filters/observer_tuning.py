@@ -20,11 +20,13 @@ from scipy.optimize import minimize
 
 from hnav.errors import HnavError, HnavValueError
 from hnav.filters.observer import Observer, ObserverOptions
+from hnav.filters.observer_findings import findings
 from hnav.filters.observer_plan import Plan
 from hnav.native.arrays import Array
 
 AHEAD = 10  # samples that a prediction goes ahead
 _RANGE = math.log(1e4)  # of a factor
+_ENOUGH = 0.05  # nats, about: what a better step has to bring
 _NATS = 2.0  # that half or twice of a noise must cost to be determined
 
 
@@ -41,7 +43,8 @@ class Tuned:
     undetermined: tuple[str, ...]
     """Noises of which half or twice is about as likely."""
     ahead_nis: dict[str, float]
-    """By sensor: mean NIS of predictions over AHEAD samples. Far above 1: the model is wrong, not its noise."""
+    """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far above 1: the model is wrong, not
+    its noise."""
 
 
 def tune(
@@ -78,7 +81,8 @@ def tune(
         return -max(likelihood(logs), worst)
 
     bounds = [(-_RANGE, _RANGE)] * len(names)
-    stop: Any = {"eps": 0.02, "ftol": 1e-7, "maxiter": 60}
+    count = sum(int(np.isfinite(values).sum()) for values in seen.values())
+    stop: Any = {"eps": 0.02, "ftol": _ENOUGH / max(count, 1), "maxiter": 60}
     found = minimize(unlikelihood, np.zeros(len(names)), method="L-BFGS-B", bounds=bounds, options=stop)
     best, logs = -float(found.fun), np.asarray(found.x)
     factors = dict(zip(names, np.exp(logs).tolist()))
@@ -124,5 +128,9 @@ def _ahead(
         sparse[name] = np.full(len(values), math.nan)
         sparse[name][there[::AHEAD]] = values[there[::AHEAD]]
     run = Observer(plan, options).run(t_s, sparse, inputs)
-    used = {name: nis[np.isfinite(nis)][AHEAD:] for name, nis in run.nis.items()}
+    usual = np.ones(len(run.t_s), bool)
+    for one in findings(run, plan):
+        if one.kind == "away":
+            usual &= (run.t_s < one.start_s) | (run.t_s > one.end_s)
+    used = {name: nis[np.isfinite(nis) & usual][AHEAD:] for name, nis in run.nis.items()}
     return {name: float(nis.mean()) if len(nis) else math.nan for name, nis in used.items()}

@@ -11,9 +11,10 @@ import numpy as np
 
 from hnav import __version__
 from hnav.filters.observer import ObserverRun
+from hnav.filters.observer_findings import Finding, moment
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
-from hnav.reports.colours import BLUE, GREEN, INK, VERMILION
+from hnav.reports.colours import BLUE, GREEN, INK, ORANGE, VERMILION
 from hnav.reports.page import document, heading_of
 from hnav.reports.panels import Panel, band, dots, grid_of, line, panel_of, table
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 WINDOW = 50  # samples of a running mean, as the observer's own
+MOST_MARKS = 100  # of each kind, that a browser draws quickly
 USUAL_MEAN = (0.47, 1.79)  # where 99.9 % of such means of NIS lie
 
 
@@ -34,19 +36,23 @@ class View:
     """Of estimates and sensors; a name without one is left out."""
     sensors: dict[str, float]
     """Their sigmas."""
+    found: list[Finding]
+    """What stood out."""
 
     def label(self, name: str) -> str:
         return f"{name} / {self.units[name]}" if self.units.get(name) else name
 
 
 def write_observer_report(
-    run: ObserverRun, file: Path, title: str, units: dict[str, str], sensors: dict[str, float], doubts: list[str]
-) -> None:
+    run: ObserverRun, file: Path, title: str, units: dict[str, str], sensors: dict[str, float], doubts: list[str],
+    found: list[Finding],
+) -> None:  # fmt: skip
     """Writes one HTML page that needs no network. Raises HnavError if it cannot be written.
 
-    units: of estimates and sensors, by name; sensors: their sigmas; doubts: what stands in warning at the head.
+    units: of estimates and sensors, by name; sensors: their sigmas; doubts: what stands in warning at the head;
+    found: intervals that stand out.
     """
-    seen: Any = View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sensors)
+    seen: Any = View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sensors, found)
     panels = [panel for panel in PANELS if panel.applies(seen)]
     write_files({file: document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
 
@@ -70,7 +76,20 @@ def _rows(seen: View, names: list[str], draw: Callable[[go.Figure, int, str], No
     for row, name in enumerate(names, 1):
         draw(figure, row, name)
         figure.update_yaxes(title_text=seen.label(name), row=row, col=1)
+    _mark(figure, seen)
     return figure
+
+
+def _mark(figure: go.Figure, seen: View) -> None:
+    """What stood out as bands of time, events of the plant as lines."""
+    if len(seen.t_s) == 0:
+        return
+    for one in seen.found[:MOST_MARKS]:
+        start, end = one.start_s - seen.run.t_s[0], one.end_s - seen.run.t_s[0]
+        figure.add_vrect(x0=start, x1=end, fillcolor=ORANGE, opacity=0.12, line_width=0, layer="below")
+    happened = np.flatnonzero(np.diff(np.round(seen.run.plant_events)) > 0) + 1
+    for t_s in seen.t_s[happened[:MOST_MARKS]]:
+        figure.add_vline(x=float(t_s), line_width=0.6, line_dash="dot", line_color=INK, layer="below")
 
 
 def _estimates(seen: View) -> go.Figure:
@@ -113,6 +132,23 @@ def _running_mean(values: Array) -> Array:
     return np.asarray((sums[ends] - sums[starts]) / (ends - starts))
 
 
+def _findings(seen: View) -> str:
+    origin = seen.run.t_s[0]
+    return table(
+        ["what stood out", "from", "to"],
+        [[one.what, moment(one.start_s, origin), moment(one.end_s, origin)] for one in seen.found],
+    )
+
+
+def _events(seen: View) -> go.Figure:
+    figure = grid_of(2, 1)
+    figure.add_trace(line(seen.t_s, seen.run.plant_events, BLUE, "events of the plant", True), 1, 1)
+    figure.add_trace(line(seen.t_s, seen.run.parts.astype(float), VERMILION, "parts of the estimate", True), 2, 1)
+    for row, title in ((1, "events"), (2, "parts")):
+        figure.update_yaxes(title_text=title, rangemode="tozero", row=row, col=1)
+    return figure
+
+
 def _end(seen: View) -> str:
     run = seen.run
     rows = [[name, f"{run.x[name][-1]:.6g}", f"{run.sigma[name][-1]:.2g}", seen.units.get(name, "")] for name in run.x]
@@ -144,6 +180,10 @@ def _has_rows(seen: View) -> bool:
 PANELS = (
     _panel("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
     _panel("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
+    _panel("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
+           "innovations larger than told: the bands of time in the figures.", _findings, lambda seen: bool(seen.found)),
+    _panel("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
+           "figures.", _events, lambda seen: bool((seen.run.plant_events > 0).any() or (seen.run.parts > 1).any())),
     _panel("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
            _has_rows),
     _panel("nis", "Normalised innovations", "1 where noises are as told. Above the band: more noise than told, or a wrong model; below: "

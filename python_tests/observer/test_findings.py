@@ -1,0 +1,135 @@
+"""What stands out in a run: a lid that was opened, samples beyond their gate."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hnav
+from command_line import answered
+from command_line import hnav as command
+from hnav.filters.observer import Observer
+from hnav.filters.observer_findings import findings, moment
+from hnav.filters.observer_plan import read_plan
+from hnav.io.sample_table import read_sample_table
+from observer.test_fmu_plants import T_S, little_plan, samples
+from studies import thermal_box
+
+HOURS = 0.8
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    """A folder with the model, its plan and a recording in which the lid is open for three minutes."""
+    folder = tmp_path_factory.mktemp("box")
+    thermal_box.write_example(folder, HOURS)
+    return folder
+
+
+def test_an_opened_lid_is_found(box):
+    columns = thermal_box.recorded(np.random.default_rng(3), HOURS)
+    result = thermal_box.observed(read_plan(box / "plan.toml"), columns, HOURS, tuned=False)
+    assert (result.missed, result.false) == (0, 0)
+    assert 0 <= result.late_s[0] < 20 and 0 <= result.long_s[0] < 40
+
+
+def test_the_same_as_an_fmu_with_tuned_noises(plants):
+    columns = thermal_box.recorded(np.random.default_rng(3), HOURS)
+    result = thermal_box.observed(thermal_box.plan_of_model()[1], columns, HOURS)
+    assert (result.missed, result.false) == (0, 0)
+    assert all(0.8 < nis < 1.2 for nis in result.nis)
+
+
+def test_the_command_names_the_interval(box):
+    page = box / "page.html"
+    pytest.importorskip("plotly", reason="Plotly is not installed: no pages")
+    told = command("observe", box / "box.py", "--plan", box / "plan.toml", "--data", box / "recording.csv", "--report", page)
+    assert told.returncode == 0, told.stderr
+    assert "G_box was beyond 3 sigma of its usual 0.9" in told.stdout
+    assert "from 2406 s (2020-09-13 13:06:49 UTC) to 2604 s (2020-09-13 13:10:07 UTC)" in told.stdout
+    assert "T2 reads 0.28 more than expected in the median: an offset of -0.28 in its table takes it away" in told.stdout
+    assert "not in the plan, and not used: fan_on" in told.stdout
+    assert 'id="findings"' in page.read_text() and 'id="events"' not in page.read_text()
+
+
+def test_a_file_of_python_is_a_plant(box, tmp_path):
+    told = command("observe", box / "box.py")
+    assert told.returncode == 0 and "box.py: functions in Python, 2 states" in told.stdout
+    plan = tmp_path / "plan.toml"
+    plan.write_text(told.stdout[told.stdout.index("[plant]") :])
+    fits = command("observe", box / "box.py", "--plan", plan)
+    assert fits.stdout == "box.py and plan.toml fit: heater, air by air\n", fits.stderr
+    (tmp_path / "none.py").write_text("x = 1\n")
+    assert "none.py has no hnav.Plant at its top" in command("observe", tmp_path / "none.py").stderr
+    assert "there is no such file" in command("observe", tmp_path / "missing.py").stderr
+
+
+def test_several_sensors_read_one_variable_each_with_its_offset(little_fmu):
+    """One reads what the plant says, the other is off by a metre and in millimetres."""
+    y = samples()
+    plan = little_plan(little_fmu)
+    plan.sensor("second", of="x", noise=20, unit="mm", offset=-1000)
+    run = Observer(plan).run(T_S, {"x": y, "second": 1000 * y + 1000})
+    assert run.innovation["second"] == pytest.approx(1000 * run.innovation["x"], abs=1e-6)
+    # Two samples of one noise are one of half its variance.
+    once = Observer(little_plan(little_fmu).sensor("x", noise=0.02 / np.sqrt(2))).run(T_S, {"x": y})
+    assert run.x["v"] == pytest.approx(once.x["v"], abs=1e-9)
+    with pytest.raises(hnav.HnavValueError, match="no variable 'zz'"):
+        plan.sensor("third", of="zz", noise=1)
+
+
+def test_an_input_has_its_column_and_factor(little_fmu):
+    plan, scaled = little_plan(little_fmu), little_plan(little_fmu).input("u", column="switch", factor=2.5)
+    switch = np.sin(T_S)
+    run, expected = (
+        Observer(p).run(T_S, {"x": samples()}, {"u": u}) for p, u in ((scaled, switch), (plan.input("u"), 2.5 * switch))
+    )
+    assert np.array_equal(run.x["v"], expected.x["v"]) and scaled.inputs["u"].column == "switch"
+    with pytest.raises(hnav.HnavValueError, match="factor of u is 0"):
+        plan.input("u", factor=0)
+
+
+def test_samples_beyond_the_gate_are_one_interval(little_fmu):
+    y = samples()
+    y[60:64] += 2.0
+    plan = little_plan(little_fmu).sensor("x", noise=0.02, gate_nis=10.8)
+    (found,) = [one for one in findings(Observer(plan).run(T_S, {"x": y}), plan) if one.kind == "beyond its gate"]
+    assert found.start_s == T_S[60] and found.end_s == T_S[63]
+    assert found.sentence().startswith("x: ") and " samples beyond the gate from 3 s to " in found.sentence()
+
+
+def test_nothing_is_found_where_all_is_as_told(little_fmu):
+    plan = little_plan(little_fmu)
+    assert findings(Observer(plan).run(T_S, {"x": samples()}), plan) == []
+    assert findings(Observer(plan).run(T_S[:0], {"x": samples()[:0]}), plan) == []
+
+
+def test_moments_are_told_from_an_origin():
+    assert moment(12.5, 10) == "2.5 s" and moment(1.6e9 + 1, 1.6e9) == "1 s (2020-09-13 12:26:41 UTC)"
+
+
+def test_the_study_has_a_row(monkeypatch):
+    monkeypatch.delenv("HNAV_PLANTS", raising=False)
+    monkeypatch.setattr(thermal_box, "tune", lambda plan, *_: type("Tuned", (), {"plan": plan}))
+    told = answered(thermal_box.main, "--runs", "1", "--hours", "0.75")
+    assert told.returncode == 0 and "functions in Python" in told.stdout, told.stderr
+
+
+def test_times_of_recordings(tmp_path):
+    def times(name, *cells):
+        (tmp_path / "r.csv").write_text("\n".join([f"{name},on,note", *(f"{c},{s},x" for c, s in zip(cells, ("True", "off")))]))
+        return read_sample_table(tmp_path / "r.csv", {"on"})
+
+    expected = [1600000000.0, 1600000003.5]
+    for name, cells in (
+        ("time", ("1600000000", "1600000003.5")), ("time", ("1600000000000000000", "1600000003500000000")),
+        ("timestamp", ("1600000000000", "1600000003500")), ("t", ("2020-09-13 12:26:40", "2020-09-13T12:26:43.5")),
+        ("t", ("2020-09-13 14:26:40+02:00", "2020-09-13T12:26:43.5Z")),
+    ):  # fmt: skip
+        t_s, columns = times(name, *cells)
+        assert t_s == pytest.approx(expected, abs=1e-6)
+        assert columns["on"].tolist() == [1, 0] and np.isnan(columns["note"]).all()
+    with pytest.raises(hnav.HnavValueError, match="t is no time in row 2: soon"):
+        times("t", "2020-09-13 12:26:40", "soon")
+    with pytest.raises(hnav.HnavValueError, match="note is no number in row 1: x"):
+        read_sample_table(tmp_path / "r.csv")
+    assert pd.read_csv(tmp_path / "r.csv").shape == (2, 3)
