@@ -98,41 +98,52 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
         shift[i] = s.mean[i] + on.G[i][0] * off[0] + on.G[i][1] * off[1];
         s.mean[i] -= shift[i];
     }
-    apply(s, shift);
+    apply(s, P, shift);
 }
 
-// The heading is found: given u everything is Gaussian and linear, and alpha has the variance of the circle. So the state is
-// conditioned on u(alpha), turned by alpha, and the variance of alpha is put back along d(state)/d(alpha).
-void Model::collapse(State& s, Covariance& P) const {
+// Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through
+// what is known of the state given u, and by turning what is held in axes turned by -alpha, is linear in (x, y) = (cos - 1, sin)
+// of what it is off by.
+Covariance Model::given_circle(const State& s, Covariance P) const {
     const OnU on = regression(P);
-    const double alpha = s.circle.mode_rad, spread = s.circle.spread_rad;
-    const double tangent[2] = {-std::sin(alpha), std::cos(alpha)};
-    double along[errors];
-    for (int i = 0; i < errors; ++i) along[i] = on.G[i][0] * tangent[0] + on.G[i][1] * tangent[1];
-    const Covariance joint = P;
-    for (int i = 0; i < errors; ++i)
-        for (int j = 0; j < errors; ++j)
-            for (int k = 0; k < 2; ++k) P[i][j] -= on.G[i][k] * joint[row_u + k][j];
+    const double c = std::cos(s.circle.mode_rad), t = std::sin(s.circle.mode_rad);
+    double by[errors][2], GS[errors][2];
+    for (int i = 0; i < errors; ++i) {
+        by[i][0] = on.G[i][0] * c + on.G[i][1] * t;
+        by[i][1] = on.G[i][1] * c - on.G[i][0] * t;
+        for (int k = 0; k < 2; ++k) GS[i][k] = P[i][row_u + k];
+    }
+    const auto turns = [&by](int row, const double* vector) {
+        by[row][0] += vector[0];
+        by[row][1] -= vector[1];
+        by[row + 1][0] += vector[1];
+        by[row + 1][1] += vector[0];
+    };
+    turns(row_d, s.x);
+    turns(row_v, s.x + 3);
+    turns(row_colour, s.colour);
+    by[row_phi + 2][1] += 1;
+    const double* square = s.circle.square;
+    for (int i = 0; i < errors; ++i) {
+        const double x = by[i][0] * square[0] + by[i][1] * square[1], y = by[i][0] * square[1] + by[i][1] * square[2];
+        for (int j = 0; j < errors; ++j) P[i][j] += x * by[j][0] + y * by[j][1] - on.G[i][0] * GS[j][0] - on.G[i][1] * GS[j][1];
+    }
     P.forget(row_u);
     P.forget(row_u + 1);
-    along[row_u] = along[row_u + 1] = 0;
+    return P;
+}
 
+// The heading is found: the state is turned by alpha, and goes on as everybody's.
+void Model::collapse(State& s, Covariance& P) const {
+    const double alpha = s.circle.mode_rad;
+    P = given_circle(s, P);
     const Quaternion turn = rotation_quaternion(Vector3(0, 0, alpha));
     const Matrix3 R = rotation_matrix(turn);
-    for (const int row : {row_d, row_v, row_phi, row_colour}) {
-        turn_rows(P, row, R);
-        vec(along + row) = Vector3(R * vec(along + row));
-    }
+    for (const int row : {row_d, row_v, row_phi, row_colour}) turn_rows(P, row, R);
     vec(s.x) = Vector3(R * vec(s.x));
     vec(s.x + 3) = Vector3(R * vec(s.x + 3));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6));
     vec(s.colour) = Vector3(R * vec(s.colour));
-    const Vector3 up(0, 0, 1);
-    vec(along + row_d) += up.cross(vec(s.x));
-    vec(along + row_v) += up.cross(vec(s.x + 3));
-    along[row_phi + 2] += 1;
-    for (int i = 0; i < errors; ++i)
-        for (int j = 0; j < errors; ++j) P[i][j] += spread * spread * along[i] * along[j];
     for (double& e : s.mean) e = 0;
     s.u[0] = 1;
     s.u[1] = 0;
@@ -147,7 +158,7 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     double tilt_and_biases[errors] = {};
     for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale})
         for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
-    apply(s, tilt_and_biases);
+    apply(s, P, tilt_and_biases);
     for (double& e : s.mean) e = 0;
     const double* p = event.value[position];
     for (int i = 0; i < 3; ++i)
@@ -169,14 +180,13 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     }
     P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
     s.u[0] = s.u[1] = 0;
-    s.circle = {0, M_PI / std::sqrt(3.0), 0, 0};
+    s.circle = any;
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = nan;
     for (const int channel : {velocity, position}) {
         s.refused_in_row[channel] = 0;
         s.refused_since_s[channel] = nan;
     }
-    s.first_was_wrong = 0;
     ++s.times_lost;
     put_gravity(s);
 }

@@ -58,7 +58,7 @@ int find_modes(const Distance& distance, Mode* modes) {
 
 // Masses of the modes and the second moment about the first, over a grid about `centre`; points belong to the nearest mode.
 struct Moments {
-    double mass[2] = {0, 0}, square = 0;
+    double mass[2] = {0, 0}, square = 0, chord[3] = {0, 0, 0};
 
     void add(const Distance& distance, const Mode* modes, int count, double centre, double half_width, int points) {
         const double width = 2 * half_width / points;
@@ -69,6 +69,10 @@ struct Moments {
             const double p = std::exp(modes[0].distance - distance.at(alpha)) * width;
             mass[second] += p;
             square += p * off * off;
+            const double x = std::cos(off) - 1, y = std::sin(off);
+            chord[0] += p * x * x;
+            chord[1] += p * x * y;
+            chord[2] += p * y * y;
         }
     }
 };
@@ -77,7 +81,7 @@ struct Moments {
 
 Circle heading_on_circle(const double* m, const double S[2][2]) {
     const double determinant = S[0][0] * S[1][1] - S[0][1] * S[0][1];
-    if (!(determinant > 0)) return {std::atan2(m[1], m[0]), 0, 0, 0};
+    if (!(determinant > 0)) return {std::atan2(m[1], m[0]), 0, 0, 0, {0, 0, 0}};
     const Distance distance{{m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant};
     Mode modes[2];
     const int count = find_modes(distance, modes);
@@ -90,7 +94,12 @@ Circle heading_on_circle(const double* m, const double S[2][2]) {
     }
     const double mass = moments.mass[0] + moments.mass[1];
     const double second_rad = count == 2 ? std::remainder(modes[1].alpha, 2 * M_PI) : 0;
-    return {std::remainder(modes[0].alpha, 2 * M_PI), std::sqrt(moments.square / mass), second_rad, moments.mass[1] / mass};
+    const double* c = moments.chord;
+    return {std::remainder(modes[0].alpha, 2 * M_PI),
+            std::sqrt(moments.square / mass),
+            second_rad,
+            moments.mass[1] / mass,
+            {c[0] / mass, c[1] / mass, c[2] / mass}};
 }
 
 } // namespace hnav::ins

@@ -9,6 +9,9 @@
 
 namespace hnav::ins {
 
+// Of a heading of which nothing is known.
+constexpr Circle any = {0, 1.8137993642342178, 0, 0, {1.5, 0, 0.5}};
+
 // m: 2, S: 2 x 2, symmetric.
 Circle heading_on_circle(const double* m, const double S[2][2]);
 

@@ -4,7 +4,13 @@
 
 namespace hnav::ins {
 
-void Model::apply(State& s, const double* error) const {
+void Model::apply(State& s, Covariance& P, const double* error) const {
+    // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise. Without it a tilt and the
+    // bias that looks like it would be told from each other by nothing but corrections.
+    const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
+    const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
     vec(s.x) += vec(error + row_d);
     vec(s.x + 3) += vec(error + row_v);
     quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
@@ -76,7 +82,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
         centre(s, P, absolute || m.channel == ins::heading);
     } else {
-        apply(s, c.error);
+        apply(s, P, c.error);
     }
     const double heading_after = heading_variance(s, P);
     if (heading_after > 0 && heading_after < heading) s.gained_nats[m.channel] += 0.5 * std::log(heading / heading_after);
@@ -94,7 +100,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     constexpr double believed_when_free = 3, fresh_s = 10;
     double& in_row = s.refused_in_row[m.channel];
     if (is_free(s) && m.channel != ins::rest && in_row >= believed_when_free && event.t_s - s.last_s[position] < fresh_s) {
-        s.first_was_wrong = 1; // the next position starts anew
+        s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
     if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
@@ -124,10 +130,11 @@ void Model::note_strain(State& s, int channel, double nis, double now_s) {
     else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
 }
 
-void Model::begin_anew_if_strained(State& s, double now_s) const {
+void Model::begin_anew_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
-    if (!(now_s - s.strained_since_s > patience_s)) return;
+    if (!s.first_was_wrong && !(now_s - s.strained_since_s > patience_s)) return;
     ++s.times_lost;
+    s.first_was_wrong = 0;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();
     vec(s.gyro_scale).setZero();
@@ -166,7 +173,7 @@ void Model::correct(State& s, const Event& event) const {
     const bool small = s.phase == Phase::navigating && sigma2 < settings_.ready_heading * settings_.ready_heading;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
-    begin_anew_if_strained(s, event.t_s);
+    begin_anew_if_wrong(s, event.t_s);
 }
 
 } // namespace hnav::ins

@@ -61,7 +61,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         return;
     }
     constexpr double lost2 = 0.35 * 0.35;
-    const bool lost = s.first_was_wrong || (P[row_phi + 2][row_phi + 2] > lost2 && !settings_.state_given);
+    const bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !settings_.state_given;
     if (lost) {
         s.phase = Phase::any_heading;
         start_heading_anew(s, P, event);

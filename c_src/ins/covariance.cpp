@@ -129,6 +129,7 @@ void decay(Covariance& P, double* mean, int row, double share) {
 void Model::propagate(const State& s, Covariance& P, double* mean) const {
     const double T = s.window.length_s;
     if (!(T > 0)) return;
+    const double heading_before = P[row_phi + 2][row_phi + 2];
     carry(transition(s), P, mean);
     const Colour colour = colour_of(s, mean);
     for (int i = 0; i < 3; ++i) {
@@ -138,6 +139,17 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
     // The weather does not come back to what the standard says: a random walk as fast as told.
     P[row_offset][row_offset] += 2 * settings_.pressure_colour_m * settings_.pressure_colour_m * T / settings_.pressure_colour_s;
     add_noise(s, P);
+    turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
+}
+
+// A heading that is being lost, by an unknown rate, turns the error of the tilt along: a product of two errors, here it is noise.
+void Model::turn_tilt(Covariance& P, double lost) {
+    const double share = std::fmax(0, lost), a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1],
+                 c = P[row_phi][row_phi + 1];
+    P[row_phi][row_phi] += share * b;
+    P[row_phi + 1][row_phi + 1] += share * a;
+    P[row_phi][row_phi + 1] -= share * c;
+    P[row_phi + 1][row_phi] -= share * c;
 }
 
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away

@@ -54,9 +54,8 @@ void Model::try_start(State& s, const Event& event) const {
     level(s, event);
     const bool has_place = event.has(position) || (settings_.place_given && event.has(imu));
     if (s.phase != Phase::levelling || !has_place) return;
-    Vector3 down_b(0, 0, 1);
-    bool by_velocity = false;
-    if (settings_.state_given || find_tilt(s, event.t_s, &down_b, &by_velocity)) start(s, event, down_b, by_velocity);
+    Tilt tilt;
+    if (settings_.state_given || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
 }
 
 void Model::jump(State& s, const Event& event) const {

@@ -84,6 +84,7 @@ private:
     void gather(State& s, double interval_s) const;
     void propagate(const State& s, Covariance& P, double* mean) const;
     void add_noise(const State& s, Covariance& P) const;
+    static void turn_tilt(Covariance& P, double lost);
     // Of the slow error of the satellites, north, east, down: the share that stays, and the variance that comes.
     struct Colour {
         double kept[3], grown[3];
@@ -93,14 +94,22 @@ private:
 
     // start.cpp
     void level(State& s, const Event& event) const;
-    bool find_tilt(const State& s, double now_s, Vector3* down_b, bool* by_velocity) const;
-    void start(State& s, const Event& event, const Vector3& down_b, bool by_velocity) const;
-    void start_covariance(State& s, const Vector3& first_sigma, bool by_velocity) const;
+    struct Tilt {
+        Vector3 down_b = Vector3(0, 0, 1);         // the vertical in the body now
+        Matrix3 variance_b = Matrix3::Zero();      // of it, as far as the motion of the window has left it open
+        bool by_velocity = false;
+    };
+    double levelling_variance(const State& s, double window_s) const;
+    Tilt tilt_by_velocity(const State& s, double now_s) const;
+    bool find_tilt(const State& s, double now_s, Tilt* tilt) const;
+    void start(State& s, const Event& event, const Tilt& tilt) const;
+    void start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const;
     void anchor(State& s, const earth::Place& place) const;
     void begin_levelling(State& s) const;
 
     // any_heading.cpp
     void centre(State& s, Covariance& P, bool look_at_circle) const;
+    Covariance given_circle(const State& s, Covariance P) const;
     void collapse(State& s, Covariance& P) const;
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;
@@ -115,10 +124,10 @@ private:
     void correct(State& s, const Event& event) const;
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
-    void apply(State& s, const double* error) const;
+    void apply(State& s, Covariance& P, const double* error) const;
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
     static void note_strain(State& s, int channel, double nis, double now_s);
-    void begin_anew_if_strained(State& s, double now_s) const;
+    void begin_anew_if_wrong(State& s, double now_s) const;
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;

@@ -11,7 +11,7 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
     }
     Covariance P = Covariance::of(now.P);
     propagate(now, P, now.mean);
-    return P;
+    return is_free(s) ? given_circle(now, P) : P;
 }
 
 void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
@@ -56,15 +56,13 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     n.sigma_position = sigma(row_d);
     n.sigma_velocity = sigma(row_v);
     n.sigma_rotation = sigma(row_phi);
-    n.sigma_rotation[2] = std::sqrt(std::fmax(0, heading_variance(s, P)));
     if (is_free(s)) {
-        // A heading that is off turns what lies far away and what moves fast.
-        const double spread = std::fmin(s.circle.spread_rad, 1.0);
-        n.sigma_velocity.head<2>().array() += spread * n.velocity_n.head<2>().norm();
-        n.sigma_position.head<2>().array() += spread * vec(s.x).head<2>().norm();
+        // What the chord of a wide circle is short of.
+        const double spread = s.circle.spread_rad;
+        n.sigma_rotation[2] = std::sqrt(P[row_phi + 2][row_phi + 2] + std::fmax(0, spread * spread - s.circle.square[2]));
     }
     n.circle = s.circle;
-    if (!is_free(s)) n.circle = {0, n.sigma_rotation[2], 0, 0};
+    if (!is_free(s)) n.circle = {0, n.sigma_rotation[2], 0, 0, {0, 0, 0}};
     n.circle.mode_rad = roll_pitch_yaw(n.q_nb)[2];
     if (is_free(s)) n.circle.second_rad = wrap_angle(n.circle.mode_rad + s.circle.second_rad - s.circle.mode_rad);
 

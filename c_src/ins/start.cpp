@@ -3,6 +3,7 @@
 // The velocity that the force brings in axes which the gyroscopes hold, against that of the satellites, tells the tilt of a
 // body that accelerates and banks (optimisation-based alignment, Wu and Pan 2013). Its heading is not used: the filter finds
 // that by itself, and nothing is counted twice. Without velocities the mean force has to do.
+#include "ins/circle.hpp"
 #include "ins/model.hpp"
 
 #include <Eigen/SVD>
@@ -12,6 +13,26 @@ namespace {
 
 constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean force of a vehicle
 constexpr double wide_velocity_share = 0.2; // vertical velocities are smaller than horizontal ones
+
+// Where on a circle something is whose density goes like exp(strength cos angle): means of cos, cos^2, sin^2.
+struct OnCircle {
+    double cosine = 0, cosine2 = 0, sine2 = 0;
+
+    explicit OnCircle(double strength) {
+        constexpr int points = 64;
+        const double half = std::fmin(M_PI, 8 / std::sqrt(strength + 1e-9)), step = 2 * half / points;
+        double mass = 0;
+        for (int k = 0; k < points; ++k) {
+            const double angle = -half + (k + 0.5) * step, c = std::cos(angle), p = std::exp(strength * (c - 1));
+            mass += p;
+            cosine += p * c;
+            cosine2 += p * c * c;
+        }
+        cosine /= mass;
+        cosine2 /= mass;
+        sine2 = 1 - cosine2;
+    }
+};
 
 } // namespace
 
@@ -25,6 +46,10 @@ void Model::begin_levelling(State& s) const {
     s.rest = {};
     s.heading_since_s = s.strained_since_s = nan;
     s.strain = 1;
+    for (int c = 0; c < channel_count; ++c) {
+        s.refused_in_row[c] = 0;
+        s.refused_since_s[c] = nan;
+    }
     for (double& e : s.mean) e = 0;
 }
 
@@ -34,7 +59,6 @@ void Model::begin(State& s) const {
     s.u[0] = 1;
     for (int c = 0; c < channel_count; ++c) {
         s.last_s[c] = -std::numeric_limits<double>::infinity();
-        s.refused_since_s[c] = nan;
         s.innovation[c].t_s = nan;
     }
     s.last_event_s = s.last_correction_s = -std::numeric_limits<double>::infinity();
@@ -42,7 +66,7 @@ void Model::begin(State& s) const {
         for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
     s.speed_known_s = nan;
     s.nis_mean = 1;
-    s.circle.spread_rad = M_PI / std::sqrt(3.0);
+    s.circle = any;
     if (settings_.place_given) anchor(s, settings_.start_place);
     for (int i = 0; i < 3; ++i) {
         const auto put = [&](int row, double sigma) { s.P[packed(row + i, row + i)] = sigma * sigma; };
@@ -107,33 +131,63 @@ void Model::level(State& s, const Event& event) const {
     const Vector3 seen = v - vec(l.velocity0) - Vector3(0, 0, strength * (event.t_s - l.first_velocity_s)),
                   gained = vec(l.gained);
     mat(l.moment) += seen * gained.transpose();
+    l.variance += vec(event.value[velocity] + 3).squaredNorm() / 3;
     vec(l.sum_seen) += seen;
     vec(l.sum_gained) += gained;
     l.count += 1;
 }
 
-// down_b: the vertical in the body now.
-bool Model::find_tilt(const State& s, double now_s, Vector3* down_b, bool* by_velocity) const {
+// Variance of a velocity that would bend the curve of velocities as a motion does: that of the satellites, and what a wrong rate,
+// vibration and noise bring over the window, the same for all samples at the worst.
+double Model::levelling_variance(const State& s, double window_s) const {
     const Levelling& l = s.levelling;
-    *by_velocity = l.count >= 2 && now_s - l.first_velocity_s >= settings_.level_window_s;
-    if (*by_velocity) {
-        const Matrix3 moment = mat(l.moment) - vec(l.sum_seen) * vec(l.sum_gained).transpose() / l.count;
-        const Eigen::JacobiSVD<Matrix3> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
-        Matrix3 U = svd.matrixU();
-        if (U.determinant() * svd.matrixV().determinant() < 0) U.col(2) *= -1;
-        *down_b = (U * svd.matrixV().transpose() * rotation_matrix(quat(l.q))).row(2).transpose();
-        return true;
+    // A square in time lies so far from a straight line, root mean square.
+    const double bend = window_s * window_s / 27 * vec(l.gained).norm() / window_s * settings_.sigma_gyro;
+    const double noise = std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_force2);
+    return l.variance / l.count + l.count * (bend * bend + noise * window_s / 15);
+}
+
+// By velocities. Those that differ in one direction alone, as in one straight acceleration, leave open how the body is turned
+// about it: then the vertical lies somewhere on a cone about the force, and what is told is the middle of what is likely on it.
+Model::Tilt Model::tilt_by_velocity(const State& s, double now_s) const {
+    const Levelling& l = s.levelling;
+    const Matrix3 moment = mat(l.moment) - vec(l.sum_seen) * vec(l.sum_gained).transpose() / l.count;
+    const Eigen::JacobiSVD<Matrix3> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Matrix3 U = svd.matrixU();
+    const double hand = U.determinant() * svd.matrixV().determinant() < 0 ? -1 : 1;
+    U.col(2) *= hand;
+    const Matrix3 now = rotation_matrix(quat(l.q)).transpose();
+    const Vector3 down = now * (U * svd.matrixV().transpose()).row(2).transpose();
+    const Vector3 axis = now * svd.matrixV().col(0), along = axis.dot(down) * axis, out = down - along;
+    const Vector3& size = svd.singularValues();
+    const OnCircle on((size[1] + hand * size[2]) / levelling_variance(s, now_s - l.first_velocity_s));
+    const Vector3 aside = axis.cross(out);
+    Tilt tilt;
+    tilt.by_velocity = true;
+    tilt.down_b = (along + on.cosine * out).normalized();
+    tilt.variance_b = on.sine2 * aside * aside.transpose() + (on.cosine2 - on.cosine * on.cosine) * out * out.transpose();
+    return tilt;
+}
+
+bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
+    const Levelling& l = s.levelling;
+    const double window_s = now_s - l.first_velocity_s;
+    if (l.count >= 2 && window_s >= settings_.level_window_s) {
+        *tilt = tilt_by_velocity(s, now_s);
+        // A straight acceleration ends, and its end tells the tilt.
+        constexpr double wide_rad = 0.05, patience = 6;
+        return tilt->variance_b.trace() < wide_rad * wide_rad || window_s > patience * settings_.level_window_s;
     }
     // A single velocity may be the last one.
     const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
     const Vector3 force = vec(l.force);
     if (l.count >= 2 || !(now_s - l.began_s >= patience * settings_.level_window_s) || !(force.norm() > 0)) return false;
-    *down_b = -force.normalized();
+    tilt->down_b = -force.normalized();
     return true;
 }
 
 // Sigmas of the first position are its own and a wide one: a bad first fix does no harm.
-void Model::start_covariance(State& s, const Vector3& first_sigma, bool by_velocity) const {
+void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
     Covariance P = Covariance::of(s.P);
     for (int row = 0; row < errors; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
@@ -150,7 +204,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, bool by_veloc
     put(row_mount + 1, settings_.sigma_mount);
     put(row_latency, settings_.sigma_latency);
     const double tilt =
-        by_velocity || settings_.state_given ? settings_.sigma_tilt : std::fmax(mean_force_tilt, settings_.sigma_tilt);
+        found.by_velocity || settings_.state_given ? settings_.sigma_tilt : std::fmax(mean_force_tilt, settings_.sigma_tilt);
     if (settings_.state_given) {
         put(row_phi, tilt);
         put(row_phi + 1, tilt);
@@ -182,11 +236,18 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, bool by_veloc
         }
         for (int j = 0; j < 2; ++j) P[row_phi + i][row_phi + j] = own(i, j) + (i == j ? tilt * tilt : 0);
     }
+    // The vertical is off to the one side when the body is turned about the other.
+    const Matrix3 off = attitude(s) * found.variance_b * attitude(s).transpose();
+    P[row_phi][row_phi] += off(1, 1);
+    P[row_phi + 1][row_phi + 1] += off(0, 0);
+    P[row_phi][row_phi + 1] -= off(0, 1);
+    P[row_phi + 1][row_phi] -= off(0, 1);
     P.keep(s.P);
 }
 
 // At the first fix after the window, or with the place given.
-void Model::start(State& s, const Event& event, const Vector3& down_b, bool by_velocity) const {
+void Model::start(State& s, const Event& event, const Tilt& tilt) const {
+    const Vector3 down_b = tilt.down_b;
     Vector3 sigma = Vector3::Zero();
     if (event.has(position)) {
         const double* p = event.value[position];
@@ -202,14 +263,14 @@ void Model::start(State& s, const Event& event, const Vector3& down_b, bool by_v
     s.u[0] = settings_.state_given ? 1 : 0;
     s.u[1] = 0;
     if (!settings_.state_given) s.earth_rate[0] = s.earth_rate[1] = 0;
-    s.circle = {0, settings_.state_given ? 0 : M_PI / std::sqrt(3.0), 0, 0};
+    s.circle = settings_.state_given ? Circle{} : any;
     for (double& e : s.mean) e = 0;
     s.latency = s.scale = 0;
     s.offset = nan; // until there is a pressure
     for (double& c : s.colour) c = 0;
     for (double& m : s.mount) m = 0;
     s.nis_mean = 1;
-    start_covariance(s, sigma, by_velocity);
+    start_covariance(s, sigma, tilt);
     s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
     put_gravity(s);

@@ -84,6 +84,7 @@ struct Innovation {
 struct Circle {
     double mode_rad, spread_rad;         // the likeliest, and the root mean square about it
     double second_rad, second_share;     // the strongest other one and its probability; share 0: there is none
+    double square[3];                    // means of x^2, x y, y^2, (x, y) = (cos - 1, sin) of what the heading is off by
 };
 
 // What the samples between two corrections say of how errors grow:
@@ -105,6 +106,7 @@ struct Levelling {
     double gained[3]; // velocity by force in them
     double began_s, first_velocity_s, velocity0[3];
     double moment[9], sum_seen[3], sum_gained[3], count;
+    double variance; // sum of those of the velocities
     double A[9], sum_A[9]; // integral of the rotation, and of that, for the part of the biases
     double length_s, force[3], samples;
 };

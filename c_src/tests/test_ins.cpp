@@ -462,6 +462,62 @@ TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
     }
 }
 
+// Gains speed straight ahead from switching on, for so long, then keeps it.
+Truth sprint(double heading, double gain_m_s2, double until_s) {
+    const earth::Place start{0.7, -1, 50};
+    const Vector3 p0 = earth::position_of(start);
+    const Matrix3 N = earth::axes_at(start);
+    Truth truth;
+    truth.position_e = [=](double t) {
+        const double until = std::fmin(t, until_s), way = gain_m_s2 * until * (t - 0.5 * until);
+        return Vector3(p0 + N * (way * Vector3(std::cos(heading), std::sin(heading), 0)));
+    };
+    truth.q_eb = [=](double) { return multiply(quaternion_from_matrix(N), rotation_quaternion(Vector3(0, 0, heading))); };
+    return truth;
+}
+
+// Off the vertical, in units of what is told, both axes together: chi square of 2.
+double tilt_nees(const ins::Navigation& n, const Truth& truth, double t) {
+    const Matrix3 N = earth::axes_at(n.place);
+    const Vector3 down = rotation_matrix(n.q_nb) * (rotation_matrix(truth.q_eb(t)).transpose() * N.col(2));
+    return std::pow(down[1] / n.sigma_rotation[0], 2) + std::pow(down[0] / n.sigma_rotation[1], 2);
+}
+
+TEST(InsAnyHeading, OneStraightAccelerationLeavesTheTiltOpenAndItsEndTellsIt) {
+    constexpr double until_s = 11;
+    const Truth truth = sprint(2, 3, until_s);
+    Flight run(usual());
+    bool started = false;
+    for (int i = 1; i <= 6000; ++i) {
+        const double t = 0.01 * i;
+        run.push_imu(truth, t);
+        if (i % 20 == 0) {
+            run.filter.push(truth.velocity_fix(t));
+            run.filter.push(truth.position_fix(t));
+        }
+        ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+        if (!run.filter.shown().started()) continue;
+        if (!started) {
+            EXPECT_GT(t, until_s);
+        }
+        started = true;
+        if (i % 20 == 0) {
+            ASSERT_LT(tilt_nees(run.shown(), truth, t), 14) << t;
+        }
+    }
+    EXPECT_TRUE(started);
+}
+
+TEST(InsAnyHeading, AnAccelerationWithoutAnEndStartsWithAWideTilt) {
+    const Truth truth = sprint(-1, 3, 1e9);
+    Flight run(usual());
+    drive(run, truth, 19, [](ins::Sample&) {});
+    ASSERT_TRUE(run.filter.shown().started());
+    EXPECT_GT(run.filter.shown().P[ins::packed(ins::row_phi, ins::row_phi)], 0.1 * 0.1);
+    EXPECT_LT(tilt_nees(run.shown(), truth, 19), 14);
+    EXPECT_FALSE(run.shown().tilt_ready);
+}
+
 TEST(InsAnyHeading, WithoutMotionNothingIsClaimed) {
     const Vector3 p = earth::position_of({0.7, 0.3, 10});
     const Quaternion q = multiply(quaternion_from_matrix(earth::axes_at({0.7, 0.3, 10})), rotation_quaternion(Vector3(0, 0, 2)));

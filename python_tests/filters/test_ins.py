@@ -14,7 +14,8 @@ from hnav.reference import earth
 from studies.ins.experiment import experiment, figures
 from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
-from studies.ins.vehicles import RATE_HZ, vehicle
+from studies.ins.motions import RATE_HZ
+from studies.ins.vehicles import vehicle
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
 FAST = {"solver": "closed_form"}
@@ -193,6 +194,12 @@ def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s)
     assert found.heading_z2 < 4
     if kind != "rest":
         assert found.position_z2 < 3
+
+
+@pytest.mark.parametrize("kind", ["straight", "take_off"])
+def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
+    found = figures(list(experiment(kind, "industrial", 12, 5, 1)))
+    assert found.early_tilt_z2 < 2 and found.tilt_z2 < 3 and found.false == 0
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
 
 def command(
     runs: Annotated[int, typer.Option("--starts", "--runs", help="of each kind")] = 200,
-    kinds: Annotated[str, typer.Option(help="car, aircraft, ship, rest: any of them, separated by commas")] = "car,aircraft,ship",
+    kinds: Annotated[str, typer.Option(help=f"any of {', '.join(KINDS)}, separated by commas")] = "car,aircraft,ship",
     grade: Annotated[str, typer.Option(help="preset of the filter and of the sensors")] = "industrial",
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
@@ -54,19 +54,32 @@ def command(
                 done.append(start)
                 progress.advance(task)
             rows.append((kind, figures(done)))
-    show(table(rows, f"{grade}, seed {seed}: first heading_ready, and the end"), width=140)
+    show(table(rows, f"{grade}, seed {seed}: first heading_ready, and the end"), width=150)
 
 
 def table(rows: list[tuple[str, Figures]], title: str) -> Table:
     """A row for each kind."""
     out = Table(title=title, title_justify="left")
     out.add_column("kind", no_wrap=True)
-    for column in ("runs", "ready", "median", "95 %", "false", "heading rms at the end", "stated", "heading z2", "position z2"):
+    for column in (
+        "runs",
+        "ready",
+        "median",
+        "95 %",
+        "false",
+        "heading rms at the end",
+        "stated",
+        "z2",
+        "position z2",
+        "tilt z2 after 5 s",
+        "at the end",
+    ):
         out.add_column(column, justify="right")
     for kind, f in rows:
         out.add_row(
             kind, str(f.runs), str(f.ready), f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", str(f.false), f"{f.rms_end:.3g} deg",
             f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
+            f"{f.early_tilt_z2:.2f}", f"{f.tilt_z2:.2f}",
         )  # fmt: skip
     return out
 

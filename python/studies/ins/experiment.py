@@ -7,15 +7,22 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins import Ins
+from hnav.filters.ins import Ins, InsRun
 from hnav.native.arrays import Array
 from hnav.reference import earth
-from studies.ins.vehicles import vehicle
+from studies.ins.vehicles import Truth, vehicle
 
 FALSE_RAD = np.radians(5)
-DURATIONS_S = {"car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0}
+DURATIONS_S = {
+    "car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0,
+    "straight": 100.0, "take_off": 100.0, "quadrotor": 120.0, "walker": 60.0,
+}  # fmt: skip
 KINDS = tuple(DURATIONS_S)
+EARLY_S = 5.0
+"""After the tilt is found."""
 EVERY = 10  # rows of the filter for one that is judged
 
 
@@ -37,6 +44,8 @@ class Start:
     """As stated at the end."""
     position_z2: float
     """Mean of the three squared normalised errors of the position at the end."""
+    tilt_z2: tuple[float, float]
+    """Mean of the two squared normalised errors of the tilt, EARLY_S after it was found and at the end."""
 
     @property
     def is_false(self) -> bool:
@@ -66,6 +75,7 @@ def judged(kind: str, grade: str, seed: int) -> Start:
     sigma = run.sigma_rotation_rad[:, 2]
     off = earth.position_of(run.place[-1]) - truth.position_e[rows[-1]]
     off_n = off @ earth.axes_at(run.place[-1])
+    found_s = run.t_s[np.argmax(np.isfinite(run.q_nb[:, 0]))]
     ready = np.flatnonzero(run.ready[:, 1])
     first = ready[0] if len(ready) else None
     return Start(
@@ -77,7 +87,17 @@ def judged(kind: str, grade: str, seed: int) -> Start:
         float(error[-1]),
         float(sigma[-1]),
         float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind != "rest" else np.nan,
+        (tilt_z2(run, truth, rows, int(np.searchsorted(run.t_s, found_s + EARLY_S))), tilt_z2(run, truth, rows, len(rows) - 1)),
     )
+
+
+def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> float:
+    """Mean of the two squared normalised errors of the tilt in a row of the run; NaN where it has none."""
+    if i >= len(rows) or not np.isfinite(run.q_nb[i]).all():
+        return np.nan
+    down_e = earth.axes_at(run.place[i])[:, 2]
+    down = Rotation.from_quat(run.q_nb[i], scalar_first=True).apply(truth.attitude_e[rows[i]].inv().apply(down_e))
+    return float(np.mean((down[[1, 0]] / run.sigma_rotation_rad[i, :2]) ** 2))
 
 
 def _judged(of: tuple[str, str, int]) -> Start:
@@ -109,6 +129,8 @@ class Figures:
     heading_z2: float
     """Mean of the squared normalised errors at the end, each at most 100."""
     position_z2: float
+    early_tilt_z2: float
+    tilt_z2: float
 
 
 def figures(starts: Sequence[Start]) -> Figures:
@@ -126,5 +148,6 @@ def figures(starts: Sequence[Start]) -> Figures:
         float(np.degrees(np.sqrt(np.nanmean(error**2)))),
         float(np.degrees(np.sqrt(np.nanmean(sigma**2)))),
         float(np.nanmean(np.minimum(error**2 / sigma**2, 100))),
-        float(np.mean(np.minimum(position, 100))),
+        float(np.nanmean(np.minimum(position, 100))) if np.isfinite(position).any() else np.nan,
+        *(float(np.nanmean(np.minimum([s.tilt_z2[i] for s in starts], 100))) for i in range(2)),
     )
