@@ -72,31 +72,28 @@ macro(hnav_archive_places version name folder)
 endmacro()
 
 # The archive of one version: what `describe` writes, the binary, icons and licences, each where the standard wants it.
-function(hnav_fmu_archive target version name folder binary describe filter)
+# core, arrays, generated: as cmake/fmu_sources.cmake has them.
+function(hnav_fmu_archive target version name folder binary describe core arrays generated)
   hnav_archive_places(${version} ${name} ${folder})
   set(licences ${stage}/documentation/licenses)
   set(eigen_licence "")
   if(HNAV_EIGEN_LICENSE)
     set(eigen_licence COMMAND ${CMAKE_COMMAND} -E copy ${HNAV_EIGEN_LICENSE} ${licences}/Eigen.txt)
   endif()
-  set(sources "")
-  set(source_folder "")
-  if(filter)
-    set(source_folder ${stage}/sources)
-    get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
-    get_filename_component(fmu_folder ${folder} NAME)
-    set(sources COMMAND ${CMAKE_COMMAND} -DTOP=${PROJECT_SOURCE_DIR} -DEIGEN=${eigen} -DSTAGE=${stage} -DVERSION=${version}
-        -DNAME=${name} -DFOLDER=${fmu_folder} -DFILTER=${filter} -P ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake)
-  endif()
+  get_filename_component(fmu_folder ${folder} NAME)
+  get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+  string(REPLACE ";" " " core "${core}")
   add_custom_command(OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${licences}
-            ${source_folder} ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
+            ${stage}/sources ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
     COMMAND $<TARGET_FILE:${describe}> ${stage} ${version} ${folder}/doc.html ${PROJECT_VERSION}
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:${binary}> ${stage}/binaries/${platform}/${name}.so
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/LICENSE ${licences}/license.txt
     COMMAND ${CMAKE_COMMAND} -E copy ${HNAV_SUNDIALS_LICENSE} ${licences}/SUNDIALS.txt
-    ${eigen_licence} ${sources}
+    ${eigen_licence}
+    COMMAND ${CMAKE_COMMAND} -DTOP=${PROJECT_SOURCE_DIR} -DEIGEN=${eigen} -DSTAGE=${stage} -DVERSION=${version} -DNAME=${name}
+            -DFOLDER=${fmu_folder} -DARRAYS=${arrays} -DGENERATED=${generated} -DCORE=${core} -P ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake
     COMMAND ${CMAKE_COMMAND} -E copy ${icons} ${stage}/${icons_to}
     COMMAND ${CMAKE_COMMAND} -E chdir ${stage} ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
     DEPENDS ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake ${folder}/icon.png ${folder}/icon.svg ${folder}/doc.html ${binary} ${describe} ${PROJECT_SOURCE_DIR}/LICENSE
@@ -105,19 +102,25 @@ function(hnav_fmu_archive target version name folder binary describe filter)
   add_dependencies(fmus ${target})
 endfunction()
 
-# hnav_add_fmu(NAME Hrekf FOLDER hrekf EXAMPLE attitude_filter/example_input.cpp): build/fmus/fmi2/NAME.fmu and
-# build/fmus/fmi3/NAME.fmu from FOLDER/model.cpp (the table and the model), EXAMPLE (writes the example input),
-# FOLDER/doc.html, FOLDER/icon.svg and icon.png. AIRCRAFT f4c_lateral: the model is compiled for
-# models/aircraft/f4c_lateral.json, which it includes as aircraft/data.hpp. The targets are fmu2_name and fmu3_name, in
-# lower case. ARRAYS: vectors are one variable each, which FMI 2
-# does not know. SOURCES ahrs: the archive holds what it is compiled from, with the filter in c_src/attitude/ahrs.
+# hnav_add_fmu(NAME Hrekf FOLDER hrekf EXAMPLE attitude_filter/example_input.cpp CORE c_api/hrekf.cpp ...):
+# build/fmus/fmi2/NAME.fmu and build/fmus/fmi3/NAME.fmu from FOLDER/model.cpp (the table and the model), EXAMPLE (writes the
+# example input), FOLDER/doc.html, FOLDER/icon.svg and icon.png. CORE: what it needs of c_src, for the sources in the archives.
+# AIRCRAFT f4c_lateral: the model is compiled for models/aircraft/f4c_lateral.json, which it includes as aircraft/data.hpp.
+# ARRAYS: vectors are one variable each, which FMI 2 does not know. The targets are fmu2_name and fmu3_name, in lower case.
 function(hnav_add_fmu)
-  cmake_parse_arguments(FMU "ARRAYS" "NAME;FOLDER;EXAMPLE;AIRCRAFT;SOURCES" "" ${ARGN})
+  cmake_parse_arguments(FMU "ARRAYS" "NAME;FOLDER;EXAMPLE;AIRCRAFT" "CORE" ${ARGN})
   string(TOLOWER ${FMU_NAME} id)
   set(folder ${hnav_fmu_folder}/${FMU_FOLDER})
+  set(versions 2 3)
+  set(arrays 0)
+  if(FMU_ARRAYS)
+    set(versions 3)
+    set(arrays 1)
+  endif()
   hnav_fmu_objects(fmu_model_${id} ${folder}/model.cpp)
   hnav_fmu_objects(fmu_example_${id} ${hnav_fmu_folder}/${FMU_EXAMPLE})
-  target_compile_definitions(fmu_model_${id} PRIVATE HNAV_FMU_NAME="${FMU_NAME}" HNAV_FMU_ARRAYS=$<BOOL:${FMU_ARRAYS}>)
+  target_compile_definitions(fmu_model_${id} PRIVATE HNAV_FMU_NAME="${FMU_NAME}" HNAV_FMU_ARRAYS=${arrays})
+  set(generated "")
   if(FMU_AIRCRAFT)
     set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated/${FMU_AIRCRAFT})
     hnav_aircraft_data(${FMU_AIRCRAFT} ${generated})
@@ -129,14 +132,11 @@ function(hnav_add_fmu)
                  $<TARGET_OBJECTS:fmu_model_${id}> $<TARGET_OBJECTS:fmu_example_${id}>)
   set_target_properties(describe_${id} PROPERTIES LINKER_LANGUAGE CXX)
   target_link_libraries(describe_${id} PRIVATE hnav_flags hnav::hnav_static hnav_sundials)
-  set(versions 2 3)
-  if(FMU_ARRAYS)
-    set(versions 3)
-  endif()
   foreach(version ${versions})
     hnav_fmu_binary(fmi${version}_${id} ${version} ${FMU_NAME} fmu_model_${id})
     if(hnav_runs_here)
-      hnav_fmu_archive(fmu${version}_${id} ${version} ${FMU_NAME} ${folder} fmi${version}_${id} describe_${id} "${FMU_SOURCES}")
+      hnav_fmu_archive(fmu${version}_${id} ${version} ${FMU_NAME} ${folder} fmi${version}_${id} describe_${id}
+                       "${FMU_CORE}" ${arrays} "${generated}")
     endif()
   endforeach()
 endfunction()

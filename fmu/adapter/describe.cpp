@@ -67,8 +67,7 @@ bool write_all(Writer* w, const char* folder, const char* doc_html, const char* 
     if (!written("modelDescription.xml", [&] { write_model_description(*w, version); }) ||
         !written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(*w); }))
         return false;
-    if (w->fmi3 && model_info.sources && !written("sources/buildDescription.xml", [&] { write_build_description(*w); }))
-        return false;
+    if (w->fmi3 && !written("sources/buildDescription.xml", [&] { write_build_description(*w); })) return false;
     if (examples && has_inputs(w->table) && !written("resources/example_input.csv", [&] { write_example_input(w->file); }))
         return false;
     return !examples || write_references(w, folder);

@@ -36,14 +36,13 @@ struct ModelInfo {
     Experiment experiment;
     States states = {0, 0};
     bool model_exchange = true; // offered at all
-    bool sources = false;       // its archive holds them, see cmake/fmu_sources.cmake
     bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
 };
 
 // Of this FMU.
 extern const ModelInfo model_info;
 
-// What an FMU is compiled from where its archive holds sources; ends with null.
+// What an FMU is compiled from by the sources in its archive, see cmake/fmu_sources.cmake; ends with null.
 constexpr const char* source_files[] = {"fmu.cpp",
                                         "options/ahrs.cpp",
                                         "options/aircraft.cpp",

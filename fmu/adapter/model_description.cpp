@@ -39,7 +39,7 @@ bool is_calculated(const Variable& v) {
 
 // Ends the element of an interface, with the list of sources inside; FMI 3 has a file of its own for them.
 void end_interface(const Writer& w, const char* element) {
-    if (w.fmi3 || !model_info.sources) {
+    if (w.fmi3) {
         w.text("/>\n");
         return;
     }

@@ -12,7 +12,6 @@ struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_preset, hn
         Experiment{0.01, 10},
         States{14, 4},
         true,
-        HNAV_FMU_ARRAYS == 0,
         HNAV_FMU_ARRAYS != 0};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";

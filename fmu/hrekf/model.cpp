@@ -8,10 +8,7 @@ struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_preset
     static constexpr ModelInfo info = {"Hrekf",
                                        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, "
                                        "accelerometer and magnetometer",
-                                       Experiment{0.01, 10},
-                                       States{35, 7},
-                                       true,
-                                       true};
+                                       Experiment{0.01, 10}, States{35, 7}};
     static constexpr int accel_dimension = 3;
     static constexpr const char* accel_unit = "";
     static constexpr bool has_field = false;
