@@ -14,7 +14,7 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Engine, FilterName, Gnss, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import Engine, FilterOrIns, Gnss, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Options, Run
@@ -45,7 +45,7 @@ def command(
     report: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Page to write: figures, panels, a body that turns")
     ] = None,
-    filter: FilterName = "ahrs",
+    filter: FilterOrIns = "ahrs",
     engine: Engine = "c",
     settings: Settings = None,
     preset: Preset = "default",

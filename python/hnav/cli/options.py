@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from hnav.cli.console import console, say
-from hnav.cli.parameters import FilterName
+from hnav.cli.parameters import FilterOrIns
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import option_table
 from hnav.filters.ins import ins_option_table
@@ -22,7 +22,7 @@ def command(
     words: Annotated[
         list[str] | None, typer.Argument(metavar="[WORD]...", help="Show the options that have these words in name, unit or text")
     ] = None,
-    filter: FilterName = "ahrs",
+    filter: FilterOrIns = "ahrs",
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, with the reasons of the defaults")] = False,
 ) -> None:
     everything = list(ins_option_table().values() if filter == "ins" else option_table(filter).values())

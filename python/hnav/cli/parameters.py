@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,15 +22,13 @@ def known_filter(name: str) -> str:
     return name
 
 
-FilterName = Annotated[
-    str,
-    typer.Option(
-        "--filter",
-        metavar="NAME",
-        callback=known_filter,
-        help="ahrs (real sensors), hrekf (the paper's) or, where the command navigates, ins",
-        autocompletion=among(*FILTERS, "ins"),
-    ),
+def _filter(said: str, *names: str) -> Any:
+    return typer.Option("--filter", metavar="NAME", callback=known_filter, help=said, autocompletion=among(*names))
+
+
+FilterName = Annotated[str, _filter("ahrs (real sensors) or hrekf (the paper's)", *FILTERS)]
+FilterOrIns = Annotated[
+    str, _filter("ahrs (real sensors), hrekf (the paper's) or ins (position, velocity and attitude)", *FILTERS, "ins")
 ]
 Gnss = Annotated[
     Path | None,

@@ -10,7 +10,7 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import say
 from hnav.cli.filter import filtered, write_page
-from hnav.cli.parameters import FilterName, Gnss, Preset, Settings, Strict, parse_settings
+from hnav.cli.parameters import FilterOrIns, Gnss, Preset, Settings, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
@@ -33,7 +33,7 @@ def command(
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Of a simulation: also draw the main panels as PNG there")
     ] = None,
-    filter: FilterName = "ahrs",
+    filter: FilterOrIns = "ahrs",
     settings: Settings = None,
     preset: Preset = "default",
     frame: Annotated[str, typer.Option(help="Of a recording: navigation frame, ned or enu")] = "ned",
