@@ -74,7 +74,9 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     e.fingerprint = o->problem->fingerprint(fingerprint);
     o->work->trouble = {};
     o->work->asked = false;
-    if (o->filter.create({*o->plant, *o->problem, *o->work, settings}, e)) return HNAV_OK;
+    const hnav::observer::Model model(*o->plant, *o->problem, *o->work, settings);
+    const bool made = o->filter.create(model, e);
+    if (made && (!model.may_be_stiff() || model.make_stiff_solver(o->stiff, options.max_steps))) return HNAV_OK;
     if (o->work->trouble.any)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
     if (o->work->asked)
@@ -149,8 +151,8 @@ hnav_status no_estimate(const hnav_observer* o, double t_s) {
     if (!trouble.any)
         return o->fail(HNAV_ERROR_SOLVER,
                        "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
-                       "max_steps steps, as a stiff plant needs",
-                       t_s);
+                       "max_steps steps of the solver%s",
+                       t_s, o->filter.model().crosses() ? ", as a stiff plant with events needs" : "");
     const char* names[] = {"derivatives", "outputs", "indicators", "events"};
     const char* what = names[int(trouble.function)];
     if (trouble.function == Function::event && trouble.answer == Answer::ok)

@@ -6,6 +6,7 @@
 #include "c_api/sized.hpp"
 #include "hnav/observer.h"
 #include "hybrid/filter.hpp"
+#include "hybrid/stiff_solver.hpp"
 #include "observer/derivative_proof.hpp"
 #include "observer/observer_model.hpp"
 
@@ -32,6 +33,7 @@ struct hnav_observer : hnav::KeptMessage<512> {
     void* block = nullptr; // of problem and work
     std::optional<hnav::observer::Problem> problem;
     std::optional<hnav::observer::Workspace> work;
+    hnav::StiffSolver stiff;
     hnav::observer::DerivativeProof proof{};
     Filter filter;
     std::optional<double> start_s; // when it is given

@@ -443,7 +443,9 @@ private:
         } else {
             if constexpr (may_cross<Model>)
                 if (model_.crosses()) return cross(state, interval_s);
-            return interval_s < min_interval_s ? step_by_euler(state, interval_s) : integrate(state, interval_s);
+            if (interval_s < min_interval_s) return step_by_euler(state, interval_s);
+            if constexpr (may_stiffen<Model>) return integrate_stiffly_or_not(state, interval_s);
+            else return integrate(state, interval_s);
         }
     }
 
@@ -454,6 +456,14 @@ private:
         if (propagator_.integrate(&context, interval_s, x_of(state), rate_of(state)) && sound(state)) return true;
         std::memcpy(x_of(state), spare_x_, nx() * sizeof(double));
         return false;
+    }
+
+    bool integrate_stiffly_or_not(State& state, double interval_s) {
+        if (!model_.is_stiff(state)) {
+            if (integrate(state, interval_s)) return true;
+            if (!propagator_.out_of_steps()) return false;
+        }
+        return model_.flow_stiffly(state, interval_s, propagator_) && sound(state);
     }
 
     bool cross(State& state, double interval_s) {
@@ -571,6 +581,10 @@ private:
         settings_.propagator.atol = atol;
         settings_.propagator.knows_rate = Model::knows_rate;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
+        if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = model_.may_be_stiff();
+        if constexpr (may_stiffen<Model>)
+            if (model_.may_be_stiff())
+                settings_.propagator.max_steps = std::min(Model::max_explicit_steps, settings_.propagator.max_steps);
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         const FlowContext context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));

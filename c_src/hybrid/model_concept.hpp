@@ -41,6 +41,12 @@
 //                                                         its own, which Settings.looks_inside of the propagator is for; false: the
 //                                                         state is of no use
 //         bool crosses() const                            whether it is to be asked
+//     bool flow_stiffly(State&, double interval_s, Propagator& counts) const     the flow over an interval by a solver of its own,
+//                                                         where the integrator ran out of steps, or is_stiff; false: the state
+//                                                         is of no use
+//         bool may_be_stiff() const                       whether it has one
+//         bool is_stiff(const State&) const
+//         static constexpr long max_explicit_steps        of the integrator, before it is asked
 //     static std::uint64_t seldom_changes(const State&)   counts the changes of a part of the state that few events change:
 //         static constexpr std::size_t seldom_begin, seldom_bytes
 //
@@ -110,6 +116,8 @@ using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
 template <class M>
 using Crosses = decltype(object<const M>().crosses());
 template <class M>
+using Stiff = decltype(object<const M>().may_be_stiff());
+template <class M>
 using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>
 using FixedSize = std::integral_constant<int, M::nx>;
@@ -130,6 +138,10 @@ constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomCha
 // Whether it may have events of its own between those of the filter.
 template <class Model>
 constexpr bool may_cross = model_concept::Answers<model_concept::Crosses, Model>::value;
+
+// Whether it has a solver of its own for stiff intervals.
+template <class Model>
+constexpr bool may_stiffen = model_concept::Answers<model_concept::Stiff, Model>::value;
 
 template <class Model>
 auto sizes_of(const Model& model) {

@@ -334,7 +334,7 @@ struct Propagator::Solver {
             }
             if (reached_s >= interval_s) return 0;
         }
-        return -1;
+        return left > 0 ? ARK_RHSFUNC_FAIL : ARK_TOO_MUCH_WORK;
     }
 
     int begin_steps(double interval_s) {
@@ -444,7 +444,7 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     if (!solver_->create(settings, nx)) return false;
     double* scratch = slope_ + nx;
     std::memcpy(scratch, probe, nx * sizeof(double));
-    bool ok = integrate(probe_context, 1e-3, scratch);
+    bool ok = integrate(probe_context, 1e-3, scratch) || (settings.may_be_stiff && out_of_steps_);
     if (ok && settings.knows_rate) ok = integrate(probe_context, 1e-3, scratch, 0);
     set_counts(0, 0);
     return ok;
@@ -455,7 +455,9 @@ bool Propagator::integrate(const void* context, double interval_s, double* x, do
     solver_->flow_context = context;
     std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
     // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
-    if (solver_->evolve(interval_s, rate_rad_s, x) < 0) return false;
+    const int rc = solver_->evolve(interval_s, rate_rad_s, x);
+    out_of_steps_ = rc < 0 && rc != ARK_RHSFUNC_FAIL;
+    if (rc < 0) return false;
     std::memcpy(x, data(solver_->y), nx_ * sizeof(double));
     return true;
 }

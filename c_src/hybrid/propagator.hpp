@@ -29,6 +29,7 @@ public:
         const double* atol = nullptr; // nx values; read in create
         bool knows_rate = false; // integrate will be told the rate of the flow
         bool looks_inside = false; // begin, step and between will be called: erkstep only
+        bool may_be_stiff = false; // create does not mind that the warm-up takes too many steps
         double euler_step_s = 0.005;
         // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing.
         long max_steps = 100000;
@@ -55,6 +56,9 @@ public:
     bool step(double* reached_s, double* x);
     bool between(double s, double* x);
 
+    // Whether the newest integrate has failed for another reason than that the flow had no answer.
+    bool out_of_steps() const { return out_of_steps_; }
+
     std::uint64_t rhs_evals() const { return rhs_evals_; }
     std::uint64_t steps() const { return steps_; }
     void set_counts(std::uint64_t rhs_evals, std::uint64_t steps) {
@@ -72,6 +76,7 @@ private:
     int nx_ = 0;
     double euler_step_s_ = 0;
     long max_steps_ = 0;
+    bool out_of_steps_ = false;
     double* slope_ = nullptr; // Euler's f(x)
     std::uint64_t rhs_evals_ = 0;
     std::uint64_t steps_ = 0;

@@ -1,11 +1,15 @@
 // One spelling for SUNDIALS 6.4 to 7.x: version 7 renamed ERKStepX to ARKodeX, and errors are silenced on the context.
 #pragma once
 
+#include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_version.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 namespace hnav::sundials {
@@ -37,6 +41,21 @@ constexpr auto erk_weights = ARKodeWFtolerances;
 constexpr auto erk_steps = ARKodeGetNumSteps;
 constexpr auto erk_next_step = ARKodeGetCurrentStep;
 constexpr auto erk_between = ARKodeGetDky;
+inline void silence_ark(void*) {}
+inline void free_ark(void** memory) { ARKodeFree(memory); }
+constexpr auto ark_tolerances = ARKodeSVtolerances;
+constexpr auto ark_set_user_data = ARKodeSetUserData;
+constexpr auto ark_set_first_step = ARKodeSetInitStep;
+constexpr auto ark_set_stop_time = ARKodeSetStopTime;
+constexpr auto ark_reset = ARKodeReset;
+constexpr auto ark_evolve = ARKodeEvolve;
+constexpr auto ark_set_interpolant_type = ARKodeSetInterpolantType;
+constexpr auto ark_set_interpolant_degree = ARKodeSetInterpolantDegree;
+constexpr auto ark_set_max_error_failures = ARKodeSetMaxErrTestFails;
+constexpr auto ark_set_max_solver_failures = ARKodeSetMaxConvFails;
+constexpr auto ark_between = ARKodeGetDky;
+constexpr auto ark_set_linear_solver = ARKodeSetLinearSolver;
+constexpr auto ark_set_jacobian = ARKodeSetJacFn;
 #else
 using real = realtype;
 using boolean = booleantype;
@@ -61,6 +80,21 @@ constexpr auto erk_weights = ERKStepWFtolerances;
 constexpr auto erk_steps = ERKStepGetNumSteps;
 constexpr auto erk_next_step = ERKStepGetCurrentStep;
 constexpr auto erk_between = ERKStepGetDky;
+inline void silence_ark(void* memory) { ARKStepSetErrHandlerFn(memory, ignore_error, nullptr); }
+inline void free_ark(void** memory) { ARKStepFree(memory); }
+constexpr auto ark_tolerances = ARKStepSVtolerances;
+constexpr auto ark_set_user_data = ARKStepSetUserData;
+constexpr auto ark_set_first_step = ARKStepSetInitStep;
+constexpr auto ark_set_stop_time = ARKStepSetStopTime;
+constexpr auto ark_reset = ARKStepReset;
+constexpr auto ark_evolve = ARKStepEvolve;
+constexpr auto ark_set_interpolant_type = ARKStepSetInterpolantType;
+constexpr auto ark_set_interpolant_degree = ARKStepSetInterpolantDegree;
+constexpr auto ark_set_max_error_failures = ARKStepSetMaxErrTestFails;
+constexpr auto ark_set_max_solver_failures = ARKStepSetMaxConvFails;
+constexpr auto ark_between = ARKStepGetDky;
+constexpr auto ark_set_linear_solver = ARKStepSetLinearSolver;
+constexpr auto ark_set_jacobian = ARKStepSetJacFn;
 #endif
 
 } // namespace hnav::sundials

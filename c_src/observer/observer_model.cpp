@@ -42,6 +42,8 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       probe(arena.doubles(2 * p.N)),
       slope_here(arena.doubles(p.N)),
       first_memory(arena.doubles(p.sizes.memory)),
+      stiff_A(arena.doubles(5 * p.N * p.N)),
+      stiff_start(arena.doubles(Layout(p).numbers)),
       branch_numbers(Layout(p).part_numbers),
       newest(arena, p),
       present(arena, p) {}
@@ -124,14 +126,20 @@ int Model::flow(const State& s, const double* x, double* dx) const {
     return 0;
 }
 
+// The rows of A that no plant knows.
+void Model::add_decays() const {
+    const Problem& p = *problem_;
+    for (int i = p.n; i < p.moving; ++i) {
+        std::fill_n(work_->A + i * p.N, p.N, 0.0);
+        work_->A[i * p.N + i] = -p.decay_1_s[i - p.n];
+    }
+}
+
 void Model::flow_of_matrices(double usual_s, const double* x, double* dx) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     double *A = work_->A, *Qd = work_->Qd, *product = work_->product;
-    for (int i = p.n; i < p.moving; ++i) {
-        std::fill_n(A + i * p.N, p.N, 0.0);
-        A[i * p.N + i] = -p.decay_1_s[i - p.n];
-    }
+    add_decays();
     // Rows of the product with the moving rows of a matrix whose other rows do not move.
     const auto multiply = [&](const double* with, const double* row, double* out) {
         std::fill_n(out, p.N, 0.0);

@@ -13,6 +13,10 @@
 #include "hybrid/propagator.hpp"
 #include "observer/linearisation.hpp"
 
+namespace hnav {
+class StiffSolver;
+}
+
 namespace hnav::observer {
 
 struct ModelSettings {
@@ -51,6 +55,9 @@ public:
     // both ends of a bracket and anywhere, their gradients and rates.
     double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *gradients, *rates, *probe, *slope_here;
     double* first_memory; // what the plant remembers at the start
+    // Of a plant without: the solver for stiff intervals, five matrices N x N, and a state to make it with.
+    double *stiff_A, *stiff_start;
+    StiffSolver* stiff = nullptr;
     int branch_numbers, branches_used = 0;
     int passed = 0; // events of the present interval that changed something
     const double* part = nullptr; // that flows; null: the first
@@ -91,6 +98,13 @@ public:
     int flow(const State& s, const double* x, double* dx) const;
     bool crosses() const { return problem_->sizes.events; }
     bool cross(State& s, double interval_s, Propagator& propagator, const void* context) const;
+    // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
+    static constexpr long max_explicit_steps = 500;
+    bool may_be_stiff() const { return !crosses(); }
+    bool is_stiff(const State& s) const;
+    bool flow_stiffly(State& s, double interval_s, Propagator& counts) const;
+    // False: no memory.
+    bool make_stiff_solver(StiffSolver& solver, long max_steps) const;
     void jump(State& s, const Event& event) const;
     void nominal(double* x) const;
 
@@ -118,7 +132,23 @@ private:
         const void* context;
     };
 
+    // An interval of a stiff plant, for the functions that its solver asks.
+    struct StiffRun {
+        static int flow(const void* context, double s, const double* x, double* dx);
+        static int jacobian(const void* context, double s, const double* x, double* J);
+
+        const Model* model;
+        const State* s;
+        double begin_s;
+    };
+
+    // stiff.cpp
+    int stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const;
+    bool add_matrices(double* part, double by_s) const;
+    double fastest_rate_of_A() const;
+
     // observer_model.cpp
+    void add_decays() const;
     Point point(const State& s, const double* part, const double* x) const;
     Point point_of(const State& s, double t_s, const double* X) const;
     void flow_of_matrices(double usual_s, const double* x, double* dx) const;

@@ -89,7 +89,8 @@ struct Layout {
           corrections(t + 7),
           likelihood(t + 8),
           parts_used(t + 9),
-          counts(t + 10),
+          stiff(t + 10),
+          counts(t + 11),
           sensors(counts + all_counts),
           numbers(sensors + per_sensor * p.sensors) {}
 
@@ -108,8 +109,9 @@ struct Layout {
 
     int parts;
     int inputs, information;
-    // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, counts, sensors;
+    // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction; whether the plant
+    // was stiff in the newest interval.
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, counts, sensors;
     int numbers;
 };
 
