@@ -77,12 +77,13 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     const hnav::observer::Model model(*o->plant, *o->problem, *o->work, settings);
     const bool made = o->filter.create(model, e);
     if (made && (!model.may_be_stiff() || model.make_stiff_solver(o->stiff, options.max_steps))) return HNAV_OK;
-    if (o->work->trouble.any)
+    if (!made && o->work->trouble.any)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
-    if (o->work->asked)
-        return caller.fail(HNAV_ERROR_SOLVER,
-                           "the first millisecond from the start takes more than max_steps = %d steps: the plant is stiff",
-                           options.max_steps);
+    if (!made && o->work->asked && model.crosses())
+        return caller.fail(
+            HNAV_ERROR_SOLVER,
+            "the first millisecond from the start takes more than max_steps = %d steps: the plant is stiff, and has events",
+            options.max_steps);
     return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer with N = %d and queue_capacity = %d", o->problem->N,
                        options.queue_capacity);
 }
