@@ -193,6 +193,7 @@ struct Vector {
 // Lengths that most filters have, and any other.
 N_Vector create_vector(int n, SUNContext context) {
     switch (n) {
+    case 10: return Vector<10>::create(n, context); // observer of two states, a transition matrix and noise
     case 14: return Vector<14>::create(n, context); // AHRS: q, the integral of its rotation matrix, a clock
     case 35: return Vector<35>::create(n, context); // HREKF: q, b and a 7 x 7 covariance
     default: return Vector<0>::create(n, context);

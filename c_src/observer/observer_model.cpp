@@ -137,30 +137,42 @@ void Model::add_decays() const {
 
 void Model::flow_of_matrices(double usual_s, const double* x, double* dx) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
-    double *A = work_->A, *Qd = work_->Qd, *product = work_->product;
     add_decays();
+    // Loops whose lengths the compiler knows take a third of the time, and most plants are small.
+    if (p.moving == 2 && p.N == 2) return flow_of_sized<2, 2>(usual_s, x, dx);
+    if (p.moving == 2 && p.N == 3) return flow_of_sized<2, 3>(usual_s, x, dx);
+    if (p.moving == 3 && p.N == 3) return flow_of_sized<3, 3>(usual_s, x, dx);
+    flow_of_sized<0, 0>(usual_s, x, dx);
+}
+
+// 0: only known at run time.
+template <int fixed_moving, int fixed_N>
+void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const int moving = fixed_moving ? fixed_moving : p.moving, N = fixed_N ? fixed_N : p.N;
+    double *A = work_->A, *Qd = work_->Qd, *product = work_->product;
     // Rows of the product with the moving rows of a matrix whose other rows do not move.
     const auto multiply = [&](const double* with, const double* row, double* out) {
-        std::fill_n(out, p.N, 0.0);
-        for (int k = 0; k < p.moving; ++k)
-            for (int j = 0; j < p.N; ++j) out[j] += row[k] * with[k * p.N + j];
+        std::fill_n(out, N, 0.0);
+        for (int k = 0; k < moving; ++k)
+            for (int j = 0; j < N; ++j) out[j] += row[k] * with[k * N + j];
     };
-    unpack_upper(x + at.Qd, p.N, 1, Qd);
-    for (int i = 0; i < p.moving; ++i) {
-        double *row = A + i * p.N, *dS = dx + at.S + i * p.N, *AQ = product + i * p.N;
+    unpack_upper(x + at.Qd, N, 1, Qd);
+    for (int i = 0; i < moving; ++i) {
+        double *row = A + i * N, *dS = dx + at.S + i * N, *AQ = product + i * N;
         multiply(x + at.S, row, dS);
         multiply(Qd, row, AQ);
-        for (int k = p.moving; k < p.N; ++k) {
+        for (int k = moving; k < N; ++k) {
             dS[k] += row[k];
-            for (int j = 0; j < p.N; ++j) AQ[j] += row[k] * Qd[k * p.N + j];
+            for (int j = 0; j < N; ++j) AQ[j] += row[k] * Qd[k * N + j];
         }
     }
     double* dQ = dx + at.Qd;
-    for (int i = 0; i < p.N; ++i)
-        for (int j = i; j < p.N; ++j) {
-            double sum = i < p.moving ? product[i * p.N + j] : 0;
-            if (j < p.moving) sum += product[j * p.N + i];
+    for (int i = 0; i < N; ++i)
+        for (int j = i; j < N; ++j) {
+            double sum = i < moving ? product[i * N + j] : 0;
+            if (j < moving) sum += product[j * N + i];
             *dQ++ = i == j ? sum + p.noise[i] / usual_s : sum;
         }
 }

@@ -152,6 +152,8 @@ private:
     Point point(const State& s, const double* part, const double* x) const;
     Point point_of(const State& s, double t_s, const double* X) const;
     void flow_of_matrices(double usual_s, const double* x, double* dx) const;
+    template <int fixed_moving, int fixed_N>
+    void flow_of_sized(double usual_s, const double* x, double* dx) const;
     void expected(const double* part, double* X) const;
     void put(const double* X, double* part) const;
     void covariance(const State& s, const double* part, double* P) const;
