@@ -65,6 +65,7 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     settings.start_at_first_sample = options.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE;
     settings.rtol = options.rtol;
     settings.covariance_rtol = options.covariance_rtol;
+    settings.robust_rate_1_s = options.robust_rate_1_s;
     hnav_observer::Filter::Settings e;
     e.propagator.rtol = e.atol = options.rtol;
     e.propagator.max_steps = options.max_steps;

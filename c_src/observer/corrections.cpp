@@ -118,6 +118,10 @@ void Model::correct(State& s, const Event& event) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     double *v = s.x(), *before = work_->gain + 2 * p.N, inflation[max_channels_used];
+    const double since_s = v[at.corrections] > 0 ? v[at.t] - v[at.corrected] : 0;
+    v[at.corrected] = v[at.t];
+    if (settings_.robust_rate_1_s > 0 && since_s > 0)
+        for (int i = 0; i < parts_of(s); ++i) inflate(part_of(s, i), since_s);
     for (int i = 0; i < parts_of(s); ++i)
         if (!linearise(s, event, i)) {
             v[at.broken] = 1;
@@ -150,6 +154,48 @@ void Model::correct(State& s, const Event& event) const {
     if (crosses()) keep_parts(s, true);
     fused(s, work_->x, work_->P);
     judge(s, before);
+}
+
+// The robust inflation of the HREKF (attitude/common/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and
+// theta such that the largest variance of L P L' grows by exp(rate T). One row of L after the other, each of which is the opposite of
+// a correction; what is added is positive semidefinite.
+void Model::inflate(double* part, double since_s) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *P = work_->P, *column = work_->gain;
+    constexpr double most = 0.95;
+    unpack_upper(part + at.P, p.N, 1, P);
+    const double largest = largest_variance(P, work_->gain, work_->gain + p.N);
+    if (!(largest > 0)) return;
+    const double theta = std::min(most, -std::expm1(-settings_.robust_rate_1_s * since_s)) / largest;
+    for (int i = 0; i < p.N; ++i) {
+        const double weight = theta / (p.scale[i] * p.scale[i]), left = 1 - weight * P[i * p.N + i];
+        if (!(left > 0)) continue; // by rounding
+        for (int j = 0; j < p.N; ++j) column[j] = P[j * p.N + i];
+        for (int j = 0; j < p.N; ++j)
+            for (int k = 0; k < p.N; ++k) P[j * p.N + k] += column[j] * column[k] * weight / left;
+    }
+    pack_upper(P, p.N, part + at.P);
+}
+
+// The largest eigenvalue of L P L', from below, by its powers.
+double Model::largest_variance(const double* P, double* vector, double* next) const {
+    const Problem& p = *problem_;
+    constexpr int powers = 40;
+    double largest = 0, length = 1;
+    std::fill_n(vector, p.N, 1.0 / std::sqrt(p.N));
+    for (int k = 0; k < powers && length > 0; ++k) {
+        double sum = 0;
+        for (int i = 0; i < p.N; ++i) {
+            next[i] = 0;
+            for (int j = 0; j < p.N; ++j) next[i] += P[i * p.N + j] / (p.scale[i] * p.scale[j]) * vector[j];
+            sum += next[i] * next[i];
+        }
+        largest = length = std::sqrt(sum);
+        for (int i = 0; i < p.N && length > 0; ++i) vector[i] = next[i] / length;
+    }
+    for (int i = 0; i < p.N; ++i) largest = std::max(largest, P[i * p.N + i] / (p.scale[i] * p.scale[i]));
+    return largest;
 }
 
 // The sensors of an instant act one after the other on one linearisation, which is what all of them together do: their noises

@@ -23,6 +23,7 @@ struct ModelSettings {
     bool start_at_first_sample = true;
     double rtol = 1e-7;            // of x; absolute tolerances are these times a scale
     double covariance_rtol = 1e-4; // of Phi and Qd
+    double robust_rate_1_s = 0; // see inflate
 };
 
 // An event of the plant and what it does to the estimate: N numbers before and after it, their slopes, the saltation matrix Xi, the
@@ -172,6 +173,8 @@ private:
     double correct_part(State& s, const Event& event, int part, const double* inflation) const;
     double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     bool settle(State& s, double* part) const;
+    void inflate(double* part, double since_s) const;
+    double largest_variance(const double* P, double* vector, double* next) const;
     void judge(State& s, const double* before) const;
 
     // crossing.cpp

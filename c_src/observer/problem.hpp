@@ -90,7 +90,8 @@ struct Layout {
           likelihood(t + 8),
           parts_used(t + 9),
           stiff(t + 10),
-          counts(t + 11),
+          corrected(t + 11),
+          counts(t + 12),
           sensors(counts + all_counts),
           numbers(sensors + per_sensor * p.sensors) {}
 
@@ -110,8 +111,8 @@ struct Layout {
     int parts;
     int inputs, information;
     // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction; whether the plant
-    // was stiff in the newest interval.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, counts, sensors;
+    // was stiff in the newest interval; time of the newest correction.
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, counts, sensors;
     int numbers;
 };
 

@@ -24,6 +24,7 @@ constexpr double defaults[] = {
     1e-07, // rtol
     0.0001, // covariance_rtol
     20000, // max_steps
+    0, // robust_rate_1_s
 };
 
 const OptionRow rows[] = {
@@ -62,6 +63,11 @@ const OptionRow rows[] = {
      text("A second of computing; a plant that needs more is stiff."),
      nullptr, nullptr, defaults + 6, offsetof(hnav_observer_options, max_steps),
      10, 1e+08, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"robust_rate_1_s", text("robust"), text("1/s"),
+     text("The largest variance, in units of the scales, grows by the factor exp(rate T) before a correction that comes T after the last, others by less: what is long past is forgotten. 0: off"),
+     text("Noise that is known is better than what is forgotten without a reason."),
+     nullptr, nullptr, defaults + 7, offsetof(hnav_observer_options, robust_rate_1_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
 };
 
 constexpr Preset presets[] = {
@@ -71,6 +77,6 @@ constexpr Preset presets[] = {
 } // namespace
 
 const OptionList observer_options = {
-    "hnav_observer_defaults", 8, sizeof(hnav_observer_options), rows, 7, presets, 1};
+    "hnav_observer_defaults", 8, sizeof(hnav_observer_options), rows, 8, presets, 1};
 
 } // namespace hnav

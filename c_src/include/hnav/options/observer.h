@@ -51,6 +51,14 @@ typedef struct hnav_observer_options {
     /* Steps of the solver in one interval, beyond which its sample is dropped.
      * [10, 1e8], default 20000. A second of computing; a plant that needs more is stiff. */
     int32_t max_steps;
+
+    /* ------------------------ robust
+     * Against models that are not quite right. */
+
+    /* The largest variance, in units of the scales, grows by the factor exp(rate T) before a correction that comes T after
+     * the last, others by less: what is long past is forgotten. 0: off.
+     * [0, 1e6] 1/s, default 0. Noise that is known is better than what is forgotten without a reason. */
+    double robust_rate_1_s;
 } hnav_observer_options;
 
 #endif /* HNAV_OPTIONS_OBSERVER_H */
