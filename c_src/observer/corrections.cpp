@@ -114,23 +114,11 @@ void Model::innovate(State& s, const Event& event) const {
     }
 }
 
-void Model::correct(State& s, const Event& event) const {
+// By how much the variance of each sensor is inflated, and the mean of its NIS.
+void Model::gate(State& s, const Event& event, double* inflation) const {
     const Problem& p = *problem_;
     const Layout at = layout();
-    double *v = s.x(), *before = work_->gain + 2 * p.N, inflation[max_channels_used];
-    const double since_s = v[at.corrections] > 0 ? v[at.t] - v[at.corrected] : 0;
-    v[at.corrected] = v[at.t];
-    if (settings_.robust_rate_1_s > 0 && since_s > 0)
-        for (int i = 0; i < parts_of(s); ++i) inflate(part_of(s, i), since_s);
-    for (int i = 0; i < parts_of(s); ++i)
-        if (!linearise(s, event, i)) {
-            v[at.broken] = 1;
-            return;
-        }
-    innovate(s, event);
-    if (v[at.broken] != 0) return;
-    fused(s, work_->x, work_->P);
-    for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
+    double* v = s.x();
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
         double nis = v[at.of_sensor(k, Layout::nis)];
@@ -145,6 +133,23 @@ void Model::correct(State& s, const Event& event) const {
         samples += 1;
         mean += (nis - mean) / std::min(samples, nis_window);
     }
+}
+
+void Model::correct(State& s, const Event& event) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    double *v = s.x(), *before = work_->gain + 2 * p.N, inflation[max_channels_used];
+    forget(s);
+    for (int i = 0; i < parts_of(s); ++i)
+        if (!linearise(s, event, i)) {
+            v[at.broken] = 1;
+            return;
+        }
+    innovate(s, event);
+    if (v[at.broken] != 0) return;
+    fused(s, work_->x, work_->P);
+    for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
+    gate(s, event, inflation);
     double likelihood[max_parts], most = -HUGE_VAL, sum = 0;
     for (int i = 0; i < parts_of(s); ++i) most = std::max(most, likelihood[i] = correct_part(s, event, i, inflation));
     for (int i = 0; i < parts_of(s); ++i) sum += part_of(s, i)[at.weight] *= std::exp(likelihood[i] - most);
@@ -154,6 +159,16 @@ void Model::correct(State& s, const Event& event) const {
     if (crosses()) keep_parts(s, true);
     fused(s, work_->x, work_->P);
     judge(s, before);
+}
+
+// A second correction of an instant forgets nothing.
+void Model::forget(State& s) const {
+    const Layout at = layout();
+    double* v = s.x();
+    const double since_s = v[at.corrections] > 0 ? v[at.t] - v[at.corrected] : 0;
+    v[at.corrected] = v[at.t];
+    if (settings_.robust_rate_1_s > 0 && since_s > 0)
+        for (int i = 0; i < parts_of(s); ++i) inflate(part_of(s, i), since_s);
 }
 
 // The robust inflation of the HREKF (attitude/common/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and

@@ -173,6 +173,8 @@ private:
     double correct_part(State& s, const Event& event, int part, const double* inflation) const;
     double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     bool settle(State& s, double* part) const;
+    void gate(State& s, const Event& event, double* inflation) const;
+    void forget(State& s) const;
     void inflate(double* part, double since_s) const;
     double largest_variance(const double* P, double* vector, double* next) const;
     void judge(State& s, const double* before) const;
