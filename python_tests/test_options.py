@@ -11,7 +11,7 @@ from hnav.native.options import option_rows
 
 TOP = Path(__file__).resolve().parents[1]
 FOLDER = TOP / "c_src" / "options"
-OTHERS = ("ins", "ins_error", "observer", "magnetometer", "turntable", "imu_mag_sensor", "aircraft")
+OTHERS = ("ins", "ins_error", "observer", "magnetometer", "turntable", "imu_mag_sensor", "vehicle", "aid_sensor", "aircraft")
 FIRST = 16  # options of a filter that one meets before the advanced ones, at most
 
 

@@ -39,7 +39,18 @@ def test_no_name_is_both_old_and_new():
 
 
 def test_every_option_that_has_a_new_name_has_it_in_some_list():
-    lists = (*FILTERS, "ins", "ins_error", "magnetometer", "turntable", "imu_mag_sensor", "aircraft", "observer")
+    lists = (
+        *FILTERS,
+        "ins",
+        "ins_error",
+        "magnetometer",
+        "turntable",
+        "imu_mag_sensor",
+        "vehicle",
+        "aid_sensor",
+        "aircraft",
+        "observer",
+    )
     known = {name for options in lists for name in option_rows(options)}
     assert {new for _, new in OPTIONS} <= known and not {old for old, _ in OPTIONS} & known
 

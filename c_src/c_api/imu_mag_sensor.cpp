@@ -153,14 +153,9 @@ hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* bu
 
 hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes) {
     REQUIRE(sensor, buffer);
-    const hnav::SavedState saved = saved_state(sensor);
-    hnav::LoadOutcome outcome = saved.check(buffer, bytes);
-    if (outcome == hnav::LoadOutcome::ok) {
-        ImuMagSensor::State state;
-        std::memcpy(&state, saved.numbers(buffer), sizeof state);
-        if (!sensor->device.assign(state)) outcome = hnav::LoadOutcome::damaged;
-    }
-    return hnav::load_status(*sensor, outcome, "sensor", bytes, saved.bytes());
+    return hnav::load_numbers<ImuMagSensor::State>(
+        *sensor, saved_state(sensor), buffer, bytes, "sensor",
+        [&](const ImuMagSensor::State& state) { return sensor->device.assign(state); });
 }
 
 } // extern "C"

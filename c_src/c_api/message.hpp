@@ -152,4 +152,17 @@ hnav_status load_status(const Object& object, LoadOutcome outcome, const char* w
     }
 }
 
+// Loads an object whose state is one row of numbers. assign: takes them, or answers false when no history leads to such a state.
+template <class State, class Object, class Assign>
+hnav_status load_numbers(const Object& object, const SavedState& saved, const void* buffer, std::size_t bytes, const char* what,
+                         Assign assign) {
+    LoadOutcome outcome = saved.check(buffer, bytes);
+    if (outcome == LoadOutcome::ok) {
+        State state;
+        std::memcpy(&state, saved.numbers(buffer), sizeof state);
+        if (!assign(state)) outcome = LoadOutcome::damaged;
+    }
+    return load_status(object, outcome, what, bytes, saved.bytes());
+}
+
 } // namespace hnav

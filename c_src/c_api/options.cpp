@@ -36,6 +36,12 @@ hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void) {
 }
 const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index) { return hnav::option_at(hnav::imu_mag_sensor_options, index); }
 
+hnav_vehicle_options hnav_vehicle_defaults(void) { return made_from<hnav_vehicle_options>(hnav::vehicle_options); }
+const hnav_option_info* hnav_vehicle_option(int32_t index) { return hnav::option_at(hnav::vehicle_options, index); }
+
+hnav_aid_sensor_options hnav_aid_sensor_defaults(void) { return made_from<hnav_aid_sensor_options>(hnav::aid_sensor_options); }
+const hnav_option_info* hnav_aid_sensor_option(int32_t index) { return hnav::option_at(hnav::aid_sensor_options, index); }
+
 hnav_aircraft_options hnav_aircraft_defaults(void) { return made_from<hnav_aircraft_options>(hnav::aircraft_options); }
 const hnav_option_info* hnav_aircraft_option(int32_t index) { return hnav::option_at(hnav::aircraft_options, index); }
 

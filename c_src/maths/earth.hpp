@@ -50,6 +50,14 @@ inline Matrix3 axes_at(const Place& p) {
     return T;
 }
 
+// Level axes that are carried along: those of a start, as columns, turned the shortest way to where down points now. They have no pole
+// and no date line, but for the other side of the globe.
+inline Matrix3 carried_axes(const Matrix3& start, const Vector3& down) {
+    const Vector3 before = start.col(2), across = before.cross(down);
+    const Quaternion half_way{1 + before.dot(down), across[0], across[1], across[2]};
+    return rotation_matrix(half_way.normalized()) * start;
+}
+
 // Somigliana on the ellipsoid, second order in height; it holds the centrifugal part.
 inline double gravity_m_s2(double sine_latitude, double height_m) {
     constexpr double m = 0.00344978650684; // centrifugal over gravity at the equator
@@ -68,5 +76,10 @@ inline Vector3 gravity_at(const Vector3& e) {
 
 // Height above the level of 1013.25 hPa in the standard atmosphere, below 11 km.
 inline double pressure_height_m(double pressure_pa) { return 44330.77 * (1 - std::pow(pressure_pa / 101325.0, 0.190263)); }
+
+// Its inverse.
+inline double pressure_pa(double pressure_height_m) {
+    return 101325.0 * std::pow(1 - pressure_height_m / 44330.77, 1 / 0.190263);
+}
 
 } // namespace hnav::earth

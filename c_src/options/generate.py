@@ -37,7 +37,9 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 HEADERS = HERE.parent / "include" / "hnav" / "options"
-LISTS = ("ahrs", "hrekf", "ins", "ins_error", "magnetometer", "turntable", "imu_mag_sensor", "aircraft", "observer")
+LISTS = (
+    "ahrs", "hrekf", "ins", "ins_error", "magnetometer", "turntable", "imu_mag_sensor", "vehicle", "aid_sensor", "aircraft", "observer",
+)  # fmt: skip
 MADE = "Made by c_src/options/generate.py from {}: change that, then ./run generate."
 WIDTH = 120  # of the text of a comment
 

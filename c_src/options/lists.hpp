@@ -13,6 +13,8 @@ extern const OptionList ins_error_options;
 extern const OptionList magnetometer_options;
 extern const OptionList turntable_options;
 extern const OptionList imu_mag_sensor_options;
+extern const OptionList vehicle_options;
+extern const OptionList aid_sensor_options;
 extern const OptionList aircraft_options;
 extern const OptionList observer_options;
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/instant.hpp"
-#include "maths/rotation.hpp"
 
+#include <cstring>
 #include <limits>
 
 namespace hnav {
@@ -11,11 +11,13 @@ namespace hnav {
 constexpr int max_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
 constexpr double max_latency_periods = 30;
 
+// values: of a sample.
+template <int values>
 class Delivery {
 public:
     struct Sample {
         double t_meas_s, arrives_s;
-        double value[3];
+        double value[values];
     };
 
     // Plain numbers, oldest sample first.
@@ -26,8 +28,11 @@ public:
         double count;
     };
 
-    static void send(State* s, const Vector3& value, double t_s, double latency_s) {
-        s->queue[static_cast<int>(s->waiting++)] = {t_s, t_s + latency_s, {value[0], value[1], value[2]}};
+    // stamp_s: what the sample says of its time.
+    static void send(State* s, const double* value, double t_s, double stamp_s, double latency_s) {
+        Sample& sample = s->queue[static_cast<int>(s->waiting++)];
+        sample = {stamp_s, t_s + latency_s, {}};
+        std::memcpy(sample.value, value, sizeof sample.value);
     }
 
     static void advance(State* s, double t_s) {

@@ -132,19 +132,19 @@ void ImuMagSensor::sample(double t_s, const Truth& truth) {
     const Vector3* inputs[] = {&truth.rate, &truth.force, &truth.field};
     for (int s = 0; s < sensor_count; ++s) {
         // Nothing waits beyond its latency, so the queue has room for one more.
-        Delivery::advance(&state_.of[s].delivery, t_s);
+        Delivery<3>::advance(&state_.of[s].delivery, t_s);
         models_[s].sample(t_s, *inputs[s], truth.force, truth.q, &state_.of[s]);
     }
 }
 
 void ImuMagSensor::advance(double t_s) {
-    for (SensorModel::State& s : state_.of) Delivery::advance(&s.delivery, t_s);
+    for (SensorModel::State& s : state_.of) Delivery<3>::advance(&s.delivery, t_s);
 }
 
 double ImuMagSensor::next_event_s() const {
     double next = std::numeric_limits<double>::infinity();
     for (int s = 0; s < sensor_count; ++s)
-        next = std::fmin(next, std::fmin(models_[s].clock.due_s(state_.of[s].next), Delivery::next_s(state_.of[s].delivery)));
+        next = std::fmin(next, std::fmin(models_[s].clock.due_s(state_.of[s].next), Delivery<3>::next_s(state_.of[s].delivery)));
     return next;
 }
 

@@ -30,7 +30,7 @@ struct SensorModel {
         double missed, dropped;
         Noise::State noise;
         double last[3]; // reading, for a stuck axis
-        Delivery::State delivery;
+        Delivery<3>::State delivery;
     };
 
     // True when a sample was due. input: of this sensor, in body axes.
@@ -51,7 +51,7 @@ struct SensorModel {
         for (int i = 0; i < 3; ++i) s->last[i] = y[i];
 
         if (dropout > 0 && dropout_chance.uniform(static_cast<std::uint64_t>(k)) < dropout) s->dropped += 1;
-        else Delivery::send(&s->delivery, y, t_s, latency_s);
+        else Delivery<3>::send(&s->delivery, s->last, t_s, t_s, latency_s);
         return true;
     }
 };

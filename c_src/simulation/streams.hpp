@@ -11,5 +11,7 @@ enum Source : std::uint64_t { white, flicker, walk, constants, jitter, dropout, 
 constexpr std::uint64_t of(int sensor, Source source) { return 16 * (static_cast<std::uint64_t>(sensor) + 1) + source; }
 
 constexpr std::uint64_t turntable = 0x100;
+constexpr std::uint64_t vehicle = 0x200; // and those that follow, for its signals
+constexpr std::uint64_t aid_sensor = 0x300; // likewise, 16 for each sensor
 
 } // namespace hnav::streams

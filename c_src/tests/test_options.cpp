@@ -99,6 +99,25 @@ const Kind<hnav_imu_mag_sensor_options> sensor = {[] { return hnav_imu_mag_senso
                                                   },
                                                   hnav_imu_mag_sensor_option, "hnav_imu_mag_sensor_defaults"};
 
+const Kind<hnav_vehicle_options> vehicle = {[] { return hnav_vehicle_defaults(); },
+                                            [](const hnav_vehicle_options* o, char* message) {
+                                                hnav_vehicle* made;
+                                                const hnav_status status = hnav_vehicle_create(&made, o, 0, message, bytes);
+                                                hnav_vehicle_destroy(made);
+                                                return status;
+                                            },
+                                            hnav_vehicle_option, "hnav_vehicle_defaults"};
+
+const Kind<hnav_aid_sensor_options> aid_sensor = {[] { return hnav_aid_sensor_defaults(); },
+                                                  [](const hnav_aid_sensor_options* o, char* message) {
+                                                      hnav_aid_sensor* made;
+                                                      const hnav_status status =
+                                                          hnav_aid_sensor_create(&made, HNAV_AID_BARO, o, 0, message, bytes);
+                                                      hnav_aid_sensor_destroy(made);
+                                                      return status;
+                                                  },
+                                                  hnav_aid_sensor_option, "hnav_aid_sensor_defaults"};
+
 const Kind<hnav_aircraft_options> aircraft = {
     [] { return hnav_aircraft_defaults(); },
     [](const hnav_aircraft_options* o, char* message) {
@@ -146,6 +165,8 @@ void of_every_kind(Law&& law) {
     law(magnetometer);
     law(turntable);
     law(sensor);
+    law(vehicle);
+    law(aid_sensor);
     law(aircraft);
     law(observer);
 }

@@ -100,6 +100,16 @@ std::vector<Call> plants() {
                                               const auto options = hnav_imu_mag_sensor_defaults();
                                               return hnav_imu_mag_sensor_create(out, &options, 0, text, size);
                                           }),
+            creation<hnav_vehicle>("vehicle", hnav_vehicle_destroy,
+                                   [](hnav_vehicle** out, char* text, std::size_t size) {
+                                       const hnav_vehicle_options options = hnav_vehicle_defaults();
+                                       return hnav_vehicle_create(out, &options, 0, text, size);
+                                   }),
+            creation<hnav_aid_sensor>("sensor", hnav_aid_sensor_destroy,
+                                      [](hnav_aid_sensor** out, char* text, std::size_t size) {
+                                          const auto options = hnav_aid_sensor_defaults();
+                                          return hnav_aid_sensor_create(out, HNAV_AID_GNSS, &options, 0, text, size);
+                                      }),
             creation<hnav_aircraft>("aircraft", hnav_aircraft_destroy, [](hnav_aircraft** out, char* text, std::size_t size) {
                 const double A = -0.5, one = 1, tau = 6;
                 auto model = hnav_sized<hnav_aircraft_model>();

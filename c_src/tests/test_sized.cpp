@@ -212,6 +212,32 @@ TEST(Sized, TruthAndReadings) {
     hnav_turntable_destroy(table);
 }
 
+TEST(Sized, TruthOfVehiclesAndReadingsOfAids) {
+    const hnav_vehicle_options vehicle_options = hnav_vehicle_defaults();
+    hnav_vehicle* vehicle;
+    ASSERT_EQ(hnav_vehicle_create(&vehicle, &vehicle_options, 0, nullptr, 0), HNAV_OK);
+    const auto said_by_vehicle = [&] { return std::string(hnav_vehicle_message(vehicle)); };
+    double x[HNAV_VEHICLE_STATES];
+    ASSERT_EQ(hnav_vehicle_start(vehicle, x), HNAV_OK);
+    const auto nothing = hnav_sized<hnav_vehicle_truth>();
+    refuses_unknown_sizes(
+        "hnav_vehicle_truth", nothing, [&](auto* t) { return hnav_vehicle_at(vehicle, 1, x, t); }, said_by_vehicle);
+    auto truth = nothing;
+    ASSERT_EQ(hnav_vehicle_at(vehicle, 1, x, &truth), HNAV_OK);
+
+    const hnav_aid_sensor_options options = hnav_aid_sensor_defaults();
+    hnav_aid_sensor* sensor;
+    ASSERT_EQ(hnav_aid_sensor_create(&sensor, HNAV_AID_GNSS, &options, 0, nullptr, 0), HNAV_OK);
+    const auto said_by_sensor = [&] { return std::string(hnav_aid_sensor_message(sensor)); };
+    refuses_unknown_sizes(
+        "hnav_vehicle_truth", truth, [&](auto* t) { return hnav_aid_sensor_sample(sensor, 1, t); }, said_by_sensor);
+    refuses_unknown_sizes(
+        "hnav_aid_reading", hnav_sized<hnav_aid_reading>(), [&](auto* r) { return hnav_aid_sensor_reading(sensor, r); },
+        said_by_sensor);
+    hnav_aid_sensor_destroy(sensor);
+    hnav_vehicle_destroy(vehicle);
+}
+
 TEST(Sized, StructsOfTheAircraft) {
     const hnav_aircraft_options options = hnav_aircraft_defaults();
     const double decay = -1, one = 1;

@@ -45,6 +45,7 @@ extern const ModelInfo model_info;
 // What an FMU is compiled from by the sources in its archive, see cmake/fmu_sources.cmake; ends with null.
 constexpr const char* source_files[] = {"fmu.cpp",
                                         "options/ahrs.cpp",
+                                        "options/aid_sensor.cpp",
                                         "options/aircraft.cpp",
                                         "options/hrekf.cpp",
                                         "options/imu_mag_sensor.cpp",
@@ -53,6 +54,7 @@ constexpr const char* source_files[] = {"fmu.cpp",
                                         "options/magnetometer.cpp",
                                         "options/observer.cpp",
                                         "options/turntable.cpp",
+                                        "options/vehicle.cpp",
                                         nullptr};
 
 // Group of the rows that are continuous states or their derivatives: the adapter fills them itself.

@@ -8,9 +8,11 @@
 
 #include "hnav/attitude.h"
 #include "hnav/ins_error.h"
+#include "hnav/options/aid_sensor.h"
 #include "hnav/options/aircraft.h"
 #include "hnav/options/imu_mag_sensor.h"
 #include "hnav/options/turntable.h"
+#include "hnav/options/vehicle.h"
 #include "hnav/types.h"
 
 #ifdef __cplusplus
@@ -230,6 +232,109 @@ HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor* s
 HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* buffer, size_t bytes);
 /* SIZE, STATE_CORRUPT, STATE_VERSION: the sensor is as it was. */
 HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes);
+
+/* ------------------------------------------------------------------------------------------------ vehicles
+ *
+ * A car, an aircraft, a ship or a body at rest over the turning Earth. How it moves is drawn from the seed: levels of speed, turn and
+ * bank, each held for a random time, with soft edges. All but the place and the course is a function of time; these two flow, and an
+ * integrator may hold them, that of hnav_vehicle_carry or one outside. Meant for ways that stay within a quarter of the globe.
+ *
+ *     double x[HNAV_VEHICLE_STATES];
+ *     hnav_vehicle_start(vehicle, x);
+ *     hnav_vehicle_carry(vehicle, start_s, x, t_s);
+ *     hnav_vehicle_at(vehicle, t_s, x, &truth); */
+typedef struct hnav_vehicle hnav_vehicle;
+
+typedef struct hnav_vehicle_truth {
+    size_t size; /* of this struct; set by the caller */
+    double t_s;
+    double latitude_rad, longitude_rad, height_m; /* above the ellipsoid of WGS 84 */
+    double velocity_n_m_s[3];                     /* north, east, down, over the ground */
+    double q_nb[4];                               /* body to north-east-down of true north, scalar first */
+    double euler_rad[3];                          /* roll, pitch, yaw (rotation order z y x) */
+    double rate_b_rad_s[3];                       /* against inertial axes: with the rates of the Earth and of travel over it */
+    double force_b_m_s2[3];                       /* specific force */
+    double field_b_tesla[3];
+} hnav_vehicle_truth;
+
+/* Displacement from the start in Earth-centred, Earth-fixed axes, m, and course in level axes that the vehicle carries along, rad. */
+#define HNAV_VEHICLE_STATES 4
+
+HNAV_API hnav_vehicle_options hnav_vehicle_defaults(void);
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_vehicle_option(int32_t index);
+
+/* On failure *vehicle is null and the reason stands in message (may be null). start_s: of the motion. */
+HNAV_API hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
+                                         char* message, size_t message_size);
+/* Null is allowed. */
+HNAV_API void hnav_vehicle_destroy(hnav_vehicle* vehicle);
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_vehicle_message(const hnav_vehicle* vehicle);
+
+/* x: HNAV_VEHICLE_STATES numbers. Errors of all of them: NON_FINITE, OUT_OF_RANGE (more than a second before the start). */
+HNAV_API hnav_status hnav_vehicle_start(const hnav_vehicle* vehicle, double* x);
+/* x at from_s becomes x at to_s, later or earlier, to a rounding of the way; by a fixed step of 1/32 s or less. */
+HNAV_API hnav_status hnav_vehicle_carry(const hnav_vehicle* vehicle, double from_s, double* x, double to_s);
+HNAV_API hnav_status hnav_vehicle_flow(const hnav_vehicle* vehicle, double t_s, const double* x, double* dx_dt);
+HNAV_API hnav_status hnav_vehicle_at(const hnav_vehicle* vehicle, double t_s, const double* x, hnav_vehicle_truth* truth);
+
+/* ------------------------------------------------------------------------------------------------ aids
+ *
+ * A receiver of satellites, a barometer, or wheels in a vehicle. It samples truth at its period, index k = 0, 1, ... from start_s; a
+ * sample that is due is taken at the next communication point and stamped with the time of that point, it is delivered latency_s later.
+ * Noise belongs to k: neither communication steps nor other sensors change it. Errors are white noise, whose sigma the sensor tells,
+ * and a slow one, which it does not (first-order Gauss-Markov); the scale factor of wheels and the weather are drawn once.
+ *
+ *     hnav_aid_sensor_sample(sensor, t_s, &truth);
+ *     hnav_aid_sensor_advance(sensor, t_s);
+ *     hnav_aid_sensor_reading(sensor, &reading); */
+typedef struct hnav_aid_sensor hnav_aid_sensor;
+
+typedef enum hnav_aid_sensor_kind { HNAV_AID_GNSS = 0, HNAV_AID_BARO = 1, HNAV_AID_WHEEL = 2 } hnav_aid_sensor_kind;
+
+HNAV_API hnav_aid_sensor_options hnav_aid_sensor_defaults(void);
+/* Rows 0, 1, ...; null beyond the last. */
+HNAV_API const hnav_option_info* hnav_aid_sensor_option(int32_t index);
+
+/* Of the options those of the kind's group count. On failure *sensor is null and the reason stands in message (may be null). */
+HNAV_API hnav_status hnav_aid_sensor_create(hnav_aid_sensor** sensor, hnav_aid_sensor_kind kind,
+                                            const hnav_aid_sensor_options* options, double start_s, char* message,
+                                            size_t message_size);
+/* Null is allowed. */
+HNAV_API void hnav_aid_sensor_destroy(hnav_aid_sensor* sensor);
+/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
+HNAV_API const char* hnav_aid_sensor_message(const hnav_aid_sensor* sensor);
+/* Back to the moment after create. */
+HNAV_API hnav_status hnav_aid_sensor_reset(hnav_aid_sensor* sensor);
+
+/* A communication point: if a sample is due it is taken; of several the newest, and the others are missed. Calling it twice takes
+ * nothing twice. Of the truth it reads place, velocity, attitude and rate. Errors, nothing is taken: NON_FINITE; ZERO_VECTOR when
+ * q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
+HNAV_API hnav_status hnav_aid_sensor_sample(hnav_aid_sensor* sensor, double t_s, const hnav_vehicle_truth* truth);
+/* Delivers what has arrived by t_s. */
+HNAV_API hnav_status hnav_aid_sensor_advance(hnav_aid_sensor* sensor, double t_s);
+/* When a sample is due or delivered next. */
+HNAV_API hnav_status hnav_aid_sensor_next_event_s(const hnav_aid_sensor* sensor, double* next_s);
+
+typedef struct hnav_aid_reading {
+    size_t size; /* of this struct; set by the caller */
+    double value[6]; /* latitude, longitude in rad, height in m, velocity north, east, down in m/s | Pa | m/s; the rest is 0 */
+    double sigma[6]; /* as told, north, east, down for the place */
+    double t_meas_s; /* as stamped */
+    uint64_t count; /* samples delivered so far; 0: none, value and t_meas_s are zero */
+    uint64_t missed; /* samples that the distance of the communication points lost */
+    uint64_t dropped; /* samples taken that are never delivered; those of an outage are not counted */
+    int32_t valid; /* there is a sample, and no outage since */
+    int32_t reserved; /* 0 */
+} hnav_aid_reading;
+HNAV_API hnav_status hnav_aid_sensor_reading(const hnav_aid_sensor* sensor, hnav_aid_reading* reading);
+
+/* Numbers only; fits sensors made with equal kind, options and start. */
+HNAV_API hnav_status hnav_aid_sensor_state_size(const hnav_aid_sensor* sensor, size_t* bytes);
+HNAV_API hnav_status hnav_aid_sensor_save(const hnav_aid_sensor* sensor, void* buffer, size_t bytes);
+/* SIZE, STATE_CORRUPT, STATE_VERSION: the sensor is as it was. */
+HNAV_API hnav_status hnav_aid_sensor_load(hnav_aid_sensor* sensor, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,114 @@
+// The C boundary of the vehicle.
+#include "simulation/vehicle.hpp"
+
+#include "base/memory.hpp"
+#include "c_api/sized.hpp"
+#include "options/lists.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+using hnav::Vehicle;
+
+struct hnav_vehicle : hnav::KeptMessage<160> {
+    hnav_vehicle(const hnav_vehicle_options& options, double start_s) : body(options, start_s), start_s(start_s) {}
+
+    Vehicle body;
+    double start_s;
+};
+
+namespace {
+
+// A mean reaches back before the start, by as much at the most.
+constexpr double before_start_s = 1;
+
+hnav_status check_time(const hnav_vehicle* vehicle, double t_s) {
+    REQUIRE_FINITE(vehicle, t_s);
+    if (t_s >= vehicle->start_s - before_start_s) return HNAV_OK;
+    return vehicle->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g is before the start at %g s", t_s, vehicle->start_s);
+}
+
+Vehicle::State state_of(const double* x) { return {hnav::Vector3(x), x[3]}; }
+
+void store(const Vehicle::State& state, double* x) {
+    std::copy_n(state.displacement_m.data(), 3, x);
+    x[3] = state.course_rad;
+}
+
+hnav_status check_state(const hnav_vehicle* vehicle, const double* x) {
+    for (int i = 0; i < HNAV_VEHICLE_STATES; ++i) REQUIRE_FINITE(vehicle, x[i]);
+    return HNAV_OK;
+}
+
+void store(const Vehicle::Seen& seen, hnav_vehicle_truth* truth) {
+    truth->latitude_rad = seen.place.latitude_rad;
+    truth->longitude_rad = seen.place.longitude_rad;
+    truth->height_m = seen.place.height_m;
+    const hnav::Vector3 euler = hnav::roll_pitch_yaw(seen.q_nb);
+    std::copy_n(seen.velocity_n.data(), 3, truth->velocity_n_m_s);
+    std::copy_n(seen.q_nb.data(), 4, truth->q_nb);
+    std::copy_n(euler.data(), 3, truth->euler_rad);
+    std::copy_n(seen.rate_b.data(), 3, truth->rate_b_rad_s);
+    std::copy_n(seen.force_b.data(), 3, truth->force_b_m_s2);
+    std::copy_n(seen.field_b.data(), 3, truth->field_b_tesla);
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s, char* message,
+                                size_t message_size) {
+    const hnav::CallersMessage caller{message, message_size};
+    caller.clear();
+    if (!vehicle) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "vehicle is null");
+    *vehicle = nullptr;
+    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (const hnav_status status = caller.check_options(options, hnav::vehicle_options)) return status;
+    if (!std::isfinite(start_s)) return caller.fail(HNAV_ERROR_NON_FINITE, "start_s = %g is not finite", start_s);
+    *vehicle = hnav::make_object<hnav_vehicle>(*options, start_s);
+    return *vehicle ? HNAV_OK : caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the vehicle");
+}
+
+void hnav_vehicle_destroy(hnav_vehicle* vehicle) { hnav::destroy_object(vehicle); }
+
+const char* hnav_vehicle_message(const hnav_vehicle* vehicle) { return vehicle ? vehicle->message : "vehicle is null"; }
+
+hnav_status hnav_vehicle_start(const hnav_vehicle* vehicle, double* x) {
+    REQUIRE(vehicle, x);
+    store(vehicle->body.start(), x);
+    return HNAV_OK;
+}
+
+hnav_status hnav_vehicle_carry(const hnav_vehicle* vehicle, double from_s, double* x, double to_s) {
+    REQUIRE(vehicle, x);
+    for (const double t_s : {from_s, to_s})
+        if (const hnav_status status = check_time(vehicle, t_s)) return status;
+    if (const hnav_status status = check_state(vehicle, x)) return status;
+    store(vehicle->body.carry(from_s, state_of(x), to_s), x);
+    return HNAV_OK;
+}
+
+hnav_status hnav_vehicle_flow(const hnav_vehicle* vehicle, double t_s, const double* x, double* dx_dt) {
+    REQUIRE(vehicle, x);
+    REQUIRE(vehicle, dx_dt);
+    hnav_status status = check_time(vehicle, t_s);
+    if (status == HNAV_OK) status = check_state(vehicle, x);
+    if (status == HNAV_OK) store(vehicle->body.flow(t_s, state_of(x)), dx_dt);
+    return status;
+}
+
+hnav_status hnav_vehicle_at(const hnav_vehicle* vehicle, double t_s, const double* x, hnav_vehicle_truth* truth) {
+    REQUIRE(vehicle, x);
+    REQUIRE_STRUCT(vehicle, truth, hnav_vehicle_truth);
+    hnav_status status = check_time(vehicle, t_s);
+    if (status == HNAV_OK) status = check_state(vehicle, x);
+    if (status != HNAV_OK) return status;
+    hnav_vehicle_truth result{};
+    result.t_s = t_s;
+    store(vehicle->body.seen(t_s, state_of(x)), &result);
+    hnav::hand_out(result, truth);
+    return HNAV_OK;
+}
+
+} // extern "C"

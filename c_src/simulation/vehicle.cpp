@@ -1,0 +1,271 @@
+#include "simulation/vehicle.hpp"
+
+#include "simulation/streams.hpp"
+
+namespace hnav {
+namespace {
+
+constexpr double gravity_m_s2 = 9.80665;
+const Vector3 earth_rate{0, 0, earth::rate_rad_s};
+
+// Of the streams of a vehicle. A chance of its own: the course at the start.
+enum SignalNumber { course_chance, speed_signal, turn_signal, roll_signal, pitch_signal, heave_signal, mean_speed_chance };
+
+double between(double low, double high, double chance) { return low + (high - low) * chance; }
+
+// One of so many numbers.
+template <int count>
+double one_of(const double (&numbers)[count], double chance) {
+    return numbers[static_cast<int>(count * chance)];
+}
+
+// In n axes x, y, z of a rotation by roll, then pitch, then course: columns are the body's.
+Matrix3 turned(double roll, double pitch, double course) {
+    const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch), cy = std::cos(course),
+                 sy = std::sin(course);
+    Matrix3 R;
+    R << cp * cy, sr * sp * cy - cr * sy, cr * sp * cy + sr * sy, //
+        cp * sy, sr * sp * sy + cr * cy, cr * sp * sy - sr * cy,  //
+        -sp, sr * cp, cr * cp;
+    return R;
+}
+
+} // namespace
+
+Vehicle::Vehicle(const hnav_vehicle_options& o, double start_s)
+    : kind_(static_cast<hnav_vehicle_kind>(o.kind)),
+      seed_(static_cast<std::uint64_t>(o.seed)),
+      start_s_(start_s),
+      sway_(o.sway),
+      mean_over_s_(o.mean_over_s) {
+    const earth::Place place{o.latitude_rad, o.longitude_rad, o.height_m};
+    axes_e_ = earth::axes_at(place);
+    position_e_ = earth::position_of(place);
+    course_rad_ = o.heading_rad + o.heading_unknown_rad * (2 * stream(course_chance).uniform(0) - 1);
+    const double dip = o.field_dip_rad, declination = o.declination_rad;
+    field_n_ = o.field_strength_tesla *
+               Vector3(std::cos(dip) * std::cos(declination), std::cos(dip) * std::sin(declination), std::sin(dip));
+}
+
+// ------------------------------------------------------------------------------------------------ signals
+
+RandomStream Vehicle::stream(int signal) const { return {seed_, streams::vehicle + static_cast<std::uint64_t>(signal)}; }
+
+Vehicle::Signal Vehicle::stairs(double s, int signal, const Stairs& stairs) const {
+    const RandomStream random = stream(signal);
+    // Numbers of a level: two words of its block for the level, one for the time at which it begins. Those before the start have
+    // indices too, for a mean reaches back.
+    const auto chance = [&](double k, unsigned word) { return random.uniform(4 * static_cast<std::uint64_t>(k + 4) + word); };
+    const auto begin_s = [&](double k) { return stairs.mean_s * k + stairs.spread_s * (2 * chance(k, 2) - 1); };
+    const auto level = [&](double k) { return stairs.level(chance(k, 0), chance(k, 1)); };
+    double k = std::floor(s / stairs.mean_s) + 1;
+    while (begin_s(k) > s) k -= 1;
+    const double x = (s - begin_s(k)) / stairs.blend_s, to = level(k);
+    if (x >= 1) return {to, 0};
+    const double step = to - level(k - 1); // of fifth order: two derivatives are steady at both ends
+    return {to - step * (1 - x * x * x * (10 + x * (6 * x - 15))), step * 30 * x * x * (1 - x) * (1 - x) / stairs.blend_s};
+}
+
+// A sum of sines of a tenth of a hertz to several, times haste.
+Vehicle::Signal Vehicle::sway(double s, int signal, double size, double haste) const {
+    const RandomStream random = stream(signal);
+    constexpr double hertz[] = {0.15, 0.4, 1.1, 3.0};
+    Signal sum{0, 0};
+    for (unsigned i = 0; i < 4; ++i) {
+        const double w = 2 * M_PI * haste * hertz[i], phase = 2 * M_PI * random.uniform(i);
+        const double amplitude = sway_ * size * between(0.5, 1.5, random.uniform(4 + i));
+        sum.value += amplitude * std::sin(w * s + phase);
+        sum.rate += amplitude * w * std::cos(w * s + phase);
+    }
+    return sum;
+}
+
+// One sine of random amplitude, period and phase.
+Vehicle::Signal Vehicle::wave(double s, int signal, double low, double high, double shortest_s, double longest_s) const {
+    const RandomStream random = stream(signal);
+    const double amplitude = sway_ * between(low, high, random.uniform(0)), phase = 2 * M_PI * random.uniform(1);
+    const double w = 2 * M_PI / between(shortest_s, longest_s, random.uniform(2));
+    return {amplitude * std::sin(w * s + phase), amplitude * w * std::cos(w * s + phase)};
+}
+
+// ------------------------------------------------------------------------------------------------ kinds
+
+Vehicle::Motion Vehicle::motion(double s) const {
+    switch (kind_) {
+    case HNAV_VEHICLE_CAR: return car(s);
+    case HNAV_VEHICLE_AIRCRAFT: return aircraft(s);
+    case HNAV_VEHICLE_SHIP: return ship(s);
+    default: return rest(s);
+    }
+}
+
+// Stops, goes and turns as in a town.
+Vehicle::Motion Vehicle::car(double s) const {
+    Motion m{};
+    constexpr auto speed = [](double first, double) {
+        constexpr double levels[] = {0, 4, 8, 12, 15};
+        return one_of(levels, first);
+    };
+    constexpr auto turn = [](double first, double second) {
+        constexpr double sides[] = {0, 0, 0, 1, -1};
+        return one_of(sides, first) * between(0.1, 0.35, second);
+    };
+    m.speed = stairs(s, speed_signal, {13, 3.5, 6, speed});
+    // Turns and sways as it gains speed; standing, it stands.
+    const double v = m.speed.value, size = std::sqrt(v * v + 25);
+    const Signal moving{v / size, m.speed.rate * 25 / (size * size * size)};
+    const auto while_moving = [&](const Signal& a) {
+        return Signal{a.value * moving.value, a.rate * moving.value + a.value * moving.rate};
+    };
+    m.turn_rad_s = stairs(s, turn_signal, {5.5, 1.25, 2, turn}).value * moving.value;
+    m.roll = while_moving(sway(s, roll_signal, 0.004, 0.3));
+    m.pitch = while_moving(sway(s, pitch_signal, 0.004, 0.3));
+    return m;
+}
+
+// Banks into its turns, climbs and sinks.
+Vehicle::Motion Vehicle::aircraft(double s) const {
+    Motion m{};
+    constexpr auto change = [](double first, double) { return between(-5, 5, first); };
+    constexpr auto bank = [](double first, double second) {
+        constexpr double sides[] = {0, 0, 1, -1};
+        return one_of(sides, first) * between(0.1, 0.6, second);
+    };
+    constexpr auto pitch = [](double first, double) { return between(-0.1, 0.15, first); };
+    m.speed = stairs(s, speed_signal, {20, 5, 6, change});
+    m.speed.value += between(25, 85, stream(mean_speed_chance).uniform(0));
+    m.roll = stairs(s, roll_signal, {19, 5.5, 4, bank});
+    m.pitch = m.climb = stairs(s, pitch_signal, {17.5, 3.75, 6, pitch});
+    m.turn_rad_s = gravity_m_s2 * std::tan(m.roll.value) / m.speed.value;
+    return m;
+}
+
+// Slow, in a swell.
+Vehicle::Motion Vehicle::ship(double s) const {
+    Motion m{};
+    constexpr auto speed = [](double first, double) { return between(2, 9, first); };
+    constexpr auto turn = [](double first, double second) {
+        constexpr double sides[] = {0, 1, -1};
+        return one_of(sides, first) * between(0.01, 0.04, second);
+    };
+    m.speed = stairs(s, speed_signal, {60, 15, 30, speed});
+    m.turn_rad_s = stairs(s, turn_signal, {40, 10, 10, turn}).value;
+    m.roll = wave(s, roll_signal, 0.02, 0.12, 7, 12);
+    m.pitch = wave(s, pitch_signal, 0.01, 0.05, 5, 9);
+    m.heave = wave(s, heave_signal, 0.2, 0.6, 7, 9);
+    return m;
+}
+
+// Stands on something that sways by millimetres.
+Vehicle::Motion Vehicle::rest(double s) const {
+    Motion m{};
+    m.speed = sway(s, speed_signal, 2e-3, 1);
+    m.roll = sway(s, roll_signal, 3e-4, 1);
+    m.pitch = sway(s, pitch_signal, 3e-4, 1);
+    m.turn_rad_s = sway(s, turn_signal, 3e-4, 1).rate;
+    return m;
+}
+
+// ------------------------------------------------------------------------------------------------ flow
+
+Vector3 Vehicle::velocity_in_level(const Motion& m, double course_rad) const {
+    const double ahead = m.speed.value * std::cos(m.climb.value);
+    return {ahead * std::cos(course_rad), ahead * std::sin(course_rad), m.heave.value - m.speed.value * std::sin(m.climb.value)};
+}
+
+Vector3 Vehicle::level_rate(const earth::Place& place, const Matrix3& axes_n, const Vector3& velocity_e) const {
+    const double sine = std::sin(place.latitude_rad), w2 = 1 - earth::eccentricity2 * sine * sine;
+    const double across_m = earth::equator_m / std::sqrt(w2), along_m = across_m * (1 - earth::eccentricity2) / w2;
+    const Vector3 v = axes_n.transpose() * velocity_e, start = axes_e_.col(2), down = axes_n.col(2);
+    const Vector3 change =
+        -v[0] / (along_m + place.height_m) * axes_n.col(0) - v[1] / (across_m + place.height_m) * axes_n.col(1);
+    const auto half_way = [&](double scalar, const Vector3& d) {
+        const Vector3 across = start.cross(d);
+        return Quaternion{scalar + start.dot(d), across[0], across[1], across[2]};
+    };
+    const Quaternion q = half_way(1, down), dq = half_way(0, change);
+    return 2 / q.squaredNorm() * multiply(dq, conjugate(q)).tail<3>();
+}
+
+Vehicle::State Vehicle::flow(double t_s, const State& x) const {
+    const Motion m = motion(t_s - start_s_);
+    const Vector3 down = earth::axes_at(earth::place_of(position_e_ + x.displacement_m)).col(2);
+    return {earth::carried_axes(axes_e_, down) * velocity_in_level(m, x.course_rad), m.turn_rad_s};
+}
+
+Vehicle::State Vehicle::carry(double from_s, const State& x, double to_s) const {
+    const int steps = static_cast<int>(std::ceil(std::fabs(to_s - from_s) / longest_step_s * (1 - 1e-12)));
+    const auto ahead = [](const State& at, double h, const State& slope) {
+        return State{at.displacement_m + h * slope.displacement_m, at.course_rad + h * slope.course_rad};
+    };
+    State now = x;
+    for (int i = 0; i < steps; ++i) {
+        const double h = (to_s - from_s) / steps, t_s = from_s + i * h;
+        const State a = flow(t_s, now), b = flow(t_s + h / 2, ahead(now, h / 2, a)), c = flow(t_s + h / 2, ahead(now, h / 2, b)),
+                    d = flow(t_s + h, ahead(now, h, c));
+        now = ahead(ahead(ahead(ahead(now, h / 6, a), h / 3, b), h / 3, c), h / 6, d);
+    }
+    return now;
+}
+
+// ------------------------------------------------------------------------------------------------ truth
+
+Vehicle::Body Vehicle::body(double t_s, const State& x) const {
+    const Motion m = motion(t_s - start_s_);
+    Body b;
+    b.position = position_e_ + x.displacement_m;
+    b.place = earth::place_of(b.position);
+    b.axes_n = earth::axes_at(b.place);
+    const Matrix3 level = earth::carried_axes(axes_e_, b.axes_n.col(2));
+    const Vector3 in_level = velocity_in_level(m, x.course_rad);
+    b.velocity = level * in_level;
+    const Vector3 rate_of_level = level_rate(b.place, b.axes_n, b.velocity);
+
+    const double cc = std::cos(m.climb.value), sc = std::sin(m.climb.value);
+    const double ahead = m.speed.rate * cc - m.speed.value * sc * m.climb.rate, course = m.turn_rad_s;
+    const Vector3 gained{ahead * std::cos(x.course_rad) - course * in_level[1],
+                         ahead * std::sin(x.course_rad) + course * in_level[0],
+                         m.heave.rate - m.speed.rate * sc - m.speed.value * cc * m.climb.rate};
+    b.acceleration = level * gained + rate_of_level.cross(b.velocity);
+
+    const double roll = m.roll.value, pitch = m.pitch.value;
+    b.axes_b = level * turned(roll, pitch, x.course_rad);
+    // Roll turns about body x, pitch about the axis before it, course about the vertical.
+    const Vector3 own{m.roll.rate - course * std::sin(pitch),
+                      m.pitch.rate * std::cos(roll) + course * std::cos(pitch) * std::sin(roll),
+                      course * std::cos(pitch) * std::cos(roll) - m.pitch.rate * std::sin(roll)};
+    b.rate = rate_of_level + b.axes_b * own;
+    return b;
+}
+
+Vehicle::Seen Vehicle::seen(double t_s, const State& x) const {
+    const Body b = body(t_s, x);
+    Seen seen;
+    seen.place = b.place;
+    seen.velocity_n = b.axes_n.transpose() * b.velocity;
+    const Matrix3 R_nb = b.axes_n.transpose() * b.axes_b;
+    seen.q_nb = quaternion_from_matrix(R_nb);
+    seen.field_b = R_nb.transpose() * field_n_;
+    if (mean_over_s_ > 0) {
+        mean(body(t_s - mean_over_s_, carry(t_s, x, t_s - mean_over_s_)), b, &seen);
+        return seen;
+    }
+    seen.rate_b = b.axes_b.transpose() * (earth_rate + b.rate);
+    seen.force_b = b.axes_b.transpose() * (b.acceleration + 2 * earth_rate.cross(b.velocity) - earth::gravity_at(b.position));
+    return seen;
+}
+
+void Vehicle::mean(const Body& before, const Body& now, Seen* seen) const {
+    const double T = mean_over_s_;
+    const auto earth_turn = [](double for_s) { return rotation_matrix(rotation_quaternion(earth_rate * for_s)); };
+    const Matrix3 turn = before.axes_b.transpose() * earth_turn(T) * now.axes_b;
+    seen->rate_b = rotation_vector(quaternion_from_matrix(turn)) / T;
+    const Vector3 gravity = 0.5 * (earth::gravity_at(before.position) + earth::gravity_at(now.position));
+    const Vector3 gained = now.velocity - before.velocity + T * (earth_rate.cross(before.velocity + now.velocity) - gravity);
+    // What a force that is held in the turning body comes to, in the axes of the Earth at the middle of the interval.
+    const Matrix3 held = earth_turn(-T / 2) * before.axes_b * HeldTurn<>(seen->rate_b, T).integral;
+    const Vector3 a = held.col(0), b = held.col(1), c = held.col(2);
+    seen->force_b = Vector3(gained.dot(b.cross(c)), gained.dot(c.cross(a)), gained.dot(a.cross(b))) / a.dot(b.cross(c));
+}
+
+} // namespace hnav

@@ -1,0 +1,84 @@
+// Vehicles over the turning Earth: where a car, an aircraft, a ship or a body at rest is, and what error-free inertial sensors in it
+// read. Everything but the course and the place is a function of time in closed form; these two flow.
+//
+// Velocity and attitude are drawn in level axes that the vehicle carries along; north-east-down is made for those who ask.
+#pragma once
+
+#include "hnav/simulation.h"
+#include "maths/earth.hpp"
+#include "simulation/random.hpp"
+
+namespace hnav {
+
+class Vehicle {
+public:
+    // What flows: the displacement from the start in Earth-fixed axes, and the course in the level axes.
+    struct State {
+        Vector3 displacement_m;
+        double course_rad;
+    };
+
+    struct Seen {
+        earth::Place place;
+        Vector3 velocity_n, rate_b, force_b, field_b;
+        Quaternion q_nb;
+    };
+
+    Vehicle(const hnav_vehicle_options& options, double start_s);
+
+    State start() const { return {Vector3::Zero(), course_rad_}; }
+    State flow(double t_s, const State& x) const;
+    // By the fourth order of Runge and Kutta in equal steps of at most longest_step_s, forwards or backwards.
+    State carry(double from_s, const State& x, double to_s) const;
+    Seen seen(double t_s, const State& x) const;
+
+    static constexpr double longest_step_s = 0.03125;
+
+private:
+    // A signal and its derivative.
+    struct Signal {
+        double value, rate;
+    };
+    // Of the body at an instant, in its level axes.
+    struct Motion {
+        Signal speed, climb, heave, roll, pitch; // climb: angle of the way above the level; heave: velocity down
+        double turn_rad_s;
+    };
+    // In Earth-fixed axes, against the Earth.
+    struct Body {
+        earth::Place place;
+        Matrix3 axes_n, axes_b; // north, east, down and the axes of the body, as columns
+        Vector3 position, velocity, acceleration, rate;
+    };
+    // Levels that are each held for a while; what lies between them is smooth.
+    struct Stairs {
+        double mean_s, spread_s, blend_s;
+        double (*level)(double first, double second); // of two numbers that are uniform in [0, 1)
+    };
+
+    Motion motion(double s) const;
+    Motion car(double s) const;
+    Motion aircraft(double s) const;
+    Motion ship(double s) const;
+    Motion rest(double s) const;
+    RandomStream stream(int signal) const;
+    Signal stairs(double s, int signal, const Stairs& stairs) const;
+    Signal sway(double s, int signal, double size, double haste) const;
+    Signal wave(double s, int signal, double low, double high, double shortest_s, double longest_s) const;
+
+    Vector3 velocity_in_level(const Motion& m, double course_rad) const;
+    // How the level axes turn against the Earth.
+    Vector3 level_rate(const earth::Place& place, const Matrix3& axes_n, const Vector3& velocity_e) const;
+    Body body(double t_s, const State& x) const;
+    // Rate and force that, held from the one body to the other, bring the motion about.
+    void mean(const Body& before, const Body& now, Seen* seen) const;
+
+    hnav_vehicle_kind kind_;
+    std::uint64_t seed_;
+    double start_s_, sway_, mean_over_s_, course_rad_;
+    Matrix3 axes_e_; // level axes of the start
+    Vector3 position_e_; // of the start
+    Vector3 field_n_;
+};
+
+} // namespace hnav
