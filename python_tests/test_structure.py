@@ -14,7 +14,7 @@ from checkout import TOP
 
 BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
 PRODUCTS = ("attitude", "ins", "ins_error", "observer", "calibration", "simulation")
-SHARED_BY_FMUS = ("attitude_filter", "aircraft")
+SHARED_BY_FMUS = ("attitude_filter", "aircraft", "aid_sensor")
 FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 # Room of the includer: the rooms that it may include from, its own beside them.
 ALLOWED = {

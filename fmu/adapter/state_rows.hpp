@@ -45,6 +45,7 @@ private:
     static const char* per_second(const char* unit) {
         if (!*unit) return "1/s";
         if (!std::strcmp(unit, "rad/s")) return "rad/s2";
+        if (!std::strcmp(unit, "m")) return "m/s";
         return ""; // of seconds
     }
 

@@ -62,7 +62,7 @@ ORDERS = {
         nominals=True, rounds=2,
     ),
 }  # fmt: skip
-FMUS = ("Hrekf", "Ahrs", "Turntable", "InsErrorFilterLateral", "AircraftInsLateral", "Pendulum", "Observer", "Ins")
+FMUS = ("Hrekf", "Ahrs", "Turntable", "InsErrorFilterLateral", "AircraftInsLateral", "Pendulum", "Observer", "Ins", "Vehicle")
 
 
 def example_input(name: str, version: int) -> tuple[list[str], np.ndarray]:

@@ -19,7 +19,10 @@ from hnav.filters.attitude import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 
 FILTERS = ("Hrekf", "Ahrs")
-FMUS = (*FILTERS, "Turntable", "ImuMagSensor", "InsErrorFilterLateral", "AircraftInsLateral", "Pendulum", "Observer", "Ins")
+FMUS = (
+    *FILTERS, "Turntable", "ImuMagSensor", "InsErrorFilterLateral", "AircraftInsLateral", "Pendulum", "Observer", "Ins", "Vehicle", "Gnss",
+    "Baro", "Wheel",
+)  # fmt: skip
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 filters = pytest.mark.parametrize("name", FILTERS)

@@ -23,8 +23,9 @@ COUNTS = {
     "Hrekf": ("count.gyro_used", "count.accel_used", "count.missed"), "Ahrs": ("count.gyro_used", "count.mag_used", "count.missed"),
     "InsErrorFilterLateral": ("count.samples", "count.missed"), "AircraftInsLateral": ("z.sample",),
     "ImuMagSensor": ("gyro.sample", "mag.sample", "count.gyro.missed"), "Pendulum": ("measured.sample",),
-    "Ins": ("count.imu_used", "count.missed"),
+    "Ins": ("count.imu_used", "count.missed"), "Baro": ("baro.sample", "count.missed"), "Wheel": ("wheel.sample", "count.missed"),
 }  # fmt: skip
+SENSORS = ("ImuMagSensor", "Baro", "Wheel")  # in Co-Simulation alone
 
 
 def set_sample(fmu: Fmu) -> None:
@@ -82,7 +83,7 @@ def counts_in_model_exchange(name: str, version: int, start_s: float) -> list[in
         return [fmu.get(count) for count in COUNTS[name]]
 
 
-@pytest.mark.parametrize("name", [n for n in COUNTS if n != "ImuMagSensor"])
+@pytest.mark.parametrize("name", [n for n in COUNTS if n not in SENSORS])
 @versions
 def test_a_clock_that_counts_from_1970_loses_no_sample_in_model_exchange(name, version):
     expected = counts_in_model_exchange(name, version, 0.0)
@@ -191,7 +192,7 @@ def test_what_is_too_small_is_refused_by_name(name, parameters, named, version):
         fmu.initialise()
 
 
-@pytest.mark.parametrize("name", [*COUNTS, "Turntable", "Observer"])
+@pytest.mark.parametrize("name", [*COUNTS, "Turntable", "Observer", "Vehicle"])
 @versions
 def test_times_beyond_1e12_s_are_refused_everywhere(name, version):
     for start_s in (1e15, -1e13):
@@ -201,7 +202,7 @@ def test_times_beyond_1e12_s_are_refused_everywhere(name, version):
         fmu.initialise()
         with pytest.raises(HnavError, match="beyond 1e"):
             fmu.do_step(0, 1e13)
-    if name != "ImuMagSensor":
+    if name not in SENSORS:
         with Fmu(fmu_path(name, version), model_exchange=True) as fmu:
             fmu.initialise()
             with pytest.raises(HnavError, match="beyond 1e"):

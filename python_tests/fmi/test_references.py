@@ -12,7 +12,7 @@ from hnav.fmi.fmus import Fmu, fmu_path
 
 FMUS = (
     "Hrekf", "Ahrs", "Turntable", "ImuMagSensor", "InsErrorFilterLateral", "InsErrorFilterLongitudinal", "AircraftInsLateral",
-    "AircraftInsLongitudinal", "Pendulum", "Ins",
+    "AircraftInsLongitudinal", "Pendulum", "Ins", "Vehicle", "Gnss", "Baro", "Wheel",
 )  # fmt: skip
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 

@@ -126,7 +126,7 @@ GENERAL = (
 
 
 @versions
-@pytest.mark.parametrize("name", ("Turntable", "ImuMagSensor", "Pendulum", "Observer"))
+@pytest.mark.parametrize("name", ("Turntable", "ImuMagSensor", "Pendulum", "Observer", "Vehicle", "Gnss", "Baro", "Wheel"))
 @pytest.mark.parametrize("law", GENERAL, ids=lambda law: law.__name__.removeprefix("test_"))
 def test_what_holds_for_every_fmu(law, name, version, monkeypatch, tmp_path):
     monkeypatch.setattr(test_fmu, "MODEL", name)

@@ -1,0 +1,33 @@
+// The Wheel FMU: speed along the body of a vehicle, by its wheels.
+#include "aid_sensor/sensor_model.hpp"
+
+namespace hnav::fmu {
+namespace {
+
+class Wheel final : public AidSensorModel<HNAV_AID_WHEEL> {
+public:
+    void describe(Table& table) override {
+        using namespace rows;
+        table.add(time());
+        body_.describe(table);
+        describe_options(table);
+        show_value<0>(table, output("wheel.speed", "m/s", "", "Speed along body x, newest sample delivered"));
+        show_sigma<0>(table, output("wheel.sigma", "m/s", "", "Its standard deviation, as told"));
+        show_marks(table, "wheel");
+        show_counts(table);
+    }
+
+private:
+    void read(const double* values, hnav_vehicle_truth* truth) const override { body_.read(values, truth); }
+
+    BodyRows body_{};
+};
+
+} // namespace
+
+constexpr ModelInfo model_info = {"Wheel",
+                                  "Speed by wheels of a size that nobody knows: truth to samples with counters and time stamps",
+                                  Experiment{0.01, 60}, States{0, 0}, false};
+Model* make_model() { return new Wheel; }
+
+} // namespace hnav::fmu
