@@ -16,7 +16,7 @@ from closed_loop import closed_run
 from hnav.fmi.fmus import fmu_path
 from hnav.systems.sensors import GRADES
 from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SCENARIOS, grade_values
-from hnav.systems.turntable_system import write_system
+from hnav.systems.turntable_system import TURNTABLE
 from importing import ecos
 
 FOLDER = TOP / "models" / "systems" / "turntable"
@@ -42,7 +42,7 @@ def error_deg(run: dict, name: str) -> np.ndarray:
 
 
 def test_the_files_in_the_repository_are_those_that_the_scenarios_and_grades_give(tmp_path):
-    write_system(tmp_path)
+    TURNTABLE.write(tmp_path)
     written = {str(p.relative_to(tmp_path)): p.read_text() for p in tmp_path.rglob("*.ss?")}
     kept = {str(p.relative_to(FOLDER)): p.read_text() for p in FOLDER.rglob("*.ss?")}
     assert sorted(written) == sorted(kept)

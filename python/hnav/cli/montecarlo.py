@@ -58,7 +58,10 @@ def command(
             kept.remove()
     failed = table[table["failure"] != ""]
     if len(failed) < len(table):
-        show(means_table(table[table["failure"] == ""]), width=200)
+        finished = table[table["failure"] == ""]
+        for tell, column in ((means_table, "mse_deg2"), (navigation_table, "position_end_m")):
+            if column in finished:
+                show(tell(finished[finished[column].notna()]), width=200)
     for row in failed.itertuples():
         say(f"failed: {row.scenario}, seed {row.seed}: {row.failure}")
     say(f"{len(work) - len(failed)} of {len(work)} runs to {out}")
@@ -104,6 +107,32 @@ def means_table(runs: pd.DataFrame) -> Table:
                 f"{ready.median():.3g} ({len(ready)})" if len(ready) else "never",
             )  # fmt: skip
     return table
+
+
+def navigation_table(runs: pd.DataFrame) -> Table:
+    """A line for each scenario and filter that navigates. z2: mean of squared errors over their variance, 1 when sigmas are right; each at
+    most 100, that of a place a mean of three."""
+    heads = ["scenario", "filter", "runs", "heading ready", "median", "false", "heading at the end, rms", "stated", "z2"]
+    heads += ["place at the end, rms", "z2", "farthest off since ready: median", "worst", "within 3 sigma"]
+    table = Table(*heads, title="filters that navigate")
+    for (scenario, name), rows in runs.groupby(["scenario", "filter"], sort=False):
+        ready = rows["heading_ready_s"].dropna()
+        table.add_row(
+            str(scenario), str(name), str(len(rows)), str(len(ready)), f"{ready.median():.3g} s" if len(ready) else "never",
+            f"{rows['false_ready'].sum():.0f}", f"{_rms(rows['heading_end_deg']):.3g} deg", f"{_rms(rows['heading_end_sigma_deg']):.3g} deg",
+            f"{rows['heading_z2'].clip(upper=100).mean():.2f}", f"{_rms(rows['position_end_m']):.3g} m",
+            f"{rows['position_z2'].clip(upper=100).mean():.2f}", *(_since_ready(rows) if len(ready) else ("", "", "")),
+        )  # fmt: skip
+    return table
+
+
+def _since_ready(rows: pd.DataFrame) -> tuple[str, str, str]:
+    worst = rows["position_worst_m"]
+    return f"{worst.median():.3g} m", f"{worst.max():.3g} m", f"{rows['position_within_3_sigma'].mean():.1%}"
+
+
+def _rms(values: pd.Series[float]) -> float:
+    return float((values**2).mean() ** 0.5)
 
 
 def _interval(found: tuple[float, float, float]) -> str:

@@ -28,12 +28,21 @@ try:
     from hnav.reports.certificate_panel import certificate_panel
     from hnav.reports.flight_panels import FLIGHT_PANELS
     from hnav.reports.health_panel import health_panel
+    from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
     from hnav.reports.panels import Panel, colour_of
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
 
 # In the order of the page; what they cost comes last.
-PANELS: tuple[Panel, ...] = (body_panel, *ATTITUDE_PANELS, health_panel, certificate_panel, *FLIGHT_PANELS, timing_panel)
+PANELS: tuple[Panel, ...] = (
+    body_panel,
+    *ATTITUDE_PANELS,
+    health_panel,
+    certificate_panel,
+    *FLIGHT_PANELS,
+    *NAVIGATION_RUN_PANELS,
+    timing_panel,
+)
 STYLE, SCRIPT = "page.css", "page.js"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 # Colours that page.js knows another of for dark screens. The legend has the bottom for itself, the toolbar the top.
@@ -117,10 +126,11 @@ def parameters(run: Run) -> str:
 
 
 def summary(run: Run) -> str:
-    """A row for each filter; "" without filters."""
+    """A row for each filter, lines for one that navigates; "" without filters."""
     filters = estimates(run)
     if not filters:
-        return ""
+        rows = summary_rows(run)
+        return figures_as_text(rows) if rows else ""
     heads = (
         "filter",
         "RMSE",

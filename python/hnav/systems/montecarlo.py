@@ -27,6 +27,7 @@ from hnav import __version__
 from hnav.errors import HnavError
 from hnav.io.outputs import OutputError, write_files
 from hnav.io.record_file import RecordFile
+from hnav.systems.navigation_views import navigators
 from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.ssp_reader import system_files
@@ -35,6 +36,7 @@ from hnav.systems.structure import System, refuse
 
 # What the figures need of a run, and no more: the files of 200 runs stay in memory.
 RECORDED = (
+    "*.truth.latitude", "*.truth.longitude", "*.truth.height", "*.truth.euler[3]", "*.nav.*", "*.att.heading",
     "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
 )  # fmt: skip
 NEES_AT_S = (10.0, 30.0, 60.0)
@@ -121,10 +123,11 @@ def _rows_of(job: Job, system: str | LoadedSystem) -> list[Row]:
         )
         if run.about["failure"]:
             return [_failed(job, run.about["failure"])]
-        filters = estimates(run)
-        if not filters:
-            refuse(f"system {run.about['system']} has no attitude filter (att.q): there is nothing to compare")
-        return [key | {"filter": e.name, "failure": ""} | _figures(e, run) for e in filters]
+        found = {e.name: _figures(e, run) for e in estimates(run)} | {n.name: n.figures for n in navigators(run)}
+        if not found:
+            told = "has no attitude filter (att.q), and no filter that navigates (nav.latitude) beside a true place"
+            refuse(f"system {run.about['system']} {told}: there is nothing to compare")
+        return [key | {"filter": name, "failure": ""} | figures for name, figures in found.items()]
     except OutputError:  # a full disk is no property of the run
         raise
     except HnavError as error:

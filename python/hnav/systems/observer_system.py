@@ -19,7 +19,7 @@ from hnav.fmi.fmus import Fmu
 from hnav.io.fmu_files import fmu_path
 from hnav.systems.parameter_sets import parameter_element, unit_elements
 from hnav.systems.structure import Value
-from hnav.systems.turntable_system import connector
+from hnav.systems.system_files import connector
 
 PLANT = "Pendulum"
 PERIOD_S = 0.02

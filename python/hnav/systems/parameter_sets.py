@@ -22,7 +22,7 @@ SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 BASE_UNITS: dict[str, dict[str, int]] = {
     "s": {"s": 1}, "1/s": {"s": -1}, "rad": {"rad": 1}, "rad/s": {"rad": 1, "s": -1}, "rad/s2": {"rad": 1, "s": -2},
     "rad2": {"rad": 2}, "rad2/s": {"rad": 2, "s": -1}, "rad2/s2": {"rad": 2, "s": -2}, "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2}, "m/s3": {"m": 1, "s": -3}, "T": {"kg": 1, "s": -2, "A": -1}, "T/s": {"kg": 1, "s": -3, "A": -1},
+    "m": {"m": 1}, "Pa": {"kg": 1, "m": -1, "s": -2}, "m/s2": {"m": 1, "s": -2}, "m/s3": {"m": 1, "s": -3}, "T": {"kg": 1, "s": -2, "A": -1}, "T/s": {"kg": 1, "s": -3, "A": -1},
 }  # fmt: skip
 
 
