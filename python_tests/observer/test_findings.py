@@ -1,5 +1,7 @@
 """What stands out in a run: a lid that was opened, samples beyond their gate."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +9,7 @@ import pytest
 import hnav
 from command_line import answered
 from command_line import hnav as command
+from hnav.cli.observe import doubtful_events
 from hnav.filters.observer import Observer
 from hnav.filters.observer_findings import findings, moment
 from hnav.filters.observer_plan import read_plan
@@ -88,6 +91,23 @@ def test_an_input_has_its_column_and_factor(little_fmu):
         plan.input("u", factor=0)
 
 
+def test_an_input_may_be_a_line_between_its_samples(little_fmu):
+    """Of a ramp that is sampled at every tenth row the line is the ramp."""
+    plan, line = little_plan(little_fmu).input("u"), little_plan(little_fmu).input("u", interpolation="linear")
+    ramp = 3.0 * T_S
+    middles = np.append(ramp[:-1] + 1.5 * np.diff(T_S), ramp[-1])
+    seldom = np.where(np.arange(len(T_S)) % 10 == 0, ramp, np.nan)
+    seldom[-1] = ramp[-1]
+    expected = Observer(plan).run(T_S, {"x": samples()}, {"u": middles})
+    run = Observer(line).run(T_S, {"x": samples()}, {"u": seldom})
+    assert run.x["v"] == pytest.approx(expected.x["v"], abs=1e-9)
+    once = np.where(np.arange(len(T_S)) == 3, 2.0, np.nan)
+    held, alone = (Observer(p).run(T_S, {"x": samples()}, {"u": once}) for p in (plan, line))
+    assert np.array_equal(held.x["v"], alone.x["v"])
+    with pytest.raises(hnav.HnavValueError, match="interpolation of u is 'cubic': it must be hold or linear"):
+        plan.input("u", interpolation="cubic")
+
+
 def test_samples_beyond_the_gate_are_one_interval(little_fmu):
     y = samples()
     y[60:64] += 2.0
@@ -133,3 +153,10 @@ def test_times_of_recordings(tmp_path):
     with pytest.raises(hnav.HnavValueError, match="note is no number in row 1: x"):
         read_sample_table(tmp_path / "r.csv")
     assert pd.read_csv(tmp_path / "r.csv").shape == (2, 3)
+
+
+def test_events_that_sigma_does_not_go_through_are_told():
+    told = doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(grazing=2, chattering=0)))
+    assert len(told) == 1 and told[0].startswith("2 events of the plant were hardly reached")
+    told = doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(grazing=0, chattering=7)))
+    assert len(told) == 1 and told[0].startswith("7 events came beyond the fiftieth of an interval")

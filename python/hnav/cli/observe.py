@@ -134,7 +134,7 @@ def observe(observer: Observer, data: Path, out: Path | None, report: Path | Non
         say(f"not in the plan, and not used: {', '.join(unused)}")
     if missing:
         say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
-    for line in [*summary(run), *offsets(run, plan)]:
+    for line in [*summary(run), *offsets(run, plan), *doubtful_events(observer)]:
         say(line)
     for one in found[:SHOWN]:
         say(one.sentence(t_s[0]))
@@ -195,6 +195,21 @@ def summary(run: ObserverRun) -> list[str]:
         )
     if run.dropped:
         lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
+    return lines
+
+
+def doubtful_events(observer: Observer) -> list[str]:
+    """Sentences about events at which the covariance has no derivative to go through."""
+    info, lines = observer.info(), []
+    if info.grazing:
+        lines.append(
+            f"{info.grazing} events of the plant were hardly reached or at a time that the estimate does not tell: what they do to sigma is "
+            "known badly; mistrust sigma after them, or sample more often there"
+        )  # fmt: skip
+    if info.chattering:
+        lines.append(
+            f"{info.chattering} events came beyond the fiftieth of an interval: sigma does not go through them; smooth the plant there"
+        )
     return lines
 
 

@@ -291,13 +291,16 @@ class Observer(StatefulObject):
     def run(
         self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None
     ) -> ObserverRun:
-        """Row after row, bit for bit as push and advance: t_s is n, each array n with NaN where there is no sample. Sensors that are
+        """Row after row, bit for bit as push and advance (of inputs that are interpolated with the means to the next row): t_s is n, each array n with NaN where there is no sample. Sensors that are
         not given have none. An instant for which the plant has no answer is dropped and counted."""
         plan, t = self.plan, times(t_s)
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _converted(_columns(sensors, plan.sensors, n, "sensor"), plan.sensors)
         scale = np.array([s.factor for s in plan.sensors.values()])
         held = _converted(_columns(inputs or {}, plan.inputs, n, "input"), plan.inputs)
+        for k, known in enumerate(plan.inputs.values()):
+            if known.interpolation == "linear":
+                held[:, k] = _means_to_the_next(t, held[:, k])
         x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
         innovation, nis, likelihood, events = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n)
         ready, parts = np.empty(n, np.uint8), np.empty(n, np.uint8)
@@ -363,6 +366,17 @@ def _converted(columns: Array, known: Mapping[str, Sensor] | Mapping[str, Input]
     """Samples in the plant's units."""
     factors, offsets = (np.array([getattr(one, name) for one in known.values()]) for name in ("factor", "offset"))
     return np.asarray(columns * factors + offsets)
+
+
+def _means_to_the_next(t_s: Array, values: Array) -> Array:
+    """Held from a row to the next it does what a straight line between the samples does, to the second order."""
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) < 2:
+        return values
+    line = np.interp(t_s, t_s[known], values[known])
+    means = np.append(0.5 * (line[:-1] + line[1:]), line[-1])
+    means[: known[0]] = math.nan
+    return means
 
 
 def _statistics(plan: Plan, plant: Plant) -> dict[str, Array]:

@@ -63,6 +63,8 @@ class Input:
     """From a sample to the plant's unit."""
     offset: float = 0.0
     """In the plant's unit."""
+    interpolation: str = "hold"
+    """"hold", or "linear" between the samples of a recording."""
 
 
 class Plan:
@@ -133,16 +135,23 @@ class Plan:
         return self
 
     def input(
-        self, name: str, *, start: float = math.nan, column: str = "", factor: float = 1.0, unit: str = ""
+        self, name: str, *, start: float = math.nan, column: str = "", factor: float = 1.0, unit: str = "", interpolation: str = "hold",
     ) -> Self:  # fmt: skip
         """An input that is sampled. start: before its first sample, in the plant's unit, NaN for the plant's own. column: in a table of
         samples, its own name if none is told. factor: what a sample is multiplied with, as the power of a heater that is recorded as 0
-        and 1; unit: of the product, the plant's if none is told. Inputs that are not named stay at their start."""
+        and 1; unit: of the product, the plant's if none is told. interpolation: "hold" from sample to sample, or "linear" for what changes
+        smoothly between the samples of a recording: Observer.run knows the next one, push_input and the FMU hold. Inputs that are not named stay at their start."""
         self._input(name)
         scale, offset = self._converted(name, "an input", unit)
         _check(name, nonzero_factor=abs(factor))
+        if interpolation not in _INTERPOLATIONS:
+            raise HnavValueError(
+                "option",
+                f"interpolation of {name} is {interpolation!r}: it must be {' or '.join(_INTERPOLATIONS)}",
+                "interpolation",
+            )
         self.unknown_inputs.pop(name, None)
-        self.inputs[name] = Input(start, column or name, scale * factor, offset)
+        self.inputs[name] = Input(start, column or name, scale * factor, offset, interpolation)
         return self
 
     def sensor(
@@ -255,6 +264,7 @@ def _numbers(known: Estimated) -> str:
     return " ".join(_text(v) for v in (known.start, known.start_sigma, known.noise, known.nominal, known.ready_sigma))
 
 
+_INTERPOLATIONS = ("hold", "linear")
 _ABOVE_0 = ("sensor_noise", "ready_sigma", "nonzero_factor")
 
 
@@ -334,12 +344,12 @@ def plant_of_file(path: Path | str) -> Path | Plant:
 
 _TABLES: Mapping[str, frozenset[str]] = {
     "sensor": frozenset({"noise", "gate_nis", "unit", "of", "offset"}),
-    "input": frozenset({"start", "column", "factor", "unit"}),
+    "input": frozenset({"start", "column", "factor", "unit", "interpolation"}),
     "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal"}),
     "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma"}),
     "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma"}),
 }
-_WORDS = ("unit", "of", "column")
+_WORDS = ("unit", "of", "column", "interpolation")
 _NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
 
 
