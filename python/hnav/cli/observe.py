@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from hnav import __version__
-from hnav.cli.console import say
+from hnav.cli.console import bar, say
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_findings import Finding, findings
@@ -176,6 +176,20 @@ def has_events(run: ObserverRun) -> bool:
 def summary(run: ObserverRun) -> list[str]:
     """What the run says of itself, a line for each sensor and each estimate."""
     lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
+    lines += innovations(run)
+    if has_events(run):
+        unclear = int((run.parts > 1).sum())
+        lines.append(
+            f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
+        )
+    if run.dropped:
+        lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
+    return lines
+
+
+def innovations(run: ObserverRun) -> list[str]:
+    """A line for each sensor: whether they are as large as told."""
+    lines = []
     for name, nis in run.nis.items():
         used = nis[np.isfinite(nis)]
         if len(used) == 0:
@@ -188,13 +202,6 @@ def summary(run: ObserverRun) -> list[str]:
         elif mean < GOOD_NIS[0]:
             verdict = "smaller than told: less noise of the states or of the sensor"
         lines.append(f"{name}: {len(used)} samples, mean NIS {mean:.2f}: innovations are {verdict}")
-    if has_events(run):
-        unclear = int((run.parts > 1).sum())
-        lines.append(
-            f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
-        )
-    if run.dropped:
-        lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
     return lines
 
 
@@ -234,7 +241,10 @@ def tell_noises(observer: Observer, data: Path) -> None:
     from hnav.filters.observer_tuning import AHEAD, tune
 
     t_s, sensors, inputs, _ = samples_of(observer.plan, data)
-    tuned = tune(observer.plan, t_s, sensors, inputs, observer.options)
+    with bar() as progress:
+        # How many trials it takes is not known before.
+        task = progress.add_task("trials", total=None)
+        tuned = tune(observer.plan, t_s, sensors, inputs, observer.options, lambda _: progress.update(task, advance=1))
     before, after = tuned.log_likelihood
     say(f"log-likelihood of the samples {before:.1f}, with the noises below {after:.1f}:")
     plan = tuned.plan
@@ -244,6 +254,9 @@ def tell_noises(observer: Observer, data: Path) -> None:
         for name, told in known.items():
             if told.noise > 0:
                 say(f'[{table}."{name}"] noise = {told.noise:.4g}')
+    run = Observer(plan, observer.options).run(t_s, sensors, inputs)
+    for line in ["with these noises:", *innovations(run), *offsets(run, plan)]:
+        say(line)
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():

@@ -88,6 +88,7 @@ class Asked:
         self._parameters = [list(plant.parameters).index(name) for name in parameters]
         n, free = len(plant.states), len(inputs) + len(parameters)
         self._sizes = (n, len(inputs), len(parameters))
+        self._own_inputs, self._own_parameters = (np.array([*of.values()], float) for of in (plant.inputs, plant.parameters))
         self.functions = {
             "derivatives": self._function(lambda *at: self._vector(plant.derivatives, at, n, "derivatives")),
             "outputs": self._function(lambda *at: self._vector(plant.outputs, at, len(plant.sensors), "outputs")[self._rows]),
@@ -153,12 +154,17 @@ class Asked:
         return (self._discrete.copy(),) if len(self._discrete) else ()
 
     def _full(self, t: float, x: Array, u: Array, p: Array) -> tuple[Any, ...]:
-        inputs, parameters = np.array([*self.plant.inputs.values()], float), np.array([*self.plant.parameters.values()], float)
-        inputs[self._inputs], parameters[self._parameters] = u, p
+        # Copies, and no more work than needed: this is done some fifty times for a sample.
+        inputs, parameters = self._own_inputs.copy(), self._own_parameters.copy()
+        if self._inputs:
+            inputs[self._inputs] = u
+        if self._parameters:
+            parameters[self._parameters] = p
         return (t, x, inputs, parameters, *self._also_discrete())
 
     def _vector(self, function: Function, at: Any, length: int, name: str) -> Array:
-        return _shaped(np.atleast_1d(np.asarray(function(*self._full(*at)), float)), (length,), name)
+        told = np.array(function(*self._full(*at)), float, ndmin=1)
+        return told if told.shape == (length,) else _shaped(told, (length,), name)
 
     def _function(self, answer: Callable[..., Array]) -> Any:
         sizes = self._sizes
