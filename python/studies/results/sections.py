@@ -82,15 +82,15 @@ SECTIONS = {
         "Monte Carlo over the systems of FMUs, any heading at the start, industrial grade: what the scenarios are stands in "
         "[models/systems/navigation](../models/systems/navigation/README.md). z2 is the mean of squared errors over their variance, 1 when "
         "sigmas are right.",
-        "hnav montecarlo navigation --runs 60 --scenarios nominal,outage_30,outage_60,jump,late_200ms,ship,aircraft_turn,pole,date_line "
-        "--workers 2 --out runs.parquet",
+        "hnav montecarlo navigation --runs 30 --scenarios nominal,outage_30,outage_60,jump,late_200ms,ship,aircraft_turn,pole,date_line "
+        "--out build/navigation.parquet",
         False,
     ),
     "gyrocompass": Section(
         "North at rest in closed loop",
         "The same for a body at rest that is told its place: a navigation grade on a base that sways by millimetres and on a still one, at 80 "
         "degrees of latitude, and a tactical grade.",
-        "hnav montecarlo gyrocompass --runs 60 --scenarios nominal,still,latitude_80,tactical --workers 2 --out runs.parquet",
+        "hnav montecarlo gyrocompass --runs 30 --scenarios nominal,still,latitude_80,tactical --out build/gyrocompass.parquet",
         False,
     ),
     "speed": Section(
