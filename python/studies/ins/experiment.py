@@ -11,11 +11,10 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Ins, InsRun
-from hnav.native.arrays import Array
 from hnav.reference import earth
+from hnav.systems.navigation_views import FALSE_RAD, wrapped
 from studies.ins.vehicles import Truth, vehicle
 
-FALSE_RAD = np.radians(5)
 DURATIONS_S = {
     "car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0,
     "straight": 100.0, "take_off": 100.0, "quadrotor": 120.0, "walker": 60.0,
@@ -51,11 +50,6 @@ class Start:
     def is_false(self) -> bool:
         """The heading was called ready, and was not."""
         return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
-
-
-def wrapped(angle: Array | float) -> Array:
-    """In (-pi, pi]."""
-    return -np.remainder(np.pi - np.asarray(angle), 2 * np.pi) + np.pi
 
 
 def judged(kind: str, grade: str, seed: int) -> Start:

@@ -11,7 +11,7 @@ import numpy as np
 from hnav.filters.ins import INS_SENSORS, Aids, Ins, InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
-from studies.ins.experiment import wrapped
+from hnav.systems.navigation_views import wrapped
 from studies.ins.vehicles import OUTLIERS, Samples, Truth, vehicle
 
 BEGIN_S = 90.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.filters.ins import Aids, Ins
-from studies.ins.experiment import FALSE_RAD, wrapped
+from hnav.systems.navigation_views import FALSE_RAD, wrapped
 
 FIRST_S, LAST_S, STARTS = 215.0, 485.0, 28
 LENGTH_S, JUDGED_S = 90.0, 60.0
