@@ -486,9 +486,7 @@ private:
     void has_changed(int i) { queue_.tag(i) = ++last_tag_; }
 
     // The state after the event before, to go on from. Slots of one tag have the same seldom part, which is not copied again.
-    void go_on_from_before(int i) {
-        State& to = queue_.after(i);
-        const State& from = queue_.after(i - 1);
+    void go_on_from_before(int i, State& to, const State& from) {
         if (queue_.tag(i) != queue_.tag(i - 1)) {
             copy(to, from);
             queue_.tag(i) = queue_.tag(i - 1);
@@ -505,13 +503,14 @@ private:
     // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
     Outcome solve(int i) {
         State& state = queue_.after(i);
+        const State& before = queue_.after(i - 1);
         const Event& event = queue_.event(i);
-        go_on_from_before(i);
+        go_on_from_before(i, state, before);
         model_.before_flow(state, event);
         const bool crossed = flow_over(state, event.t_s - queue_.event(i - 1).t_s, max_commit_s);
         if (crossed) model_.jump(state, event);
         if constexpr (has_seldom_part<Model>)
-            if (Model::seldom_changes(state) != Model::seldom_changes(queue_.after(i - 1))) has_changed(i);
+            if (Model::seldom_changes(state) != Model::seldom_changes(before)) has_changed(i);
         if (!crossed || !sound(state)) {
             has_changed(i);
             queue_.remove(i);
@@ -580,6 +579,7 @@ private:
         for (int i = 0; i < nx(); ++i) atol[i] *= settings_.atol;
         settings_.propagator.atol = atol;
         settings_.propagator.knows_rate = Model::knows_rate;
+        if constexpr (reads_in_part<Model>) settings_.propagator.read = Model::read;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
         if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = model_.may_be_stiff();
         if constexpr (may_stiffen<Model>)

@@ -31,6 +31,7 @@
 //     static constexpr bool knows_rate                    how fast the flow goes under the inputs that are held, so that an
 //                                                         interval needs no error control: rad/s of its fastest mode
 //         double fastest_rate(const State&) const
+//     static constexpr int read                           the flow reads so many numbers of x, the first; the others only grow
 //     static constexpr bool reholds                       an integrator outside has crossed the interval without the inputs
 //                                                         of before_flow: they are put in afterwards
 //         void rehold(State&, const Event&, double interval_s) const
@@ -120,6 +121,8 @@ using Stiff = decltype(object<const M>().may_be_stiff());
 template <class M>
 using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>
+using Read = std::integral_constant<int, M::read>;
+template <class M>
 using FixedSize = std::integral_constant<int, M::nx>;
 template <class M>
 using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels() + object<const M>().values() +
@@ -134,6 +137,10 @@ constexpr bool has_fixed_size = model_concept::Answers<model_concept::FixedSize,
 // Whether it has a part of its state that few events change.
 template <class Model>
 constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomChanges, Model>::value;
+
+// Whether its flow reads only the first numbers of x.
+template <class Model>
+constexpr bool reads_in_part = model_concept::Answers<model_concept::Read, Model>::value;
 
 // Whether it may have events of its own between those of the filter.
 template <class Model>

@@ -4,6 +4,7 @@
 #include "hybrid/sundials_memory.h"
 #include "hybrid/sundials_memory.hpp"
 #include "hybrid/sundials_names.hpp"
+#include "maths/unroll.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,29 +14,29 @@
 // ------------------------------------------------------------------------------------------------ vectors
 // SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
 // numbers that costs more than the arithmetic. Ours knows its length when compiled (0: only at run time), and has its numbers
-// in the memory that was reserved for the solver.
+// in the memory that was reserved for the solver. It knows too how many of them the flow reads: a stage of a Runge-Kutta method,
+// which only the flow looks at, has no others.
 
 namespace hnav {
 namespace {
+
+// Of Dormand and Prince's method without the last one, which only tells the error.
+constexpr int stages_of_equal_steps = 6;
 
 using sundials::boolean;
 using sundials::length;
 using sundials::real;
 
-struct VectorContent {
-    double* data;
-    int n;
-};
+// The content of a vector: its numbers, behind their count.
+double* data(N_Vector v) { return static_cast<double*>(v->content); }
+std::int64_t* count_before(N_Vector v) { return static_cast<std::int64_t*>(v->content) - 1; }
 
-double*& data(N_Vector v) { return static_cast<VectorContent*>(v->content)->data; }
-
-template <int N>
+template <int N, int read = N>
 struct Vector {
-    static int size(N_Vector v) { return N ? N : static_cast<VectorContent*>(v->content)->n; }
+    static int size(N_Vector v) { return N ? N : static_cast<int>(*count_before(v)); }
 
     static length get_length(N_Vector v) { return size(v); }
     static double* get_data(N_Vector v) { return data(v); }
-    static void set_data(double* d, N_Vector v) { data(v) = d; }
     static N_Vector_ID id(N_Vector) { return SUNDIALS_NVEC_CUSTOM; }
 
     static N_Vector clone(N_Vector like) {
@@ -47,7 +48,7 @@ struct Vector {
     }
     static void destroy(N_Vector v) {
         if (!v) return;
-        hnav_sundials_free(v->content);
+        if (v->content) hnav_sundials_free(count_before(v));
         N_VFreeEmpty(v);
     }
 
@@ -123,6 +124,11 @@ struct Vector {
     // NOLINTNEXTLINE(readability-non-const-parameter): its type is given
     static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
         constexpr int piece = 24, small_piece = 4; // 24: twelve registers of two
+        // The solution of a step is the sum of as many slopes as there are stages and of where it began, its error that of the
+        // slopes alone, where there is one more of them; a stage has fewer terms.
+        if constexpr (read < N) {
+            if (count <= stages_of_equal_steps) return stage(count, c, x, z);
+        }
         int i = 0;
         for (; i + piece <= size(z); i += piece) combine<piece>(count, c, x, z, i);
         if constexpr (N != 0) {
@@ -131,6 +137,29 @@ struct Vector {
             for (; i + small_piece <= size(z); i += small_piece) combine<small_piece>(count, c, x, z, i);
             for (; i < size(z); ++i) combine<1>(count, c, x, z, i);
         }
+        return 0;
+    }
+
+    // The same of the numbers that are read, without a loop.
+    static int stage(int count, const real* c, const N_Vector* x, N_Vector z) {
+        switch (count) {
+        case 2: return combine_all<2>(c, x, z);
+        case 3: return combine_all<3>(c, x, z);
+        case 4: return combine_all<4>(c, x, z);
+        case 5: return combine_all<5>(c, x, z);
+        case 6: return combine_all<6>(c, x, z);
+        default: combine<read>(count, c, x, z, 0); return 0;
+        }
+    }
+
+    template <int count>
+    static int combine_all(const real* c, const N_Vector* x, N_Vector z) {
+        double sum[read];
+        for (int i = 0; i < read; ++i) sum[i] = c[0] * data(x[0])[i];
+        HNAV_UNROLL
+        for (int k = 1; k < count; ++k)
+            for (int i = 0; i < read; ++i) sum[i] += c[k] * data(x[k])[i];
+        for (int i = 0; i < read; ++i) data(z)[i] = sum[i];
         return 0;
     }
 
@@ -152,14 +181,13 @@ struct Vector {
     static N_Vector make(int n, SUNContext context) {
         N_Vector v = N_VNewEmpty(context);
         if (!v) return nullptr;
-        void* piece = hnav_sundials_calloc(1, sizeof(VectorContent) + n * sizeof(double));
+        auto* piece = static_cast<std::int64_t*>(hnav_sundials_calloc(1, sizeof(std::int64_t) + n * sizeof(double)));
         if (!piece) {
             N_VFreeEmpty(v);
             return nullptr;
         }
-        auto* content = static_cast<VectorContent*>(piece);
-        *content = {reinterpret_cast<double*>(content + 1), n};
-        v->content = content;
+        *piece = n;
+        v->content = piece + 1;
         return v;
     }
 
@@ -172,7 +200,6 @@ struct Vector {
         ops->nvdestroy = destroy;
         ops->nvgetlength = get_length;
         ops->nvgetarraypointer = get_data;
-        ops->nvsetarraypointer = set_data;
         ops->nvlinearsum = linear_sum;
         ops->nvconst = constant;
         ops->nvprod = product;
@@ -190,11 +217,12 @@ struct Vector {
     }
 };
 
-// Lengths that most filters have, and any other.
-N_Vector create_vector(int n, SUNContext context) {
+// Lengths that most filters have, and any other. read: how many numbers the flow reads, where the method is a Runge-Kutta one.
+N_Vector create_vector(int n, int read, SUNContext context) {
     switch (n) {
     case 10: return Vector<10>::create(n, context); // observer of two states, a transition matrix and noise
-    case 14: return Vector<14>::create(n, context); // AHRS: q, the integral of its rotation matrix, a clock
+    case 14: // AHRS: q, the integral of its rotation matrix, a clock
+        return read == 4 ? Vector<14, 4>::create(n, context) : Vector<14>::create(n, context);
     case 35: return Vector<35>::create(n, context); // HREKF: q, b and a 7 x 7 covariance
     default: return Vector<0>::create(n, context);
     }
@@ -228,9 +256,11 @@ struct Propagator::Solver {
 
     bool create(const Settings& settings, int nx) {
         if (sundials::create_context(&context) != 0) return false;
-        y = create_vector(nx, context);
-        N_Vector atol = create_vector(nx, context);
-        if (settings.looks_inside) inside = create_vector(nx, context);
+        const bool sees_stages_alone = settings.integrator == Integrator::erkstep && !settings.looks_inside;
+        const int read = sees_stages_alone ? settings.read : 0;
+        y = create_vector(nx, read, context);
+        N_Vector atol = create_vector(nx, read, context);
+        if (settings.looks_inside) inside = create_vector(nx, read, context);
         bool ok = y && atol && (inside || !settings.looks_inside);
         if (ok) std::memcpy(data(atol), settings.atol, nx * sizeof(double));
         ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
@@ -273,7 +303,7 @@ struct Propagator::Solver {
     }
 
     static ARKodeButcherTable without_error_estimate() {
-        constexpr int stages = 6;
+        constexpr int stages = stages_of_equal_steps;
         ARKodeButcherTable whole = ARKodeButcherTable_LoadERK(method);
         if (!whole) return nullptr;
         real A[stages * stages];

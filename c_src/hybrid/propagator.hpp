@@ -27,6 +27,7 @@ public:
         Integrator integrator = Integrator::erkstep;
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
+        int read = 0; // the flow reads so many numbers of x, the first; 0: all
         bool knows_rate = false; // integrate will be told the rate of the flow
         bool looks_inside = false; // begin, step and between will be called: erkstep only
         bool may_be_stiff = false; // create does not mind that the warm-up takes too many steps
