@@ -66,6 +66,9 @@ struct WholeFilter : EveryFilter {
     // For a row of a recording whose samples have been pushed.
     virtual Outcome advance_row(double t_s) = 0;
     virtual double newest_time_s() const = 0; // as newest_s, but never runs back
+    // Parts of the estimate.
+    virtual bool started(At) const = 0;
+    virtual Quaternion attitude(At) const = 0;
 
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
@@ -203,6 +206,7 @@ class WholeAttitudeFilter : public SmallAttitudeFilter<Model> {
 public:
     using Base = SmallAttitudeFilter<Model>;
     using Base::Base;
+    using typename Base::At;
     using typename Base::State;
 
     bool turns_back() const override { return Model::turns_back; }
@@ -221,6 +225,8 @@ public:
     bool push_event(const AttitudeEvent& event) override { return filter_.push_event(event); }
     Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
     double newest_time_s() const override { return filter_.newest_time_s(); }
+    bool started(At at) const override { return state(at).started != 0; }
+    Quaternion attitude(At at) const override { return model().attitude(state(at)); }
 
     std::size_t state_size() const override { return filter_.state_size(); }
     void save(void* buffer) const override { filter_.save(buffer); }
@@ -244,7 +250,7 @@ public:
     }
 
 protected:
-    using Base::filter_, Base::model;
+    using Base::filter_, Base::model, Base::state;
 };
 
 template <class Model>

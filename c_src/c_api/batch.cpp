@@ -43,26 +43,34 @@ double nis_after(const hnav_filter* f, int channel, double before_s) {
     return i.t_s > before_s ? i.nis : hnav::nan;
 }
 
-// before_s: newest_time_s before the row.
-void write_row(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
-    const Estimate e = f->estimate(At::shown);
-    const Quaternion q = f->frames.to_user(e.q_bn);
-    if (!e.started) {
-        for (double* column : {out.euler_rad, out.sigma_rad, out.gyro_bias_rad_s, out.gyro_bias_sigma_rad_s})
-            if (column) store(Vector3(Vector3::Constant(hnav::nan)), column + 3 * i);
-        if (out.q_nb) store(Quaternion(Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
-    } else {
+void write_nothing_known(const hnav_run_output& out, size_t i) {
+    for (double* column : {out.euler_rad, out.sigma_rad, out.gyro_bias_rad_s, out.gyro_bias_sigma_rad_s})
+        if (column) store(Vector3(Vector3::Constant(hnav::nan)), column + 3 * i);
+    if (out.q_nb) store(Quaternion(Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
+}
+
+// Nothing is computed that is not asked for.
+void write_estimate(const hnav_filter* f, const hnav_run_output& out, size_t i) {
+    if (out.q_nb || out.euler_rad) {
+        const Quaternion q = f->frames.to_user(f->attitude(At::shown));
         if (out.q_nb) store(q, out.q_nb + 4 * i);
         if (out.euler_rad) store(roll_pitch_yaw(q), out.euler_rad + 3 * i);
-        if (out.sigma_rad) rotation_sigma(f, At::shown, out.sigma_rad + 3 * i);
-        if (out.gyro_bias_rad_s) store(e.bias_b, out.gyro_bias_rad_s + 3 * i);
-        if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
     }
+    if (out.sigma_rad) rotation_sigma(f, At::shown, out.sigma_rad + 3 * i);
+    if (out.gyro_bias_rad_s) store(f->estimate(At::shown).bias_b, out.gyro_bias_rad_s + 3 * i);
+    if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
+}
+
+// before_s: newest_time_s before the row.
+void write_row(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
+    if (f->started(At::shown)) write_estimate(f, out, i);
+    else write_nothing_known(out, i);
     if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
     if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);
     if (out.health)
         for (const int c : {gyro, accel, mag}) out.health[3 * i + c] = static_cast<uint8_t>(f->sensor_health(c).state);
     if (out.ready) {
+        const Estimate e = f->estimate(At::shown);
         out.ready[2 * i] = e.tilt_ready;
         out.ready[2 * i + 1] = e.heading_ready;
     }
@@ -112,7 +120,7 @@ public:
     }
 
     bool started() {
-        if (filter_->estimate(At::newest).started) return true;
+        if (filter_->started(At::newest)) return true;
         status_ = filter_->fail(HNAV_ERROR_NOT_STARTED, "no attitude by the end of the recording: there is nothing to smooth");
         return false;
     }
@@ -173,8 +181,9 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
+    const bool tells_nis = out.accel_nis || out.mag_nis;
     for (size_t i = 0; i < n; ++i) {
-        const double before_s = filter->newest_time_s();
+        const double before_s = tells_nis ? filter->newest_time_s() : 0;
         status = take_row(filter, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
         if (status != HNAV_OK) return in_row(filter, status, i);
         write_row(filter, before_s, out, i);

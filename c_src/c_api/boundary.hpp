@@ -114,10 +114,9 @@ inline Vector3 angles_of(const Quaternion& q) { return roll_pitch_yaw<Scalar>(q.
 
 inline bool near_singular(const Quaternion& q) { return std::fabs(angles_of(q)[1]) > near_singular_pitch; }
 
-// Variances of the rotation about the user's navigation axes, from their covariance about the internal ones.
+// Of the rotation about the user's navigation axes.
 inline Vector3 rotation_variances(const hnav_filter* f, const Matrix3& internal) {
-    const Matrix3Of<Scalar> N = f->frames.navigation.cast<Scalar>();
-    return honest_variances((N * internal.cast<Scalar>() * N.transpose()).diagonal()).template cast<double>();
+    return honest_variances(f->frames.variances_to_user<Scalar>(internal.cast<Scalar>())).template cast<double>();
 }
 
 inline Vector3 sigmas(const Vector3& variances) { return variances.cast<Scalar>().cwiseSqrt().template cast<double>(); }

@@ -135,6 +135,14 @@ inline Matrix43Of<R> Xi(const QuaternionOf<Exactly<R>>& q) {
     return R(0.5) * m;
 }
 
+// The same product, for one vector.
+template <class R = double>
+inline QuaternionOf<R> quaternion_rate(const QuaternionOf<Exactly<R>>& q, const Vector3Of<Exactly<R>>& u) {
+    const R a = R(0.5) * u[0], b = R(0.5) * u[1], c = R(0.5) * u[2];
+    return {-q[1] * a - q[2] * b - q[3] * c, q[0] * a - q[3] * b + q[2] * c, q[3] * a + q[0] * b - q[1] * c,
+            -q[2] * a + q[1] * b + q[0] * c};
+}
+
 // Omega(u) q = 1/2 q (x) (0, u): the same product, as a matrix on q.
 template <class R = double>
 inline Square<4, R> Omega(const Vector3Of<Exactly<R>>& u) {

@@ -125,6 +125,7 @@ TEST(AhrsFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
         State s = begin;
         Eigen::Map<Vector3>(s.bias) = bias;
         Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(s.calibration) = S;
+        model.note_turning(s);
         model.flow_exactly(s, 0.03);
         return s;
     };
@@ -617,7 +618,8 @@ TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
     model.jump(plain, e);
     e.present |= new_time_base;
     model.jump(jumped, e);
-    const Square<AhrsErrors::errors> added = unpack<AhrsErrors::errors>(jumped.P) - unpack<AhrsErrors::errors>(plain.P);
+    const Square<AhrsErrors::errors> added =
+        unpack_columns<AhrsErrors::errors>(jumped.P) - unpack_columns<AhrsErrors::errors>(plain.P);
     const Vector3 variances(0.1 * 0.1, 0.1 * 0.1, 0.2 * 0.2);
     for (int i = 0; i < 3; ++i) {
         const double share = added(AhrsErrors::rotation + i, AhrsErrors::rotation + i) / variances[i];
@@ -654,6 +656,51 @@ TEST(Ahrs, AnAxisThatIsStuckIsFoundAfterAQuarterOfASecondAndWhatWasEarnedIsGone)
     }
     EXPECT_GT(found_s, 10.24);
     EXPECT_LT(found_s, 10.5);
+}
+
+// The filter copies neither from event to event what seldom changes, nor computes anew what turns the body: both rely on being
+// told. Samples come and go, an axis sticks, the field changes, a clock is set.
+TEST(Ahrs, WhatSeldomChangesIsCountedAndWhatTurnsTheBodyIsUpToDate) {
+    AhrsModel::Settings set = settings();
+    set.check[gyro] = {0.5, 0, 1.7};
+    set.robust.mode = GammaMode::relative;
+    const AhrsModel model(set);
+    State s = state_at_start(model);
+    const Turning motion;
+    test::Random random(4);
+    int unchanged = 0, t_ms = 0;
+    for (int k = 0; k < 6000; ++k) {
+        t_ms += k == 4500 ? 30000 : k % 700 == 699 ? 400 : 5;
+        Event e = motion.event(1e-3 * t_ms, false);
+        const Vector3 rate = motion.rate_b + random.vector(0.003);
+        const bool sticks = k > 2500 && k < 2700;
+        e.add(Sample{e.t_s, gyro, {rate[0], rate[1], sticks ? 0.8 : rate[2]}});
+        if (k % 3) e.add(Sample{e.t_s, mag, {k < 3000 ? 2.5e-5 : 1.2e-5, k % 7 * 1e-6, 4e-5}});
+        if (k % 1000 == 5) e.add(Sample{e.t_s, heading, {0.3, 0.1, 0}});
+        if (k == 3500) e.present |= new_time_base;
+        const State before = s;
+        model.before_flow(s, e);
+        if (model.flows(s) && k > 0) model.flow_exactly(s, e.t_s - before.last_event_s);
+        model.jump(s, e);
+
+        const auto* const was = reinterpret_cast<const unsigned char*>(&before) + AhrsModel::seldom_begin;
+        const auto* const is = reinterpret_cast<const unsigned char*>(&s) + AhrsModel::seldom_begin;
+        const bool same = std::memcmp(was, is, AhrsModel::seldom_bytes) == 0;
+        ASSERT_EQ(same, AhrsModel::seldom_changes(before) == AhrsModel::seldom_changes(s)) << k;
+        unchanged += same;
+        State again = s;
+        model.note_turning(again);
+        ASSERT_EQ(std::memcmp(again.turning, s.turning, sizeof s.turning), 0) << k;
+    }
+    EXPECT_GT(unchanged, 3000);
+    EXPECT_GT(s.times_lost, 0u);
+    EXPECT_GT(s.check[gyro].stuck, 0u);
+    State turned = s;
+    model.turn_back(turned, 0);
+    State again = turned;
+    model.note_turning(again);
+    EXPECT_EQ(std::memcmp(again.turning, turned.turning, sizeof s.turning), 0);
+    EXPECT_NE(std::memcmp(s.turning, turned.turning, sizeof s.turning), 0);
 }
 
 TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {

@@ -61,6 +61,7 @@ void AhrsModelOf<R>::apply(State& s, const Vector& error) {
     q = multiply<R>(rotation_quaternion<R>(segment<3>(error, rotation)), QuaternionR(q)).normalized();
     Eigen::Map<Vector3R>(s.bias) += segment<3>(error, bias);
     Eigen::Map<Eigen::Matrix<R, 9, 1>>(s.calibration) += segment<9>(error, calibration);
+    note_turning(s);
     Eigen::Map<Vector2R>(s.velocity) += segment<2>(error, velocity);
     Eigen::Map<Vector3R>(s.force_bias) += segment<3>(error, force_bias);
     s.force_latency = std::clamp(s.force_latency + error[force_latency], -max_force_latency, max_force_latency);
@@ -79,8 +80,8 @@ void AhrsModelOf<R>::keep(State& s, Correction& c) {
         for (int j = 0; j < errors; ++j) c.P.col(j) = c.column(j);
         s.repaired += repair<errors>(c.P);
     }
-    pack<errors>(c.P, s.P);
-    ++s.P_changes;
+    pack_columns<errors>(c.P, s.P);
+    ++s.seldom_changes;
     // What is no number any more must not stay: the engine looks at x and drops the event.
     if (!std::isfinite(c.P.diagonal().sum() + c.error.sum())) s.x[0] = std::numeric_limits<R>::quiet_NaN();
 }

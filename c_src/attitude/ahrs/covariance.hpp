@@ -18,9 +18,7 @@ struct AhrsModelOf<R>::Turned {
     Eigen::Matrix<R, errors, 3> columns; // covariance of the error before with the rotation after
     Matrix3R rotation;
 
-    Turned(const Covariance& P, const State& s) {
-        const Eigen::Map<const Matrix3R> G(s.x + 4);
-        const Eigen::Map<const Matrix39R> L(s.rate_moment);
+    Turned(const Covariance& P, const Matrix3R& G, const Matrix39R& L) {
         // Column by column, here and below: Eigen would send products of this size through code for large matrices.
         for (int i = 0; i < 3; ++i) {
             Vector column = P.col(Row::rotation + i);
@@ -34,51 +32,72 @@ struct AhrsModelOf<R>::Turned {
     }
 };
 
-// The rotation error of now by the errors of before that it depends on: -L dS + theta - G db.
+// The rotation error of now by the errors of before that it depends on: theta - L dS - G db.
 template <class R>
 struct AhrsModelOf<R>::RotationNow {
-    static constexpr int first = calibration, count = bias + 3 - calibration;
-    using Columns = Eigen::Matrix<R, count, 3>;
-    Columns by; // one for each angle
+    using Vector9R = Eigen::Matrix<R, 9, 1>;
+    Eigen::Matrix<R, 9, 3> by_calibration; // -L', one column for each angle
+    Matrix3R by_bias;                      // -G'
 
-    RotationNow(const Matrix3R& G, const Matrix39R& L) {
-        rows<9>(by, 0) = -L.transpose();
-        rows<3>(by, rotation - first).setIdentity();
-        rows<3>(by, bias - first) = -G.transpose();
+    RotationNow(const Matrix3R& G, const Moment& moment) : by_bias(-G.transpose()) {
+        for (int l = 0; l < 3; ++l)
+            for (int j = 0; j < 3; ++j)
+                for (int k = 0; k < 3; ++k) by_calibration(3 * l + j, k) = -moment[j][3 * l + k];
     }
 
-    // Each pair of errors is met once: the other half is the transpose.
+    // M + M' with M = a' (P_SS a / 2 + P_Sb g + P_S theta) + g' (P_bb g / 2 + P_b theta) + P_theta theta / 2, where a and g are
+    // what stands above: each pair of errors is met once.
     Matrix3R covariance(const R* P) const {
-        Columns half;
-        halve(P, half, std::make_integer_sequence<int, count>());
-        Matrix3R C;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) C(i, j) = by.col(i).dot(half.col(j));
-        return C + C.transpose();
+        Matrix3R M;
+        for (int k = 0; k < 3; ++k) {
+            Vector9R of_S = half_of(P, by_calibration.col(k), std::make_integer_sequence<int, 9>());
+            of_S += upper<9>(P, calibration, rotation + k) + by_bias(0, k) * upper<9>(P, calibration, bias) +
+                    by_bias(1, k) * upper<9>(P, calibration, bias + 1) + by_bias(2, k) * upper<9>(P, calibration, bias + 2);
+            Vector3R of_b;
+            for (int j = 0; j < 3; ++j) of_b[j] = P[packed(rotation + k, bias + j)];
+            of_b += R(0.5) * bias_block(P) * by_bias.col(k);
+            for (int i = 0; i < 3; ++i)
+                M(i, k) = by_calibration.col(i).dot(of_S) + by_bias.col(i).dot(of_b) + R(0.5) * at(P, rotation + i, rotation + k);
+        }
+        return M + M.transpose();
     }
 
     // Rotation by bias.
     Matrix3R with_bias(const R* P) const {
-        Matrix3R C = Matrix3R::Zero();
-        for (int i = 0; i < count; ++i)
-            for (int k = 0; k < 3; ++k) {
-                const int a = first + i, b = bias + k;
-                C.col(k) += P[a < b ? packed(a, b) : packed(b, a)] * by.row(i).transpose();
-            }
+        Matrix3R C;
+        for (int k = 0; k < 3; ++k) {
+            const auto of_S = upper<9>(P, calibration, bias + k);
+            const Vector3R of_b = bias_block(P).col(k);
+            for (int i = 0; i < 3; ++i)
+                C(i, k) = by_calibration.col(i).dot(of_S) + by_bias.col(i).dot(of_b) + P[packed(rotation + i, bias + k)];
+        }
         return C;
     }
 
-private:
-    // Rows of P from the diagonal on, half of that left out, times the columns.
-    template <int... row>
-    void halve(const R* P, Columns& half, std::integer_sequence<int, row...>) const {
-        (halve_row < small_build ? Eigen::Dynamic : count - row > (P + packed(first + row, first + row), half, row), ...);
+    static Matrix3R bias_block(const R* P) {
+        Matrix3R B;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) B(i, j) = at(P, bias + i, bias + j);
+        return B;
     }
-    template <int length>
-    void halve_row(const R* P, Columns& half, int row) const {
-        const Eigen::Map<const Eigen::Matrix<R, length, 1>> p(P, count - row);
-        for (int k = 0; k < 3; ++k)
-            half(row, k) = p.dot(by.col(k).template segment<length>(row, count - row)) - R(0.5) * p[0] * by(row, k);
+
+private:
+    static R at(const R* P, int i, int j) { return P[i < j ? packed(i, j) : packed(j, i)]; }
+
+    // n elements of column j from row i on.
+    template <int n>
+    static Eigen::Map<const Eigen::Matrix<R, n, 1>> upper(const R* P, int i, int j) {
+        return Eigen::Map<const Eigen::Matrix<R, n, 1>>(P + packed(i, j));
+    }
+
+    // What a' P_SS a is half of, if multiplied by a': columns of the upper triangle with half of the diagonal, times a.
+    template <class Column, int... j>
+    static Vector9R half_of(const R* P, const Column& a, std::integer_sequence<int, j...>) {
+        Vector9R half;
+        ((half[j] = upper<j + 1>(P, calibration, calibration + j).dot(a.template head<j + 1>()) -
+                    R(0.5) * a[j] * P[packed(calibration + j, calibration + j)]),
+         ...);
+        return half;
     }
 };
 
@@ -86,8 +105,8 @@ private:
 template <class R>
 void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
-    const Eigen::Map<const Matrix39R> L(s.rate_moment);
-    const Turned turned(P, s);
+    const Matrix39R L = by_calibration(s.rate_moment);
+    const Turned turned(P, G, L);
 
     // v_N -= g T theta_E, v_E += g T theta_N, with the mean of theta before and after; and dv = -int R_bn df - swept dl.
     const R half = R(0.5 * gravity_m_s2) * s.force_s;

@@ -34,7 +34,7 @@ template <class R>
 void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
     s.rest.still_s = 0;
     if (!s.started) return;
-    ++s.P_changes;
+    ++s.seldom_changes;
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
     for (int axis = 0; axis < 3; ++axis) {
         const R variance = s.check[gyro].lost_rotation(axis, interval(s, gyro, t_s), t_s);

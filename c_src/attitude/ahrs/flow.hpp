@@ -17,9 +17,9 @@ void AhrsModelOf<R>::flow(const State& s, const R* x, R* dx) const {
         for (int i = 0; i < nx; ++i) dx[i] = 0;
         return;
     }
-    const Vector3R u = turn_rate(s);
     const QuaternionR q(x);
-    Eigen::Map<QuaternionR>(dx).noalias() = Xi<R>(q) * u;
+    Eigen::Map<QuaternionR> q_rate(dx);
+    q_rate = quaternion_rate<R>(q, turn_rate(s));
     Eigen::Map<Matrix3R>(dx + 4) = rotation_matrix<R>(q);
     dx[13] = 1;
 }
@@ -29,7 +29,8 @@ void AhrsModelOf<R>::flow_along(const State& s, const R* x, const R* direction, 
     for (int i = 0; i < nx; ++i) out[i] = 0;
     if (!s.started) return;
     const QuaternionR q(x), dq(direction);
-    Eigen::Map<QuaternionR>(out).noalias() = Xi<R>(dq) * turn_rate(s);
+    Eigen::Map<QuaternionR> q_rate(out);
+    q_rate = quaternion_rate<R>(dq, turn_rate(s));
     Eigen::Map<Matrix3R>(out + 4) = rotation_matrix_along<R>(q, dq);
 }
 
@@ -57,6 +58,7 @@ void AhrsModelOf<R>::hold(State& s, const Event& event) const {
     }
     Eigen::Map<Vector3R>(s.rate) = rate;
     s.has_rate = 1;
+    note_turning(s);
 }
 
 template <class R>

@@ -7,7 +7,8 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::jump(State& s, const Event& event) const {
-    for (int c = 0; c < channel_count; ++c) s.used[c] += s.has(event, c);
+    const std::uint64_t believed = s.believed(event);
+    for (int c = 0; c < channel_count; ++c) s.used[c] += (believed >> c) & 1;
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
         if (s.gap_too_long) pass_gap(s, event.t_s);
@@ -25,7 +26,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         if (since_s + half_sample_s >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
-        if (s.has(event, c)) s.note_time(c, event.t_s);
+        if ((believed >> c) & 1) s.note_time(c, event.t_s);
     s.last_event_s = event.t_s;
 }
 

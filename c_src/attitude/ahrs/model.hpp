@@ -43,9 +43,8 @@ public:
     using Event = AttitudeEvent;
     using State = AhrsState<R>;
     using Sigmas = typename Settings::Sigmas;
-    // Corrections are one event in ten: the others leave the covariance, half of the state, as it is.
-    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = sizeof(State::P);
-    static std::uint64_t seldom_changes(const State& s) { return s.P_changes; }
+    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = offsetof(State, velocity) - seldom_begin;
+    static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
     using Covariance = Square<errors, R>;
     using Vector = Eigen::Matrix<R, errors, 1>;
 
@@ -57,6 +56,8 @@ public:
     void begin(State& s) const; // the state before any sample
     // Waits for a new start. What was learnt of the sensors stays: bias, calibration, latency.
     void realign(State& s) const;
+    // Whoever changes the rate, its coning, or what is known of the gyroscope's errors says so.
+    static void note_turning(State& s) { Eigen::Map<Vector3R>(s.turning) = rate(s) + Vector3R(s.coning); }
     // Time reversed from here on, the next sample at t_s: rates change their sign, and with them bias, latency and velocity.
     static constexpr bool turns_back = true;
     void turn_back(State& s, double t_s) const;
@@ -71,6 +72,7 @@ public:
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
+    static constexpr int read = 4; // q: its integral and the clock turn nothing
     static constexpr bool knows_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
     static constexpr bool reholds = true;
@@ -83,6 +85,7 @@ public:
     void jump(State& s, const Event& event) const;
 
     // outputs.hpp
+    Quaternion attitude(const State& s) const; // of the estimate
     Estimate estimate(const State& s) const;
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 bias_variances(const State& s) const;
@@ -129,8 +132,7 @@ private:
         const Vector3R y(s.rate);
         return y - Vector3R(s.bias) - S * y;
     }
-    // The constant rate that turns the body as far.
-    static Vector3R turn_rate(const State& s) { return rate(s) + Vector3R(s.coning); }
+    static Vector3R turn_rate(const State& s) { return Vector3R(s.turning); }
 
     R interval(const State& s, int channel, double t_s) const {
         return R(interval_of_sample(t_s - s.last_s[channel], s.spacing_s[channel], settings_.max_interval_s));
@@ -203,7 +205,9 @@ private:
     // preintegration.hpp
     struct TurnedOn;
     static void forget_window(State& s);
-    static void add_turn(const State& s, R* moment);
+    using Moment = decltype(State::rate_moment);
+    static void add_turn(const State& s, Moment& moment);
+    static Matrix39R by_calibration(const Moment& moment);
     static void take_turn(State& s);
     R gap_variance(const State& s, const Event& event) const;
     void gather(State& s, const Event& event) const;

@@ -6,16 +6,20 @@
 namespace hnav {
 
 template <class R>
-Estimate AhrsModelOf<R>::estimate(const State& s) const {
-    const Vector3R rate = this->rate(s);
+Quaternion AhrsModelOf<R>::attitude(const State& s) const {
     QuaternionR q = QuaternionR(s.x).normalized();
-    // The attitude as it will be at the present rate.
-    if (settings_.output_latency_s != 0) q = multiply<R>(q, rotation_quaternion<R>(rate * settings_.output_latency_s));
+    // As it will be at the present rate.
+    if (settings_.output_latency_s != 0) q = multiply<R>(q, rotation_quaternion<R>(rate(s) * settings_.output_latency_s));
+    return q.template cast<double>();
+}
+
+template <class R>
+Estimate AhrsModelOf<R>::estimate(const State& s) const {
     Estimate e;
     e.started = s.started != 0;
-    e.rate_b = rate.template cast<double>();
+    e.rate_b = rate(s).template cast<double>();
     e.bias_b = Vector3R(s.bias).template cast<double>();
-    e.q_bn = q.template cast<double>();
+    e.q_bn = attitude(s);
     e.tilt_ready = e.started && tilt_ready(s);
     e.heading_ready = e.started && heading_ready(s);
     return e;
@@ -25,9 +29,11 @@ Estimate AhrsModelOf<R>::estimate(const State& s) const {
 template <class R>
 typename AhrsModelOf<R>::RotationNow AhrsModelOf<R>::rotation_now(const State& s) {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
-    Matrix39R L = Eigen::Map<const Matrix39R>(s.rate_moment);
-    if (s.x[13] != s.turned_s) add_turn(s, L.data());
-    return {G, L};
+    if (s.x[13] == s.turned_s) return {G, s.rate_moment};
+    Moment moment;
+    std::memcpy(moment, s.rate_moment, sizeof moment);
+    add_turn(s, moment);
+    return {G, moment};
 }
 
 template <class R>
@@ -67,8 +73,7 @@ ErrorCovariance AhrsModelOf<R>::error_covariance(const State& s) const {
     block<3, 3>(C, 0, 0) = rotation_covariance(s, now);
     block<3, 3>(C, 0, 3) = rotation_bias;
     block<3, 3>(C, 3, 0) = rotation_bias.transpose();
-    for (int i = 0; i < 3; ++i)
-        for (int j = i; j < 3; ++j) C(3 + i, 3 + j) = C(3 + j, 3 + i) = s.P[packed(bias + i, bias + j)];
+    block<3, 3>(C, 3, 3) = RotationNow::bias_block(s.P);
     diagonal<3>(C, 3).array() += settings_.bias_walk_psd * s.x[13];
     return C.template cast<double>();
 }

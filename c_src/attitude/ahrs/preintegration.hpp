@@ -21,7 +21,8 @@ struct AhrsModelOf<R>::TurnedOn {
 template <class R>
 void AhrsModelOf<R>::forget_window(State& s) {
     for (int i = 4; i < nx; ++i) s.x[i] = 0;
-    for (R& v : s.rate_moment) v = 0;
+    for (auto& of_axis : s.rate_moment)
+        for (R& v : of_axis) v = 0;
     for (R& v : s.turned) v = 0;
     s.rate_power = s.turned_s = 0;
     for (int i = 0; i < 3; ++i) s.field_sum[i] = s.turn_sum[i] = 0;
@@ -29,14 +30,22 @@ void AhrsModelOf<R>::forget_window(State& s) {
     s.field_count = s.field_s = s.force_s = s.force_gap_s = s.gap_rotation = 0;
 }
 
-// L += dG (x) y for the turn since the last event, which went on under one rate.
+// The turn since the last event, which went on under one rate.
 template <class R>
-void AhrsModelOf<R>::add_turn(const State& s, R* moment) {
-    for (int i = 0; i < 3; ++i)
-        for (int l = 0; l < 3; ++l) {
-            const R turn = s.x[4 + i + 3 * l] - s.turned[i + 3 * l];
-            for (int j = 0; j < 3; ++j) *moment++ += turn * s.rate[j];
-        }
+void AhrsModelOf<R>::add_turn(const State& s, Moment& moment) {
+    using Numbers = Eigen::Matrix<R, 9, 1>;
+    const Numbers turn = Eigen::Map<const Numbers>(s.x + 4) - Eigen::Map<const Numbers>(s.turned);
+    for (int j = 0; j < 3; ++j) Eigen::Map<Numbers>(moment[j]) += s.rate[j] * turn;
+}
+
+// L: the error of S_lj turns the body by column l of int R_bn y_j.
+template <class R>
+typename AhrsModelOf<R>::Matrix39R AhrsModelOf<R>::by_calibration(const Moment& moment) {
+    Matrix39R L;
+    for (int l = 0; l < 3; ++l)
+        for (int j = 0; j < 3; ++j)
+            for (int i = 0; i < 3; ++i) L(i, 3 * l + j) = moment[j][3 * l + i];
+    return L;
 }
 
 template <class R>

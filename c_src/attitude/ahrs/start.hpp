@@ -19,15 +19,15 @@ void AhrsModelOf<R>::begin(State& s) const {
 
 template <class R>
 void AhrsModelOf<R>::realign(State& s) const {
-    const Covariance P = unpack<errors>(s.P);
+    const Covariance P = unpack_columns<errors>(s.P);
     forget_attitude(s);
-    Covariance kept = unpack<errors>(s.P);
+    Covariance kept = unpack_columns<errors>(s.P);
     block<9, 9>(kept, calibration, calibration) = block<9, 9>(P, calibration, calibration);
     block<3, 3>(kept, bias, bias) = block<3, 3>(P, bias, bias);
     kept(latency, latency) = P(latency, latency);
     block<4, 4>(kept, force_bias, force_bias) = block<4, 4>(P, force_bias, force_bias);
-    pack<errors>(kept, s.P);
-    ++s.P_changes;
+    pack_columns<errors>(kept, s.P);
+    ++s.seldom_changes;
 }
 
 // The sigmas are those of a filter that has seen the recording, wide enough to learn its other end anew.
@@ -40,6 +40,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after
     s.declination = 0;
     for (R& c : s.coning) c = -c;
+    note_turning(s);
     for (R& v : s.force_turn) v = 0;
     s.velocity[0] = s.velocity[1] = 0;
     const Sigmas& set = settings_.sigma;
@@ -95,8 +96,8 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
     segment<3>(sigma, force_bias).setConstant(start.force_bias);
     sigma[force_latency] = start.force_latency;
     sigma[declination] = start.declination;
-    pack<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
-    ++s.P_changes;
+    pack_columns<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+    ++s.seldom_changes;
 }
 
 template <class R>
@@ -121,7 +122,7 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
     if (!s.start.add(event, settings_.start, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
-    ++s.P_changes;
+    ++s.seldom_changes;
     if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
     else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
     if (!s.has_reference && s.start.has_field(settings_.start)) {
@@ -152,7 +153,7 @@ void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field
     const Vector3R field_n = rotation_matrix<R>(QuaternionR(s.x)) * field_b;
     if (!(std::hypot(field_n[0], field_n[1]) > R(1e-3) * field_n.norm())) return;
     const R from_north = std::atan2(field_n[1], field_n[0]);
-    ++s.P_changes;
+    ++s.seldom_changes;
     R& variance = s.P[packed(rotation + 2, rotation + 2)];
     if (from_north * from_north > variance || variance > 1) {
         turn_heading(s, -from_north);

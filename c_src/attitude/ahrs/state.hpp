@@ -12,6 +12,7 @@
 #include "attitude/common/sampling.hpp"
 #include "attitude/common/sensor_check.hpp"
 #include "attitude/common/start.hpp"
+#include "maths/packed_columns.hpp"
 
 namespace hnav {
 
@@ -31,8 +32,8 @@ struct AhrsErrors {
     static constexpr int errors = 25;
     static constexpr int considered = rotation + 2;
 
-    // Place of the element i, j, i <= j, in the packed upper triangle.
-    static constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i; }
+    // Place of the element i, j, i <= j, in the upper triangle packed column by column.
+    static constexpr int packed(int i, int j) { return place_in_columns(i, j); }
 };
 
 constexpr int ahrs_nx = 14; // q 4, G 9, clock: seconds since the last correction
@@ -78,49 +79,58 @@ struct AhrsSettings {
 template <class R>
 struct AhrsState {
     R x[ahrs_nx];
+    // What only corrections and starts change, one event in ten: the others leave it as it is, and it is not copied for them.
+    // Whoever writes any of it counts that.
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
-    std::uint64_t P_changes; // whoever writes P counts it
-    R bias[3], calibration[9], velocity[2], reference[2], latency;
+    R bias[3], calibration[9], reference[2], latency;
     R force_bias[3], force_latency; // of the accelerometer, m/s^2; its latency in its intervals
-    R declination;                  // of the field here against the reference's north, rad
-    R rate[3];                      // held, as measured
-    R wrong_hold;                   // probability that rates act an interval earlier or later than the options tell
-    R coning[3];                    // what the turn of its axis adds to it
-    R force_turn[3];                // rotation vector since the last sample of force
+    R declination; // of the field here against the reference's north, rad
+    R wrong_hold; // probability that rates act an interval earlier or later than the options tell
+    R strength; // of the field, T
+    MagneticReference<R> field;
+    FieldNoise<R> field_noise;
+    AngleInformation<R> information;
+    R undisturbed_s; // time for which nothing spoke against the reference
+    R heading_doubt; // rad^2, beside P: the reference may have been false
+    R contradicted_s; // time for which fields did so, less that for which they agreed since
+    R azimuth_rejected_s;
+    R gamma, gamma_margin;
+    InnovationOf<R> innovation[channel_count];
+    std::uint64_t gated[channel_count];
+    std::uint64_t corrections, gamma_raised, repaired;
+    std::uint64_t verdict; // of the last field, FieldVerdict
+    std::uint64_t heading_confirmed; // since it was last started or turned
+    std::uint64_t seldom_changes; // the count; the last of what seldom changes
+
+    R velocity[2];
+    R rate[3]; // held, as measured
+    R coning[3]; // what the turn of its axis adds to it
+    R turning[3]; // the constant rate that turns the body as far: from the rate without its errors, and coning
+    R force_turn[3]; // rotation vector since the last sample of force
     RateChange<R> rate_change;
-    R strength;          // of the field, T
-    // Since the last correction: L and int |u|^2, both up to the last event, G and clock there, the gathered samples.
-    R rate_moment[27], rate_power, turned[9], turned_s;
+    // Since the last correction: int R_bn y_j dt of each component of the rate, column by column, int |u|^2, both up to the last
+    // event, G and clock there, the gathered samples.
+    R rate_moment[3][9], rate_power, turned[9], turned_s;
     R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
     R swept_velocity[2]; // what an interval of latency does to the velocity
     RestDetector<R> rest;
     MotionNoise<R> motion;
-    MagneticReference<R> field;
-    FieldNoise<R> field_noise;
     StartSamples<R> start;
     SensorCheck<R> check[heading];
-    std::uint64_t disbelieved;    // bit c: of the present event, the sample of channel c
-    R level_force[3], level_s;    // force in navigation axes times the time it acted, and that time, while the attitude is lost
-    R velocity_down;              // since the last correction
-    R azimuth_rejected_s;
-    std::uint64_t gap_too_long;     // before the present event
+    std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c
+    R level_force[3], level_s; // force in navigation axes times the time it acted, and that time, while the attitude is lost
+    R velocity_down; // since the last correction
+    std::uint64_t gap_too_long; // before the present event
     std::uint64_t lost, times_lost; // the attitude is to be found again
     double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the usual time between two
     double last_event_s, last_correction_s;
-    AngleInformation<R> information;
-    R undisturbed_s; // time for which nothing spoke against the reference
-    R heading_doubt;  // rad^2, beside P: the reference may have been false
-    R contradicted_s; // time for which fields did so, less that for which they agreed since
-    R gamma, gamma_margin;
-    InnovationOf<R> innovation[channel_count];
-    std::uint64_t used[channel_count], gated[channel_count];
-    std::uint64_t corrections, gamma_raised, repaired;
+    std::uint64_t used[channel_count];
     std::uint64_t started, has_rate, has_reference;
-    std::uint64_t reversed;          // time runs backwards
-    std::uint64_t verdict;           // of the last field, FieldVerdict
-    std::uint64_t heading_confirmed; // since it was last started or turned
+    std::uint64_t reversed; // time runs backwards
 
-    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((disbelieved >> channel) & 1); }
+    // Channels whose sample is there and believed, as bits; and whether one is among them.
+    std::uint64_t believed(const AttitudeEvent& event) const { return event.present & ~disbelieved; }
+    bool has(const AttitudeEvent& event, int channel) const { return (believed(event) >> channel) & 1; }
 
     // The time since the last sample of a channel shows that some are missing.
     bool is_gap(int channel, double t_s) const { return hnav::is_gap(t_s - last_s[channel], spacing_s[channel]); }

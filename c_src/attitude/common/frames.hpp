@@ -12,6 +12,7 @@ struct Frames {
     Matrix3 navigation = Matrix3::Identity();  // the same as a matrix
     Matrix3 mounting = Matrix3::Identity();    // sensor to body
     double declination_rad = 0;
+    bool same_navigation = true, same_body = true; // most users': nothing is to be turned
 
     void set(bool east_north_up, double declination, const double* q_body_sensor) {
         declination_rad = declination;
@@ -22,11 +23,25 @@ struct Frames {
         user_from_internal = east_north_up ? multiply(enu_from_ned, to_true_north) : to_true_north;
         navigation = rotation_matrix<Scalar>(user_from_internal.cast<Scalar>()).cast<double>();
         mounting = rotation_matrix<Scalar>(Quaternion(q_body_sensor).cast<Scalar>().normalized()).cast<double>();
+        same_navigation = navigation == Matrix3::Identity();
+        same_body = mounting == Matrix3::Identity();
     }
 
-    Quaternion to_user(const Quaternion& q_internal) const { return multiply(user_from_internal, q_internal); }
+    Quaternion to_user(const Quaternion& q_internal) const {
+        return same_navigation ? q_internal : multiply(user_from_internal, q_internal);
+    }
     Quaternion to_internal(const Quaternion& q_user) const { return multiply(conjugate(user_from_internal), q_user); }
-    Vector3 to_body(const double* sensor_axes) const { return mounting * Vector3(sensor_axes); }
+    Vector3 to_body(const double* sensor_axes) const {
+        const Vector3 v(sensor_axes);
+        return same_body ? v : Vector3(mounting * v);
+    }
+    // Variances about the user's navigation axes, from the covariance about the internal ones.
+    template <class R>
+    Vector3Of<R> variances_to_user(const Matrix3Of<R>& internal) const {
+        if (same_navigation) return internal.diagonal();
+        const Matrix3Of<R> N = navigation.cast<R>();
+        return (N * internal * N.transpose()).diagonal();
+    }
 };
 
 } // namespace hnav

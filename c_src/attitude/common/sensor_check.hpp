@@ -12,6 +12,7 @@
 // Almost every sample is well, and this is asked of each: what is rare stands in functions of its own.
 #pragma once
 
+#include "base/rare.hpp"
 #include "maths/rotation.hpp"
 
 #include <algorithm>
@@ -73,11 +74,10 @@ struct SensorCheck {
     bool examine(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, R interval_s, double t_s, bool moves,
                  bool noisy) {
         const Vector3Of<R> change = y - Vector3Of<R>(last);
-        const SensorFault before = fault;
         if (settings.outlier > 0) {
             const R change_squared = change.squaredNorm();
             if (change_squared > settings.outlier * settings.outlier && is_outlier(y, change_squared)) {
-                take_outlier(y, t_s, before);
+                take_outlier(y, t_s);
                 return true;
             }
             change2 += memory * (change_squared - change2);
@@ -86,9 +86,7 @@ struct SensorCheck {
         kept = y;
         // No axis repeats its value, and none did.
         if (at_ease && change.prod() != 0) return false;
-        look_closer(settings, y, change, interval_s, moves, noisy);
-        if (fault != before) since_s = t_s;
-        return fault != SensorFault::none;
+        return look_closer(settings, y, change, interval_s, t_s, moves, noisy);
     }
 
     // Of the sensor whose noise is looked at. One that is stuck says nothing of it.
@@ -101,7 +99,7 @@ struct SensorCheck {
     }
 
 private:
-    bool is_outlier(const Vector3Of<R>& y, R change_squared) const {
+    HNAV_RARE bool is_outlier(const Vector3Of<R>& y, R change_squared) const {
         if (change_squared <= outlier_changes * outlier_changes * change2) return false;
         if (outliers_in_row == 0) return true;
         // Two that agree with each other rather than with what went before are a step.
@@ -109,7 +107,8 @@ private:
         return outliers_in_row < max_outliers && apart > R(0.25) * change_squared;
     }
 
-    void take_outlier(const Vector3Of<R>& y, double t_s, SensorFault before) {
+    HNAV_RARE void take_outlier(const Vector3Of<R>& y, double t_s) {
+        const SensorFault before = fault;
         Eigen::Map<Vector3Of<R>> kept(outlier);
         kept = y;
         ++outliers_in_row;
@@ -120,13 +119,17 @@ private:
         if (before != fault) since_s = t_s;
     }
 
-    void look_closer(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, const Vector3Of<R>& change, R interval_s,
-                     bool moves, bool noisy) {
+    // True: something is wrong.
+    HNAV_RARE bool look_closer(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, const Vector3Of<R>& change,
+                               R interval_s, double t_s, bool moves, bool noisy) {
+        const SensorFault before = fault;
         const std::uint64_t repeats = (change[0] == 0 ? 1 : 0) | (change[1] == 0 ? 2 : 0) | (change[2] == 0 ? 4 : 0);
         const bool again = (repeats & repeated) != 0;
         repeated = repeats;
         if (again || is_watched(settings)) look_at_axes(settings, y, change, interval_s, moves, noisy);
         at_ease = !(repeated || is_watched(settings));
+        if (fault != before) since_s = t_s;
+        return fault != SensorFault::none;
     }
 
     // An axis goes on repeating, may saturate, or is at fault.

@@ -71,6 +71,7 @@ public:
     void jump(State& s, const Event& event) const; // jump.hpp
 
     // outputs.hpp
+    Quaternion attitude(const State& s) const; // of the estimate
     Estimate estimate(const State& s) const;
     // Of the rotation about an axis, when the estimate is shown so long after the newest event.
     R silence_variance(const State& s, double silence_s) const {

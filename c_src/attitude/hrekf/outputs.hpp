@@ -8,6 +8,11 @@
 namespace hnav {
 
 template <class R>
+Quaternion HrekfModelOf<R>::attitude(const State& s) const {
+    return QuaternionR(s.x).normalized().template cast<double>();
+}
+
+template <class R>
 Estimate HrekfModelOf<R>::estimate(const State& s) const {
     const QuaternionR q = QuaternionR(s.x).normalized();
     Estimate e;

@@ -1,0 +1,49 @@
+// The upper triangle of a covariance, packed column by column: so a column lies in one piece, there as in the matrix, and is
+// moved by loads and stores of a length that is known when compiled. For large matrices; in the small build by loops.
+#pragma once
+
+#include "base/small.hpp"
+#include "maths/covariance.hpp"
+
+#include <utility>
+
+namespace hnav {
+
+// Place of the element i, j, i <= j.
+constexpr int place_in_columns(int i, int j) { return j * (j + 1) / 2 + i; }
+
+template <int n, class R, int... j>
+inline void pack_each(const Square<n, R>& P, R* upper, std::integer_sequence<int, j...>) {
+    ((Eigen::Map<Eigen::Matrix<R, j + 1, 1>>(upper + place_in_columns(0, j)) = P.template block<j + 1, 1>(0, j)), ...);
+}
+
+template <int n, class R>
+inline void pack_columns(const Square<n, std::common_type_t<R>>& P, R* upper) {
+    if constexpr (small_build) {
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i <= j; ++i) *upper++ = P(i, j);
+    } else {
+        pack_each<n, R>(P, upper, std::make_integer_sequence<int, n>());
+    }
+}
+
+// A column down to the diagonal, and the row that is its mirror image.
+template <int n, class R, int... j>
+inline void unpack_each(const R* upper, Square<n, R>& P, std::integer_sequence<int, j...>) {
+    ((P.template block<j + 1, 1>(0, j) = Eigen::Map<const Eigen::Matrix<R, j + 1, 1>>(upper + place_in_columns(0, j))), ...);
+    ((P.template block<1, j + 1>(j, 0) = Eigen::Map<const Eigen::Matrix<R, 1, j + 1>>(upper + place_in_columns(0, j))), ...);
+}
+
+template <int n, class R>
+inline Square<n, R> unpack_columns(const R* upper) {
+    Square<n, R> P;
+    if constexpr (small_build) {
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = *upper++;
+    } else {
+        unpack_each<n, R>(upper, P, std::make_integer_sequence<int, n>());
+    }
+    return P;
+}
+
+} // namespace hnav
