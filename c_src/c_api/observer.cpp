@@ -66,6 +66,11 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     settings.rtol = options.rtol;
     settings.covariance_rtol = options.covariance_rtol;
     settings.robust_rate_1_s = options.robust_rate_1_s;
+    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS;
+    if (settings.sigma_points && o->plant->sizes.events)
+        return caller.fail(HNAV_ERROR_OPTION,
+                           "propagation = sigma_points is for plants without events, and this one has some: take "
+                           "derivatives");
     hnav_observer::Filter::Settings e;
     e.propagator.rtol = e.atol = options.rtol;
     e.propagator.max_steps = options.max_steps;

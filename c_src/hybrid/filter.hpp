@@ -459,6 +459,10 @@ private:
     }
 
     bool integrate_stiffly_or_not(State& state, double interval_s) {
+        if (model_.by_points()) {
+            const FlowContext context{&model_, &state};
+            return model_.flow_by_points(state, interval_s, propagator_, &context) && sound(state);
+        }
         if (!model_.is_stiff(state)) {
             if (integrate(state, interval_s)) return true;
             if (!propagator_.out_of_steps()) return false;

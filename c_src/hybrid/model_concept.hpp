@@ -47,6 +47,8 @@
 //                                                         is of no use
 //         bool may_be_stiff() const                       whether it has one
 //         bool is_stiff(const State&) const
+//         bool by_points() const                          the flow goes by sigma points altogether:
+//         bool flow_by_points(State&, double interval_s, Propagator&, const void* context) const
 //         static constexpr long max_explicit_steps        of the integrator, before it is asked
 //     static std::uint64_t seldom_changes(const State&)   counts the changes of a part of the state that few events change:
 //         static constexpr std::size_t seldom_begin, seldom_bytes

@@ -42,7 +42,7 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       probe(arena.doubles(2 * p.N)),
       slope_here(arena.doubles(p.N)),
       first_memory(arena.doubles(p.sizes.memory)),
-      stiff_A(arena.doubles(5 * p.N * p.N)),
+      matrices(arena.doubles(5 * p.N * p.N)),
       stiff_start(arena.doubles(Layout(p).numbers)),
       branch_numbers(Layout(p).part_numbers),
       newest(arena, p),
@@ -118,6 +118,11 @@ int Model::flow(const State& s, const double* x, double* dx) const {
     if (!ask(answer, Function::derivatives, here.t_s, dx, p.n)) return int(answer == Answer::ok ? Answer::elsewhere : answer);
     for (int i = 0; i < p.sizes.unknown_inputs; ++i) dx[p.n + i] = -p.decay_1_s[i] * x[p.n + i];
 
+    if (work_->states_alone) {
+        std::fill(dx + at.S, dx + at.clock, 0.0);
+        dx[at.clock] = 1;
+        return 0;
+    }
     answer = work_->linearisation.jacobian(*plant_, Function::derivatives, here, work_->A);
     if (!ask(answer, Function::derivatives, here.t_s, work_->A, p.n * p.N))
         return int(answer == Answer::ok ? Answer::elsewhere : answer);

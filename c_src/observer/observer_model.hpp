@@ -24,6 +24,7 @@ struct ModelSettings {
     double rtol = 1e-7;            // of x; absolute tolerances are these times a scale
     double covariance_rtol = 1e-4; // of Phi and Qd
     double robust_rate_1_s = 0; // see inflate
+    bool sigma_points = false;
 };
 
 // An event of the plant and what it does to the estimate: N numbers before and after it, their slopes, the saltation matrix Xi, the
@@ -56,8 +57,9 @@ public:
     // both ends of a bracket and anywhere, their gradients and rates.
     double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *gradients, *rates, *probe, *slope_here;
     double* first_memory; // what the plant remembers at the start
-    // Of a plant without: the solver for stiff intervals, five matrices N x N, and a state to make it with.
-    double *stiff_A, *stiff_start;
+    // Of a plant without: five matrices N x N, the solver for stiff intervals and a state to make it with.
+    double *matrices, *stiff_start;
+    bool states_alone = false; // flow without matrices: a sigma point does
     StiffSolver* stiff = nullptr;
     int branch_numbers, branches_used = 0;
     int passed = 0; // events of the present interval that changed something
@@ -102,6 +104,8 @@ public:
     // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return !crosses(); }
+    bool by_points() const { return settings_.sigma_points; }
+    bool flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const;
     bool is_stiff(const State& s) const;
     bool flow_stiffly(State& s, double interval_s, Propagator& counts) const;
     // False: no memory.

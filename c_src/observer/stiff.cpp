@@ -128,7 +128,7 @@ bool Model::add_matrices(double* part, double by_s) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     const int N = p.N, all = N * N;
-    double *A = work_->stiff_A, *Phi = A + all, *Q = Phi + all, *next = Q + all, *term = next + all, *product = work_->product;
+    double *A = work_->matrices, *Phi = A + all, *Q = Phi + all, *next = Q + all, *term = next + all, *product = work_->product;
     std::fill_n(A, all, 0.0);
     std::copy_n(work_->A, p.moving * N, A);
     int doublings = 0;
@@ -175,7 +175,7 @@ bool Model::add_matrices(double* part, double by_s) const {
 double Model::fastest_rate_of_A() const {
     const Problem& p = *problem_;
     const int N = p.N, all = N * N;
-    double *A = work_->stiff_A, *next = A + 3 * all, logarithm = 0;
+    double *A = work_->matrices, *next = A + 3 * all, logarithm = 0;
     for (int k = 0; k < 4; ++k) {
         const double norm = largest_row(N, A, p.scale);
         if (!(norm > 0)) return 0;

@@ -11,6 +11,12 @@ typedef enum hnav_observer_start {
     HNAV_OBSERVER_START_GIVEN = 1         /* at start_time_s; samples before it are not used */
 } hnav_observer_start;
 
+/* How the covariance goes from sample to sample. */
+typedef enum hnav_observer_propagation {
+    HNAV_OBSERVER_PROPAGATION_DERIVATIVES = 0, /* by the derivatives of the plant */
+    HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS = 1 /* by 2N points that are taken along, for plants without events whose derivatives do not exist or say little */
+} hnav_observer_propagation;
+
 /* Options of the observer, the estimator for a plant of one's own. What belongs to the plant, its noise and its sensors,
  * stands in hnav_observer_statistics.
  * Make them with hnav_observer_defaults, then change what you need; hnav_observer_option tells all this at run time. */
@@ -41,6 +47,11 @@ typedef struct hnav_observer_options {
     /* ------------------------ solver
      * Accuracy between samples. */
 
+    /* How the covariance goes from sample to sample: by derivatives, or by sigma points where the plant has none, as with
+     * tables and relays; these are for plants without events.
+     * hnav_observer_propagation, default derivatives. Derivatives are faster, and right where the plant is smooth over a
+     * sigma. */
+    int32_t propagation;
     /* Relative tolerance of the states; the absolute one is this times the scale of a state.
      * [1e-12, 1e-2], default 1e-7. Far below what sensors tell, and an interval is still one step of most plants. */
     double rtol;

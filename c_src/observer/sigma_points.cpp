@@ -1,0 +1,75 @@
+// An interval by sigma points, for plants whose derivatives do not exist or say little: tables, relays without indicators, strong
+// curves. 2N cubature points of equal weight, so that P is positive semidefinite by form; half of the noise enters before, half after.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hnav::observer {
+namespace {
+
+// L L' = P, of a P that may be singular: a column without variance is zero.
+void root_of(int n, const double* P, double* L) {
+    std::fill_n(L, n * n, 0.0);
+    for (int j = 0; j < n; ++j) {
+        double left = P[j * n + j];
+        for (int k = 0; k < j; ++k) left -= L[j * n + k] * L[j * n + k];
+        if (!(left > 1e-14 * P[j * n + j])) continue;
+        L[j * n + j] = std::sqrt(left);
+        for (int i = j + 1; i < n; ++i) {
+            double sum = P[i * n + j];
+            for (int k = 0; k < j; ++k) sum -= L[i * n + k] * L[j * n + k];
+            L[i * n + j] = sum / L[j * n + j];
+        }
+    }
+}
+
+// Mean and covariance of rows of equal weight.
+void moments(int rows, int n, const double* points, double* mean, double* P) {
+    std::fill_n(mean, n, 0.0);
+    std::fill_n(P, n * n, 0.0);
+    for (int k = 0; k < rows; ++k)
+        for (int i = 0; i < n; ++i) mean[i] += points[k * n + i] / rows;
+    for (int k = 0; k < rows; ++k)
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) P[i * n + j] += (points[k * n + i] - mean[i]) * (points[k * n + j] - mean[j]) / rows;
+}
+
+} // namespace
+
+bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const int N = p.N;
+    double *v = s.x(), *points = work_->matrices, *L = points + 2 * N * N, *P = L + N * N, *mean = work_->probe;
+    covariance(s, v, P);
+    for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
+    root_of(N, P, L);
+    expected(v, mean);
+    std::copy_n(v, nx(), work_->step_from);
+    work_->states_alone = true;
+    bool whole = true;
+    for (int k = 0; whole && k < 2 * N; ++k) {
+        double *X = points + k * N, *x = work_->step_to;
+        const double by = k % 2 == 0 ? std::sqrt(N) : -std::sqrt(N);
+        for (int i = 0; i < N; ++i) X[i] = mean[i] + by * L[i * N + k / 2];
+        std::copy_n(work_->step_from, nx(), x);
+        std::copy_n(X, p.moving, x);
+        std::copy_n(X + p.moving, p.sizes.parameters, v + at.parameters);
+        whole = propagator.integrate(context, interval_s, x);
+        std::copy_n(x, p.moving, X);
+    }
+    work_->states_alone = false;
+    if (!whole) return false;
+    moments(2 * N, N, points, mean, P);
+    for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
+    put(mean, v);
+    pack_upper(P, N, v + at.P);
+    std::fill(v + at.S, v + at.clock, 0.0);
+    for (int i = 0; i < p.moving; ++i) v[at.S + i * N + i] = 1;
+    v[at.elapsed] += v[at.clock] + interval_s;
+    v[at.clock] = 0;
+    return true;
+}
+
+} // namespace hnav::observer
