@@ -18,7 +18,7 @@ const char* const observer_start_meanings[] = {
 const char* const observer_propagation_names[] = {text("derivatives"), text("sigma_points")};
 const char* const observer_propagation_meanings[] = {
     text("by the derivatives of the plant"),
-    text("by 2N points that are taken along, for plants without events whose derivatives do not exist or say little"),
+    text("by 2N points that are taken along, for plants without events"),
 };
 
 constexpr double defaults[] = {

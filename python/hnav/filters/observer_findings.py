@@ -37,7 +37,9 @@ class Finding:
     kind: str
     """"away", "beyond its gate" or "larger than told"."""
     start_s: float
+    """Of its first row."""
     end_s: float
+    """Of its last."""
     what: str
     """What was unusual."""
 

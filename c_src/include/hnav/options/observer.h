@@ -14,7 +14,7 @@ typedef enum hnav_observer_start {
 /* How the covariance goes from sample to sample. */
 typedef enum hnav_observer_propagation {
     HNAV_OBSERVER_PROPAGATION_DERIVATIVES = 0, /* by the derivatives of the plant */
-    HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS = 1 /* by 2N points that are taken along, for plants without events whose derivatives do not exist or say little */
+    HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS = 1 /* by 2N points that are taken along, for plants without events */
 } hnav_observer_propagation;
 
 /* Options of the observer, the estimator for a plant of one's own. What belongs to the plant, its noise and its sensors,
