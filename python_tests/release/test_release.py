@@ -129,7 +129,8 @@ def test_the_drive_of_every_fmu_moves_its_outputs_and_has_no_holes(version, tmp_
         assert len(plan.t_s) > 200 and plan.inputs.shape == (len(plan.t_s), sum(map(len, plan.input_references))), fmu
         assert outputs.shape == (len(plan.t_s) - 1, sum(map(len, plan.output_references))), fmu
         assert trajectories.np.isfinite(outputs).all(), fmu
-        assert (outputs.std(axis=0) > 0).sum() >= min(8, outputs.shape[1]), fmu
+        # A sensor of one number tells its sigma and counts, which stand still.
+        assert (outputs.std(axis=0) > 0).sum() >= (8 if outputs.shape[1] > 8 else 3), fmu
 
 
 def test_an_output_of_another_type_is_named(tmp_path):

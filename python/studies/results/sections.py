@@ -89,7 +89,7 @@ SECTIONS = {
     "gyrocompass": Section(
         "North at rest in closed loop",
         "The same for a body at rest that is told its place: a navigation grade on a base that sways by millimetres and on a still one, at 80 "
-        "degrees of latitude, and a tactical grade.",
+        "degrees of latitude, and a tactical grade. All four meet the same draws of biases.",
         "hnav montecarlo gyrocompass --runs 30 --scenarios nominal,still,latitude_80,tactical --out build/gyrocompass.parquet",
         False,
     ),
