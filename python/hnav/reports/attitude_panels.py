@@ -173,7 +173,7 @@ def _field_strength(run: Run, samples: np.ndarray) -> tuple[float, str]:
 
 
 @panel("field", "Measured field", "Samples of the magnetometer in its own axes, coloured by time, and the circle or sphere of the true strength: iron "
-       "moves the points off the centre (hard) or stretches them (soft).", lambda run: magnetometer(run) is not None)  # fmt: skip
+       "moves the points off the centre (hard) or stretches them (soft).", lambda run: magnetometer(run) is not None and bool(estimates(run)))  # fmt: skip
 def field_panel(run: Run) -> go.Figure:
     samples = MICROTESLA * measured_field(run)
     samples = samples[np.isfinite(samples).all(axis=1)]
