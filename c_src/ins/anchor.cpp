@@ -15,6 +15,7 @@ void Model::move_anchor(State& s, Covariance& P) const {
     vec(s.earth_rate) = after.transpose() * Vector3(0, 0, earth::rate_rad_s);
     vec(s.x).setZero();
     vec(s.x + 3) = Vector3(C * vec(s.x + 3));
+    vec(s.felt) = Vector3(C * vec(s.felt));
     quat(s.x + 6) = multiply(quaternion_from_matrix(C), quat(s.x + 6)).normalized();
     vec(s.colour) = Vector3(C * vec(s.colour));
     for (const int row : {row_d, row_v, row_phi, row_colour}) turn_rows(P, row, C);

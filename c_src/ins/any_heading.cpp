@@ -142,6 +142,7 @@ void Model::collapse(State& s, Covariance& P) const {
     for (const int row : {row_d, row_v, row_phi, row_colour}) turn_rows(P, row, R);
     vec(s.x) = Vector3(R * vec(s.x));
     vec(s.x + 3) = Vector3(R * vec(s.x + 3));
+    vec(s.felt) = Vector3(R * vec(s.felt));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6));
     vec(s.colour) = Vector3(R * vec(s.colour));
     for (double& e : s.mean) e = 0;
@@ -200,8 +201,8 @@ bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
     if (channel == velocity) {
         const double since_s = event.t_s - g.velocity_s;
         const Vector3 change = vec(z) - vec(g.velocity);
-        const bool bad =
-            std::fabs(change.head<2>().norm() - vec(g.gained).head<2>().norm()) > 6 * z[3] + unmodelled_m_s2 * since_s;
+        const bool bad = std::fabs(change.head<2>().norm() - vec(g.gained).head<2>().norm()) >
+                         6 * std::sqrt(z[3] * z[3] + force_psd(s) * since_s) + unmodelled_m_s2 * since_s;
         g.velocity_in_row = bad ? g.velocity_in_row + 1 : 0;
         if (bad && g.velocity_in_row < believed) return false;
         vec(g.velocity) = vec(z);

@@ -35,7 +35,8 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     z = T.transpose() * (N * z);
     const Matrix3 R = attitude(s);
     const Vector3 w = turn_rate(s), lever = R * w.cross(settings_.antenna_b);
-    const Vector3 a = R * specific_force(s) + vec(s.gravity) + R * w.cross(w.cross(settings_.antenna_b));
+    const Vector3 a =
+        moving_force(s, R * specific_force(s), s.usual_interval_s) + vec(s.gravity) + R * w.cross(w.cross(settings_.antenna_b));
     m.put(0, row_v, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
     m.put(0, row_gyro, R * cross_matrix(settings_.antenna_b));

@@ -12,13 +12,45 @@ constexpr double saturated_after = 4; // samples of the same value
 
 void Model::clear_window(State& s) { s.window = {}; }
 
+namespace {
+
+constexpr double small_m_s2 = 0.1, longest_s = 1;
+
+// Time over which vibration is averaged away to something small.
+double felt_over_s(const State& s) {
+    return std::fmin(longest_s, s.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
+}
+
+} // namespace
+
+// An accelerometer that vibrates shows forces which move nothing. To take them for forces, by which a wrong heading would show in
+// the velocity, tells of the heading with every sample what nobody knows.
+void Model::feel(State& s, const Vector3& force, double interval_s) const {
+    constexpr double memory_s = 10;
+    const double T = interval_s;
+    if (std::isnan(s.felt[0])) vec(s.felt) = force;
+    vec(s.felt) += T / (felt_over_s(s) + T) * (force - vec(s.felt));
+    s.felt2 += T / (memory_s + T) * (vec(s.felt).head<2>().squaredNorm() - s.felt2);
+}
+
+Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
+    const double noise2 = 2 * s.vibration_force2 * s.usual_interval_s;
+    if (!(noise2 > 0)) return raw;
+    const double moved2 = std::fmax(0, s.felt2 - noise2 / (2 * felt_over_s(s) + s.usual_interval_s));
+    Vector3 steady = vec(s.felt);
+    if (s.felt2 > 0) steady.head<2>() *= moved2 / s.felt2;
+    return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
+}
+
 // The interval that has just been crossed, at its middle.
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
     Window& w = s.window;
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
-    const Vector3 f = R * specific_force(s), rate = turn_rate(s);
+    const Vector3 raw = R * specific_force(s);
+    feel(s, raw, T);
+    const Vector3 f = moving_force(s, raw, settings_.correction_interval_s), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
     const auto add = [&](double* A, double* B, double* C, const Matrix3& turns) {
         const Matrix3 turned = by_force * (mat(static_cast<const double*>(A)) + 0.5 * T * turns);
@@ -47,7 +79,7 @@ void Model::gather(State& s, double interval_s) const {
 
 namespace {
 
-constexpr int moved = 9;   // rows that the flow changes: d, v, phi
+constexpr int moved = 9; // rows that the flow changes: d, v, phi
 constexpr int movers = 20; // columns that change them: these, biases, scales, u
 
 struct Transition {
@@ -168,10 +200,15 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
     return c;
 }
 
+// Of the force: noise of the sensor, or what vibrates.
+double Model::force_psd(const State& s) const {
+    return std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_force2);
+}
+
 void Model::add_noise(const State& s, Covariance& P) const {
     const Window& w = s.window;
     const double T = w.length_s, share = settings_.vibration_share * s.usual_interval_s;
-    const double accel = std::fmax(settings_.accel_psd, share * s.vibration_force2) * T;
+    const double accel = force_psd(s) * T;
     const double gyro = std::fmax(settings_.gyro_psd, share * s.vibration_rate2) * T + settings_.gyro_rate_psd * w.turned2;
     // Axes that are askew, and forces on them, are a bias for as long as the body turns alike.
     const double across = settings_.gyro_scale2 * vec(s.steady_rate).squaredNorm() * T / turns_alike_s;

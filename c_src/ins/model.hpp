@@ -83,7 +83,9 @@ private:
     // covariance.cpp
     void gather(State& s, double interval_s) const;
     void propagate(const State& s, Covariance& P, double* mean) const;
+    double force_psd(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
+    void feel(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
     // Of the slow error of the satellites, north, east, down: the share that stays, and the variance that comes.
     struct Colour {
@@ -147,6 +149,8 @@ inline Vector3 turn_rate(const State& s) {
     return (vec(s.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.coning);
 }
 inline Vector3 specific_force(const State& s) { return vec(s.force) - vec(s.accel_bias) + vec(s.sculling); }
+// The part of a force in t, a mean over so long, by which errors of the attitude become those of the velocity.
+Vector3 moving_force(const State& s, const Vector3& raw, double over_s);
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
 // Noise of the satellites is taken to be larger when they fit worse than they may by chance.
 inline double widened(const State& s) {

@@ -65,7 +65,7 @@ void Model::begin(State& s) const {
     for (int k = 0; k < history; ++k)
         for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
     s.speed_known_s = nan;
-    s.nis_mean = 1;
+    s.nis_mean = s.heading_doubt = 1;
     s.circle = any;
     if (settings_.place_given) anchor(s, settings_.start_place);
     for (int i = 0; i < 3; ++i) {
@@ -143,8 +143,7 @@ double Model::levelling_variance(const State& s, double window_s) const {
     const Levelling& l = s.levelling;
     // A square in time lies so far from a straight line, root mean square.
     const double bend = window_s * window_s / 27 * vec(l.gained).norm() / window_s * settings_.sigma_gyro;
-    const double noise = std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_force2);
-    return l.variance / l.count + l.count * (bend * bend + noise * window_s / 15);
+    return l.variance / l.count + l.count * (bend * bend + force_psd(s) * window_s / 15);
 }
 
 // By velocities. Those that differ in one direction alone, as in one straight acceleration, leave open how the body is turned
@@ -274,6 +273,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
     put_gravity(s);
+    s.felt[0] = nan;
+    s.felt2 = 0;
     clear_window(s);
     s.last_correction_s = event.t_s;
 }

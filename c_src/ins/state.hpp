@@ -55,6 +55,7 @@ struct Settings {
     double vibration_share; // of the power between successive samples that becomes noise
     double colour_m[2], colour_s;
     double pressure_colour_m, pressure_colour_s;
+    double heading_colour_s;
     double sigma_velocity, sigma_gyro, sigma_gyro_scale, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount,
         sigma_heading;
     double sigma_first_fix_m;
@@ -137,6 +138,7 @@ struct State {
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double repeated[3], saturated_s[3]; // how often the rate of an axis has been the same to the bit, and for how long
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
+    double felt[3], felt2; // force in t without what vibrates, and its mean square along the horizontal
     double vibration_rate2, vibration_force2; // variance of one axis between successive samples
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
     Window window;
@@ -149,6 +151,7 @@ struct State {
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
+    double heading_doubt; // variances of headings from elsewhere are larger by it
     double nis_mean;
     double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
     double information_tilt, information_heading, information_velocity, information_position;
