@@ -29,6 +29,7 @@ ins::Settings settings_of(const hnav_ins_options& o) {
     s.colour_s = o.position_colour_s;
     s.pressure_colour_m = o.pressure_colour_m;
     s.pressure_colour_s = o.pressure_colour_s;
+    s.heading_colour_s = o.heading_colour_s;
     s.sigma_velocity = o.start_sigma_velocity_m_s;
     s.sigma_gyro = o.start_sigma_gyro_bias_rad_s;
     s.sigma_gyro_scale = o.start_sigma_gyro_scale;

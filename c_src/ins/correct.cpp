@@ -134,6 +134,9 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
     if (!s.first_was_wrong && !(now_s - s.strained_since_s > patience_s)) return;
     ++s.times_lost;
+    // Motion that did not fit is the better witness against a compass.
+    constexpr double more = 1e4, most = 1e8, fresh_s = 60;
+    if (!s.first_was_wrong && now_s - s.last_s[ins::heading] < fresh_s) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
     s.first_was_wrong = 0;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();

@@ -11,7 +11,7 @@ import pytest
 import hnav
 from hnav.filters.ins import INS_SENSORS, PHASES, ins_option_table
 from hnav.reference import earth
-from studies.ins.experiment import experiment, figures
+from studies.ins.experiment import experiment, figures, wrapped
 from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.motions import RATE_HZ
@@ -183,6 +183,42 @@ def test_a_heading_from_elsewhere_is_taken_at_rest_and_a_told_rest_holds_the_vel
     assert np.abs(now.velocity_n_m_s).max() < 0.05
     assert np.isfinite(now.sigma_velocity_m_s).all() and np.isfinite(now.accel_bias_m_s2).all()
     assert ins.covariance().shape == (15, 15) and ins.observed().by_heading > 1
+
+
+@pytest.mark.parametrize("off_deg, reads", [(0, "agree"), (40, "disagree")])
+def test_a_compass_that_motion_contradicts_spoils_nothing(drive, off_deg, reads):
+    samples, truth = drive
+    rows = slice(50, None, 10)
+    headings = truth.heading_rad()[rows] + np.radians(off_deg)
+    aids = hnav.Aids().heading(samples.t_s[rows], wrapped(headings), np.radians(4))
+    for sensor in ("velocity", "position"):
+        valid, _, of, value = samples.aids.arrays()
+        kept = of == INS_SENSORS.index(sensor)
+        add = aids.velocity if sensor == "velocity" else lambda t, v, s: aids.position(t, *v.T, s)
+        add(valid[kept], value[kept, :3], value[kept, 3:])
+    ins = hnav.Ins("industrial", **FAST)
+    run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    error = wrapped(run.heading_rad - truth.heading_rad())
+    assert abs(error[-1]) < np.radians(1)
+    assert not (run.ready[:, 1] & (abs(error) > np.radians(5))).any()
+    inflated = ins.diagnostics().inflated["heading"]
+    assert (inflated > 100) == (reads == "disagree")
+
+
+def test_many_readings_of_one_compass_tell_no_more_than_one():
+    sigma = []
+    for seconds in (1, 20):
+        ins = hnav.Ins("tactical", **FAST)
+        for k in range(100 * (10 + seconds)):
+            t = k * 0.01
+            ins.push_imu(t, [0, 0, 0], [0, 0, -9.81])
+            if k % 100 == 0:
+                ins.push_position(t, 0.8, 0.2, 100, 1.0)
+            if t > 10 and k % 10 == 0:
+                ins.push_heading(t, 1.0, 0.06)
+            ins.advance(t)
+        sigma.append(ins.navigation().sigma_rotation_rad[2])
+    assert 0.05 < sigma[1] <= sigma[0] < 0.065
 
 
 @pytest.mark.parametrize("kind, runs, median_s", [("car", 10, 35), ("aircraft", 10, 60), ("rest", 2, 200)])

@@ -78,6 +78,10 @@ typedef struct hnav_ins_options {
     /* Time for which that error stays as it is.
      * (0, 1e6] s, default 1000. Weather changes in a quarter of an hour. */
     double pressure_colour_s;
+    /* Time for which the error of a heading that is pushed stays as it is: more of them within it tell no more than one; 0
+     * = each has its own.
+     * [0, 1e6] s, default 60. Iron near a compass stays where it is; two antennas have errors of seconds, but small ones. */
+    double heading_colour_s;
     /* A car: noise of the velocity across its wheels and up, used from the time on at which the heading is found; 0 = no
      * car.
      * [0, 1e3] m/s, default 0. What the body is cannot be guessed; 0.1 for a car. */
