@@ -462,6 +462,54 @@ TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
     }
 }
 
+struct Misses {
+    double attitude, velocity, position, ahead; // ahead: how much further north it has come, across the pole it is less
+};
+
+// After two minutes with satellites that are off by as much everywhere, and the last 20 s without them.
+Misses after_a_flight(const earth::Place& start, double heading) {
+    const Truth truth = winding(start, heading, 60);
+    Flight run(usual());
+    drive(run, truth, 120, [](ins::Sample& sample) {
+        if (sample.channel == imu) return;
+        if (sample.t_s > 100) sample.t_s = -1; // refused: late
+        const earth::Place at{sample.value[0], sample.value[1], sample.value[2]};
+        const Vector3 off(std::sin(7.1 * sample.t_s), std::sin(5.3 * sample.t_s), std::sin(3.7 * sample.t_s));
+        if (sample.channel == velocity) {
+            for (int i = 0; i < 3; ++i) sample.value[i] += 0.05 * off[i];
+        } else {
+            const earth::Place moved = earth::place_of(earth::position_of(at) + 0.5 * off);
+            sample.value[0] = moved.latitude_rad;
+            sample.value[1] = moved.longitude_rad;
+            sample.value[2] = moved.height_m;
+        }
+    });
+    const ins::Navigation n = run.shown();
+    EXPECT_TRUE(n.heading_ready);
+    EXPECT_LE(std::fabs(n.place.longitude_rad), M_PI);
+    const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
+    return {rotation_vector(multiply(q_eb, conjugate(truth.q_eb(120)))).norm(), (n.velocity_e - truth.velocity_e(120)).norm(),
+            (n.position_e - truth.position_e(120)).norm(), n.place.latitude_rad - start.latitude_rad};
+}
+
+TEST(InsAnyHeading, AFlightAcrossThePoleOrTheDateLineIsAsGoodAsOneAtTheEquator) {
+    const Misses equator = after_a_flight({0.001, 0.3, 1000}, 0);
+    const double apart_rad = 2900 / 6.357e6; // crossed after a minute
+    const Misses pole = after_a_flight({M_PI / 2 - apart_rad, 0.3, 1000}, 0);
+    EXPECT_GT(equator.ahead, 1.5 * apart_rad);
+    EXPECT_LT(std::fabs(pole.ahead), 0.9 * apart_rad);
+    const double east = M_PI / 2;
+    const Misses there = after_a_flight({0.001, M_PI - 2900 / 6.378e6, 1000}, east),
+                 here = after_a_flight({0.001, 0.3, 1000}, east);
+    for (const auto& [is, was] : {std::pair(pole, equator), std::pair(there, here)}) {
+        EXPECT_LT(is.attitude, 1.5 * was.attitude + 1e-4);
+        EXPECT_LT(is.velocity, 1.5 * was.velocity + 0.02);
+        EXPECT_LT(is.position, 1.5 * was.position + 0.3);
+    }
+    EXPECT_LT(equator.position, 8);
+    EXPECT_LT(equator.attitude, 0.5 * deg);
+}
+
 // Gains speed straight ahead from switching on, for so long, then keeps it.
 Truth sprint(double heading, double gain_m_s2, double until_s) {
     const earth::Place start{0.7, -1, 50};
