@@ -32,6 +32,7 @@ from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOpti
 if TYPE_CHECKING:
     from hnav.filters.attitude import Filter, Options, Run
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
+    from hnav.filters.declination import declination_rad
     from hnav.filters.ins import Aids, Ins, InsOptions, InsRun
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
     from hnav.filters.linear_model import LinearModel
@@ -69,6 +70,7 @@ __all__ = [
     "UnknownOptionError",
     "__version__",
     "calibrate_magnetometer",
+    "declination_rad",
     "plot_run",
     "read",
     "read_calibration",
@@ -97,6 +99,7 @@ _HOME = {
     "Recording": "io.recordings",
     "Run": "filters.attitude",
     "calibrate_magnetometer": "filters.calibration",
+    "declination_rad": "filters.declination",
     "plot_run": "reports.recording_picture",
     "read": "io.readers",
     "read_calibration": "filters.calibration",
