@@ -1,0 +1,230 @@
+"""The navigation filter once it navigates, again in NumPy: attitude and velocity given, satellites, forward hold, closed form.
+
+    twin = InsReference(options, t_s, place, rate, force)       # options: InsOptions with start "state"
+    twin.advance(t_s, rate, force)                              # a sample of the inertial sensor; or with the satellites of that instant
+    twin.advance(t_s, rate, force, velocity_n, place)
+
+Without rest, gates, lever arms, vibration, and what needs the start from any heading: of that c_src/ins is the only description.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hnav.filters.ins import InsOptions
+from hnav.native.arrays import Array
+from hnav.reference import earth
+
+D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
+LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
+ERRORS = 28
+ALIKE_S = 5.0
+BY_CHANCE = 1.3
+
+
+def cross_matrix(x: Array) -> Array:
+    """3 x 3: its product with y is x cross y."""
+    return np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
+
+
+def turned(x: Array) -> tuple[Array, Array, Array]:
+    """Of a rate that is held so that it turns by x: the rotation, its mean, and the mean of that, weighted by what is left (3 x 3 each)."""
+    n, X = float(np.linalg.norm(x)), cross_matrix(x)
+    if n < 1e-3:
+        terms = [1 - n**2 / 6, 0.5 - n**2 / 24, 1 / 6 - n**2 / 120, 1 / 24 - n**2 / 720]
+    else:
+        terms = [np.sin(n) / n, (1 - np.cos(n)) / n**2, (n - np.sin(n)) / n**3, (n**2 / 2 - 1 + np.cos(n)) / n**4]
+    a, b, c, d = terms
+    return np.eye(3) + a * X + b * X @ X, np.eye(3) + b * X + c * X @ X, np.eye(3) / 2 + c * X + d * X @ X
+
+
+class InsReference:
+    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 28 x 28, of the errors."""
+
+    SIGMA_M, SIGMA_M_S = 1.5, 0.1
+    """Of the satellites, each axis."""
+
+    def __init__(self, options: InsOptions, t_s: float, place: Array, rate: Array, force: Array):
+        """At the first fix: place is latitude and longitude in rad, and height."""
+        self.o = o = options
+        self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)
+        self.earth_rate = self.T.T @ [0, 0, earth.RATE_RAD_S]
+        w, x, y, z = np.asarray(o.start_q_nb) / np.linalg.norm(o.start_q_nb)
+        X = cross_matrix(np.array([x, y, z]))
+        self.R = np.eye(3) + 2 * w * X + 2 * X @ X
+        self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
+        self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
+        self.latency, self.nis_mean, self.steady_rate = 0.0, 1.0, np.zeros(3)
+        self.P = self.first_covariance()
+        self.t_s = self.corrected_s = t_s
+        self.rate, self.force = np.array(rate, float), np.array(force, float)
+        self.interval_s = 0.0
+        self.put_gravity()
+        self.clear_window()
+
+    def first_covariance(self) -> Array:
+        """The start: of the first fix its own sigma and a wide one."""
+        o, P = self.o, np.zeros((ERRORS, ERRORS))
+        colour = np.array([o.position_colour_m[0]] * 2 + [o.position_colour_m[1]]) ** 2
+        P[D, D] = np.diag(self.SIGMA_M**2 + o.start_sigma_position_m**2 + colour)
+        P[COLOUR, COLOUR] = np.diag(colour)
+        P[D, COLOUR] = P[COLOUR, D] = -np.diag(colour)
+        P[V, V] = np.diag(o.start_sigma_velocity_m_s**2 * np.array([1, 1, 0.04]))
+        P[PHI, PHI] = np.diag([o.start_sigma_tilt_rad**2, o.start_sigma_tilt_rad**2, o.start_sigma_heading_rad**2])
+        P[GYRO, GYRO] = o.start_sigma_gyro_bias_rad_s**2 * np.eye(3)
+        P[ACCEL, ACCEL] = o.start_sigma_accel_bias_m_s2**2 * np.eye(3)
+        P[SCALE, SCALE] = o.start_sigma_gyro_scale**2 * np.eye(3)
+        P[LATENCY, LATENCY], P[SPEED_SCALE, SPEED_SCALE] = o.start_sigma_latency_s**2, o.start_sigma_speed_scale**2
+        P[MOUNT, MOUNT] = o.start_sigma_mounting_rad**2 * np.eye(2)
+        return P
+
+    def put_gravity(self) -> None:
+        """Where the body is."""
+        self.gravity, self.gravity_at = self.T.T @ earth.gravity_at(self.anchor_e + self.T @ self.d), self.d.copy()
+
+    def gravity_near(self, d: Array) -> Array:
+        """Not far from there."""
+        strength = np.linalg.norm(self.gravity)
+        down, off = self.gravity / strength, d - self.gravity_at
+        near: Array = self.gravity - strength / earth.EQUATOR_M * (off - 3 * (down @ off) * down)
+        return near
+
+    def clear_window(self) -> None:
+        """What has been gathered since the last correction: how errors of start, biases and scales have become those of phi, v, d."""
+        self.A, self.B, self.C, self.D, self.A_scale, self.B_scale, self.C_scale = (np.zeros((3, 3)) for _ in range(7))
+        self.F, self.S, self.turned2, self.length_s = np.zeros(3), np.zeros(3), 0.0, 0.0
+
+    # ----------------------------------------------------------------------------------------- between events
+
+    def turn_rate(self) -> Array:
+        """Without bias and error of scale."""
+        return (self.rate - self.gyro_bias) * (1 - self.gyro_scale)
+
+    def flow(self, T: float) -> Array:
+        """Under the held rate and force; answers the rotation in the middle."""
+        w, f, W, before = self.turn_rate(), self.force - self.accel_bias, self.earth_rate, self.R
+        turn, mean, twice = turned(w * T)
+        by_force, g = before @ mean @ f * T, self.gravity_near(self.d)
+        a = g - 2 * np.cross(W, self.v)
+        slope = self.gravity_near(self.d + T * self.v) - g
+        gained = by_force + a * T - 0.5 * T * np.cross(W, by_force) - T * np.cross(W, by_force + a * T) + 0.5 * T * slope
+        self.d = self.d + self.v * T + before @ twice @ f * T**2 + 0.5 * T**2 * a
+        self.v = self.v + gained
+        self.R = turned(-W * T)[0] @ before @ turn
+        half: Array = turned(-0.5 * W * T)[0] @ before @ turned(0.5 * w * T)[0]
+        return half
+
+    def gather(self, T: float, R: Array) -> None:
+        """The interval that has been crossed, at its middle."""
+        rate, force = self.turn_rate(), R @ (self.force - self.accel_bias)
+        X = cross_matrix(force)
+        self.D = self.D + T * self.A + 0.5 * T**2 * R
+        for name, turns in (("", R), ("_scale", R * rate)):
+            A, B, C = (getattr(self, letter + name) for letter in "ABC")
+            change = X @ (A + 0.5 * T * turns)
+            setattr(self, "C" + name, C + T * B + 0.5 * T**2 * change)
+            setattr(self, "B" + name, B + T * change)
+            setattr(self, "A" + name, A + T * turns)
+        self.S = self.S + T * self.F + 0.5 * T**2 * force
+        self.F = self.F + T * force
+        self.steady_rate = self.steady_rate + T / (ALIKE_S + T) * (rate - self.steady_rate)
+        self.turned2 += T * float(rate @ rate)
+        self.length_s += T
+
+    def transition(self) -> Array:
+        """28 x 28, over the window."""
+        T, M, W = self.length_s, np.eye(ERRORS), cross_matrix(self.earth_rate)
+        M[D, V], M[D, PHI], M[D, GYRO], M[D, ACCEL], M[D, SCALE] = (
+            T * np.eye(3),
+            -cross_matrix(self.S),
+            self.C,
+            -self.D,
+            self.C_scale,
+        )
+        M[V, D] = T * np.linalg.norm(self.gravity) / earth.EQUATOR_M * np.diag([-1, -1, 2])
+        M[V, V] = np.eye(3) - 2 * T * W
+        M[V, PHI], M[V, GYRO], M[V, ACCEL], M[V, SCALE] = -cross_matrix(self.F), self.B, -self.A, self.B_scale
+        M[PHI, PHI] = np.eye(3) - T * W
+        M[PHI, GYRO], M[PHI, SCALE] = -self.A, -self.A_scale
+        return M
+
+    def propagate(self) -> None:
+        """The covariance over the window."""
+        o, T = self.o, self.length_s
+        if not T > 0:
+            return
+        heading = self.P[8, 8]
+        M = self.transition()
+        P = M @ self.P @ M.T
+        kept, grown = self.colour_of()
+        P[COLOUR] *= kept[:, None]
+        P[:, COLOUR] *= kept
+        P[COLOUR, COLOUR] += np.diag(grown)
+        P[OFFSET, OFFSET] += 2 * o.pressure_colour_m**2 * T / o.pressure_colour_s
+        accel, one = o.accel_noise_m_s_per_sqrt_s**2 * T, np.eye(3)
+        P[V, V] += accel * one
+        P[D, D] += accel * T**2 / 3 * one
+        P[D, V] += accel * T / 2 * one
+        P[V, D] += accel * T / 2 * one
+        P[PHI, PHI] += (o.gyro_noise_rad_per_sqrt_s**2 * T + o.gyro_rate_noise_sqrt_s**2 * self.turned2) * one
+        askew = o.gyro_scale**2 * self.steady_rate @ self.steady_rate * T / ALIKE_S
+        P[GYRO, GYRO] += (o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T + askew) * one
+        P[ACCEL, ACCEL] += o.accel_bias_walk_m_s2_per_sqrt_s**2 * T * one
+        a, b, c = P[6, 6], P[7, 7], P[6, 7]
+        P[6:8, 6:8] += max(0.0, P[8, 8] - heading) * np.array([[b, -c], [-c, a]])
+        self.P = P
+
+    def colour_of(self) -> tuple[Array, Array]:
+        """Of the slow error of the satellites: what stays of it, and the variance that comes."""
+        sigma = np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
+        size = np.array([np.hypot(*self.colour[:2])] * 2 + [abs(self.colour[2])])
+        fades = np.exp(-self.length_s / self.o.position_colour_s)
+        now = np.maximum(sigma, size / 3)
+        return np.where(now > sigma, 1, fades), now**2 * (1 - fades**2)
+
+    # ----------------------------------------------------------------------------------------- at events
+
+    def advance(self, t_s: float, rate: Array, force: Array, velocity_n: Array | None = None, place: Array | None = None) -> None:
+        """A sample, from its time on, with what satellites say at that time."""
+        T = t_s - self.t_s
+        self.gather(T, self.flow(T))
+        self.put_gravity()
+        self.rate, self.force, self.t_s = np.array(rate, float), np.array(force, float), t_s
+        if velocity_n is not None or t_s - self.corrected_s + 0.5 * self.interval_s >= self.o.correction_interval_s:
+            self.correct(velocity_n, place)
+        self.interval_s = self.interval_s + 0.1 * (T - self.interval_s) if self.interval_s > 0 else T
+
+    def correct(self, velocity_n: Array | None, place: Array | None) -> None:
+        """All corrections of one event."""
+        kept, _ = self.colour_of()
+        self.propagate()
+        if self.length_s > 0:
+            self.colour = kept * self.colour
+        self.clear_window()
+        if velocity_n is not None and place is not None:
+            a = self.R @ (self.force - self.accel_bias) + self.gravity
+            H = np.zeros((3, ERRORS))
+            H[:, V], H[:, LATENCY] = np.eye(3), -a
+            z = self.T.T @ earth.axes_at(place) @ velocity_n
+            self.use(H, z - (self.v - self.latency * a), self.SIGMA_M_S**2)
+            H = np.zeros((3, ERRORS))
+            H[:, D], H[:, COLOUR], H[:, LATENCY] = np.eye(3), np.eye(3), -self.v
+            z = self.T.T @ (earth.position_of(place) - self.anchor_e)
+            self.use(H, z - (self.d + self.colour - self.latency * self.v), self.SIGMA_M**2)
+        self.put_gravity()
+        self.corrected_s = self.t_s
+
+    def use(self, H: Array, r: Array, variance: float) -> None:
+        """One measurement of three values."""
+        S = H @ self.P @ H.T + variance * max(1.0, self.nis_mean / BY_CHANCE) * np.eye(3)
+        K = np.linalg.solve(S, H @ self.P).T
+        error = K @ r
+        self.P = self.P - K @ H @ self.P
+        self.P = 0.5 * (self.P + self.P.T)
+        self.nis_mean += (min(float(r @ np.linalg.solve(S, r)), 30.0) / 3 - self.nis_mean) / 20
+        X = cross_matrix(self.R.T @ error[PHI])
+        self.P[ACCEL, ACCEL] += X @ self.P[ACCEL, ACCEL] @ X.T
+        self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
+        self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
+        self.gyro_scale, self.latency = self.gyro_scale + error[SCALE], self.latency + error[LATENCY]
+        self.colour = self.colour + error[COLOUR]

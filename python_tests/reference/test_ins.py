@@ -1,0 +1,57 @@
+"""The navigation filter in C beside its twin in NumPy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import hnav
+from hnav.reference import earth
+from hnav.reference.ins import InsReference
+from studies.ins.vehicles import vehicle
+
+
+@pytest.mark.parametrize("kind", ["car", "aircraft"])
+def test_the_twin_navigates_as_the_library_does(kind):
+    samples, truth = vehicle(kind, "industrial", 4, 20.0)
+    t, rate, force = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2
+    axes = earth.axes_at(earth.place_of(truth.position_e))
+    attitude = Rotation.from_matrix(np.swapaxes(axes, 1, 2) @ truth.attitude_e.as_matrix())
+    velocity = np.einsum("nij,ni->nj", axes, truth.velocity_e)
+    start = (attitude[1] * Rotation.from_rotvec([0.01, -0.02, 0.03])).as_quat(scalar_first=True)
+    options = hnav.InsOptions(
+        "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
+        gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=0.0, start_sigma_velocity_m_s=1.0,
+    )  # fmt: skip
+    ins, twin = hnav.Ins(options), None
+    rng = np.random.default_rng(1)
+    for i in range(len(t)):
+        ins.push_imu(t[i], rate[i], force[i])
+        fixed = i % 20 == 1
+        if fixed:
+            place = earth.place_of(truth.position_e[i] + rng.standard_normal(3))
+            seen = velocity[i] + 0.1 * rng.standard_normal(3)
+            ins.push_velocity(t[i], seen, InsReference.SIGMA_M_S)
+            ins.push_position(t[i], *place, InsReference.SIGMA_M)
+        ins.advance(t[i])
+        if twin is None:
+            twin = InsReference(options, t[i], place, rate[i], force[i]) if fixed else None
+        else:
+            twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)))
+        if fixed and i > 1:
+            now = ins.navigation()
+            assert now.phase == "navigating"
+            sigma = np.sqrt(np.diag(twin.P)[:15])
+            off = now.position_e_m - (twin.anchor_e + twin.T @ twin.d)
+            np.testing.assert_allclose(off, 0, atol=1e-7)
+            np.testing.assert_allclose(now.velocity_e_m_s, twin.T @ twin.v, atol=1e-8)
+            np.testing.assert_allclose(now.gyro_bias_rad_s, twin.gyro_bias, atol=1e-10)
+            np.testing.assert_allclose(now.accel_bias_m_s2, twin.accel_bias, atol=1e-8)
+            np.testing.assert_allclose(now.latency_s, twin.latency, atol=1e-9)
+            R = (
+                earth.axes_at(np.array([now.latitude_rad, now.longitude_rad, now.height_m]))
+                @ Rotation.from_quat(now.q_nb, scalar_first=True).as_matrix()
+            )
+            np.testing.assert_allclose(R, twin.T @ twin.R, atol=1e-10)
+            np.testing.assert_allclose(
+                ins.covariance() / np.outer(sigma, sigma), twin.P[:15, :15] / np.outer(sigma, sigma), atol=1e-7
+            )
