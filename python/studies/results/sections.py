@@ -67,8 +67,8 @@ SECTIONS = {
         "Simulated starts with exact truth, industrial sensors, coloured satellites with outliers and a latency that nobody tells: when "
         "the heading was ready, how often falsely (error above 3 sigma and 5 deg), and the end after 150 s. A ship turns too slowly for "
         "most of its starts to be ready by then.",
-        "study ins --starts 300 --seed 3",
-        True,
+        "study ins --starts 3000 --seed 7",
+        False,
     ),
     "ins_faults": Section(
         "Faults while navigating",
