@@ -70,6 +70,14 @@ SECTIONS = {
         "study ins --starts 3000 --seed 7",
         False,
     ),
+    "ins_consumer": Section(
+        "Navigation from any heading: consumer",
+        "The same with chips of phones and hobby; straight and take_off gain speed straight ahead when they are switched on, a quadrotor "
+        "hovers with up to 3 m/s2 of noise, a walker holds a telephone with fixes once a second. Where it hardly accelerates a body of this "
+        "grade does not find its heading to 1 deg within its 1 to 2 minutes, and says so.",
+        "study ins --starts 200 --seed 3 --grade consumer --kinds car,aircraft,straight,take_off,quadrotor,walker",
+        False,
+    ),
     "ins_faults": Section(
         "Faults while navigating",
         "One fault each, 90 s after the start: how often it was told (fixes gated, or a flag of readiness fell), the share of instants from its "
