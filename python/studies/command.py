@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,3 +20,8 @@ def study(name: str, command: Callable[..., Any]) -> Callable[..., None]:
         answer(f"study {name}", app, arguments)
 
     return main
+
+
+def after(time_s: float) -> str:
+    """When something was first so, for a table; NaN: it never was."""
+    return "never" if math.isnan(time_s) else f"{time_s:.1f} s"

@@ -13,7 +13,7 @@ from rich.table import Table
 from hnav.cli.console import bar, show
 from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS
-from studies.command import study
+from studies.command import after, study
 from studies.ins.experiment import KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
@@ -57,10 +57,6 @@ def command(
     show(table(rows, f"{grade}, seed {seed}: first heading_ready, and the end"), width=150)
 
 
-def _after(time_s: float) -> str:
-    return "never" if np.isnan(time_s) else f"{time_s:.1f} s"
-
-
 def table(rows: list[tuple[str, Figures]], title: str) -> Table:
     """A row for each kind."""
     out = Table(title=title, title_justify="left")
@@ -81,7 +77,7 @@ def table(rows: list[tuple[str, Figures]], title: str) -> Table:
         out.add_column(column, justify="right")
     for kind, f in rows:
         out.add_row(
-            kind, str(f.runs), str(f.ready), _after(f.median_s), _after(f.late_s), str(f.false), f"{f.rms_end:.3g} deg",
+            kind, str(f.runs), str(f.ready), after(f.median_s), after(f.late_s), str(f.false), f"{f.rms_end:.3g} deg",
             f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
             f"{f.early_tilt_z2:.2f}", f"{f.tilt_z2:.2f}",
         )  # fmt: skip

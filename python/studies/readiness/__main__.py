@@ -18,7 +18,7 @@ from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
-from studies.command import study
+from studies.command import after, study
 from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
 
@@ -75,7 +75,7 @@ def table(starts: Sequence[Start], title: str) -> Table:
         f = figures(group)
         out.add_row(
             disturbance, motion, str(f.starts), f"{f.wrong_share:.1%}", f"{f.wrong_low:.1%} to {f.wrong_high:.1%}", f"{f.wrong_in_true_field_share:.1%}",
-            f"{f.median_s:.1f} s", f"{f.late_s:.1f} s", f"{f.never_share:.1%}", f"{f.median_error_deg:.1f} deg",
+            after(f.median_s), after(f.late_s), f"{f.never_share:.1%}", "" if np.isnan(f.median_error_deg) else f"{f.median_error_deg:.1f} deg",
             ", ".join(f"{z2:.2g}" for z2 in f.heading_z2), style=style,
         )  # fmt: skip
 
