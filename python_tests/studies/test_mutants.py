@@ -94,7 +94,9 @@ def test_the_mutants_are_many_and_of_every_room():
 
 
 def test_equivalent_mutants_are_mutants_and_have_a_reason():
-    assert equivalents().keys() <= {m.name for m in chosen(TOP, COUNT)}
+    """Also those that a sample of today leaves out: it may have them again tomorrow."""
+    everything = 10**9
+    assert equivalents().keys() <= {m.name for m in chosen(TOP, everything)}
     assert all(len(reason) > 20 for reason in equivalents().values())
 
 
