@@ -30,8 +30,8 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from platforms import PLATFORMS, Platform
 
 TOLERANCE = 1e-9
-# Positions of the navigation filter are differences of distances from the centre of the Earth, of which one rounding is 1e-9 m.
-TOLERANCE_OF = {"Ins": 1e-8}
+# Their positions are differences of distances from the centre of the Earth, of which one rounding is 1e-9 m.
+TOLERANCE_OF = {"Ins": 1e-8, "Gnss": 1e-8}
 # Types by FMI version, in the order of the plan: reals, integers, booleans.
 LEFT_OUT = "left out"
 TYPES = {2: ("Real", "Integer", "Boolean"), 3: ("Float64", "Int32", "Boolean")}
