@@ -386,6 +386,16 @@ struct Flight {
     }
 };
 
+// Sample i of a hundred a second, and five fixes a second.
+void feed(Flight& run, const Truth& truth, int i) {
+    const double t = 0.01 * i;
+    run.push_imu(truth, t);
+    if (i % 20 == 0) {
+        run.filter.push(truth.velocity_fix(t));
+        run.filter.push(truth.position_fix(t));
+    }
+}
+
 TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
     const earth::Place places[] = {{0.1, 0.2, 0}, {-0.9, M_PI - 1e-6, 500}, {89.99 * deg, 1, 0}};
     for (const earth::Place& place : places)
@@ -393,13 +403,8 @@ TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
             const Truth truth = winding(place, -3 + 2 * k);
             Flight run(usual());
             for (int i = 1; i <= 4000; ++i) {
-                const double t = 0.01 * i;
-                run.push_imu(truth, t);
-                if (i % 20 == 0) {
-                    run.filter.push(truth.velocity_fix(t));
-                    run.filter.push(truth.position_fix(t));
-                }
-                ASSERT_EQ(run.filter.advance(t), Outcome::ok);
+                feed(run, truth, i);
+                ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
             }
             const ins::Navigation n = run.shown();
             EXPECT_EQ(run.filter.shown().phase, Phase::navigating);
@@ -538,11 +543,7 @@ TEST(InsAnyHeading, OneStraightAccelerationLeavesTheTiltOpenAndItsEndTellsIt) {
     bool started = false;
     for (int i = 1; i <= 6000; ++i) {
         const double t = 0.01 * i;
-        run.push_imu(truth, t);
-        if (i % 20 == 0) {
-            run.filter.push(truth.velocity_fix(t));
-            run.filter.push(truth.position_fix(t));
-        }
+        feed(run, truth, i);
         ASSERT_EQ(run.filter.advance(t), Outcome::ok);
         if (!run.filter.shown().started()) continue;
         if (!started) {
@@ -620,15 +621,6 @@ Settings restless() {
     Settings s = usual();
     s.anchor_distance_m = 300;
     return s;
-}
-
-void feed(Flight& run, const Truth& truth, int i) {
-    const double t = 0.01 * i;
-    run.push_imu(truth, t);
-    if (i % 20 == 0) {
-        run.filter.push(truth.velocity_fix(t));
-        run.filter.push(truth.position_fix(t));
-    }
 }
 
 TEST(InsHybrid, TheSameSamplesGiveTheSameBitsWhateverTimesAreAskedFor) {
