@@ -444,7 +444,7 @@ private:
             if constexpr (may_cross<Model>)
                 if (model_.crosses()) return cross(state, interval_s);
             if (interval_s < min_interval_s) return step_by_euler(state, interval_s);
-            if constexpr (may_stiffen<Model>) return integrate_stiffly_or_not(state, interval_s);
+            if constexpr (may_stiffen<Model>) return integrate_or_as_the_model_does(state, interval_s);
             else return integrate(state, interval_s);
         }
     }
@@ -458,7 +458,8 @@ private:
         return false;
     }
 
-    bool integrate_stiffly_or_not(State& state, double interval_s) {
+    // A model with ways of its own takes one where it is told to, or where the integrator does not get on.
+    bool integrate_or_as_the_model_does(State& state, double interval_s) {
         if (model_.by_points()) {
             const FlowContext context{&model_, &state};
             return model_.flow_by_points(state, interval_s, propagator_, &context) && sound(state);
@@ -585,10 +586,11 @@ private:
         settings_.propagator.knows_rate = Model::knows_rate;
         if constexpr (reads_in_part<Model>) settings_.propagator.read = Model::read;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
-        if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = model_.may_be_stiff();
-        if constexpr (may_stiffen<Model>)
+        if constexpr (may_stiffen<Model>) {
+            settings_.propagator.may_be_stiff = model_.may_be_stiff();
             if (model_.may_be_stiff())
                 settings_.propagator.max_steps = std::min(Model::max_explicit_steps, settings_.propagator.max_steps);
+        }
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         const FlowContext context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
