@@ -143,7 +143,8 @@ class Plan:
         smoothly between the samples of a recording: Observer.run knows the next one, push_input and the FMU hold. Inputs that are not named stay at their start."""
         self._input(name)
         scale, offset = self._converted(name, "an input", unit)
-        _check(name, nonzero_factor=abs(factor))
+        if not math.isfinite(factor) or factor == 0:
+            raise HnavValueError("option", f"factor of {name} is {factor:g}: it must be finite and not 0", "factor")
         if interpolation not in _INTERPOLATIONS:
             raise HnavValueError(
                 "option",
@@ -265,15 +266,14 @@ def _numbers(known: Estimated) -> str:
 
 
 _INTERPOLATIONS = ("hold", "linear")
-_ABOVE_0 = ("sensor_noise", "ready_sigma", "nonzero_factor")
+_ABOVE_0 = ("sensor_noise", "ready_sigma")
 
 
 def _check(name: str, **values: float) -> None:
     for key, value in values.items():
-        if not (value > 0 if key in _ABOVE_0 else value >= 0) or (key == "nonzero_factor" and not math.isfinite(value)):
+        if not (value > 0 if key in _ABOVE_0 else value >= 0):
             bound = "above 0" if key in _ABOVE_0 else "at least 0"
-            shown = key.removeprefix("sensor_").removeprefix("nonzero_")
-            bound = "finite and not 0" if key == "nonzero_factor" else bound
+            shown = key.removeprefix("sensor_")
             raise HnavValueError("option", f"{shown} of {name} is {value:g}: it must be {bound}", shown)
 
 
