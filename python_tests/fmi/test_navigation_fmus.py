@@ -9,12 +9,10 @@ from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.reference import earth
 from hnav.simulation.vehicle import Vehicle
 from hnav.systems.navigation_system import READ, READ_BY_SENSOR, TOLD
-from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 SENSORS = {"Gnss": "gnss", "Baro": "baro", "Wheel": "wheel"}
-plants = pytest.mark.parametrize("name", ("Vehicle", *SENSORS))
 TRUTH = [*dict.fromkeys([*READ["gnss"], *READ_BY_SENSOR])]
 AIRCRAFT = {"motion.kind": "aircraft", "seed": 5}
 SILENT = {"gnss.noise_m[1]": 1e-9, "gnss.noise_m[2]": 1e-9, "gnss.noise_m_s[1]": 1e-9, "gnss.noise_m_s[2]": 1e-9, "gnss.colour_m[1]": 0.0,
@@ -61,20 +59,6 @@ def sampled(
 
 
 # --------------------------------------------------------------------------------------------- descriptions
-
-
-@versions
-@plants
-def test_fmpy_and_the_schemas_find_nothing_to_complain_about(name, version):
-    assert_fits_the_standard(fmu_path(name, version), version)
-
-
-@plants
-def test_both_versions_have_the_same_variables(name):
-    two, three = (fmpy.read_model_description(str(fmu_path(name, v))).modelVariables for v in VERSIONS)
-    assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [
-        (v.name, v.causality, v.variability, v.unit) for v in three
-    ]
 
 
 @versions

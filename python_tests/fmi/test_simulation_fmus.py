@@ -1,4 +1,4 @@
-"""The FMUs of the plants: Turntable and ImuMagSensor."""
+"""The FMUs of the plants: what all of them describe, and Turntable and ImuMagSensor."""
 
 import ctypes as C
 import inspect
@@ -21,6 +21,7 @@ from importing import assert_fits_the_standard
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 plants = pytest.mark.parametrize("name", ("Turntable", "ImuMagSensor"))
+all_plants = pytest.mark.parametrize("name", ("Turntable", "ImuMagSensor", "Vehicle", "Gnss", "Baro", "Wheel"))
 NOISY = {
     "gyro.noise_deg_per_sqrt_h": 0.5, "gyro.bias_instability_rad_s": 1e-4, "gyro.random_walk_deg_per_h_per_sqrt_h": 50.0, "gyro.bias_sigma_rad_s": 0.01,
     "accel.noise_ug_per_sqrt_hz": 100.0, "accel.dropout": 0.1, "mag.noise_nt_per_sqrt_hz": 50.0, "mag.period_s": 0.02, "mag.latency_s": 0.03,
@@ -59,12 +60,12 @@ def state_calls(fmu: Fmu):
 
 
 @versions
-@plants
+@all_plants
 def test_fmpy_and_the_schemas_find_nothing_to_complain_about(name, version):
     assert_fits_the_standard(fmu_path(name, version), version)
 
 
-@plants
+@all_plants
 def test_both_versions_have_the_same_variables(name):
     two, three = (fmpy.read_model_description(str(fmu_path(name, v))).modelVariables for v in VERSIONS)
     assert [(v.name, v.causality, v.variability, v.unit) for v in two] == [
