@@ -52,7 +52,7 @@ SECTIONS = {
     "readiness": Section(
         "Heading ready, and wrong",
         "Simulated starts with exact truth: how often the first heading_ready comes with an error beyond 3 sigma and 5 deg.",
-        "study readiness --starts 1200",
+        "study readiness --starts 9000",
         False,
     ),
     "hidden": Section(
