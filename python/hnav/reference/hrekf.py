@@ -113,7 +113,7 @@ def printed_measurement(q: Numbers, north: float, down: float) -> tuple[Numbers,
 
 
 def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tuple[Numbers, float]:
-    """(Sigma, gamma) of the paper's Algorithm 2; L: 7, the diagonal of the weight."""
+    """(Sigma, gamma) of the paper's Algorithm 2; L: the diagonal of the weight, 7 of the paper's filter."""
     if options.gamma_mode == "off" or not interval_s > 0:
         return P, np.inf
     LPL = P * np.outer(L, L)
@@ -133,7 +133,7 @@ def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tupl
         theta = brentq(excess, 0, limit, xtol=1e-18, rtol=1e-14) if excess(limit) > 0 else limit
     theta = min(theta, limit)
     LP = L[:, None] * P
-    return P + LP.T @ np.linalg.solve(np.eye(7) / theta - LPL, LP), theta**-0.5
+    return P + LP.T @ np.linalg.solve(np.eye(len(L)) / theta - LPL, LP), theta**-0.5
 
 
 # --------------------------------------------------------------------------------------------- the filter

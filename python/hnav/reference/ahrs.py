@@ -1,0 +1,571 @@
+"""The AHRS once more, in NumPy: slow, written to be read beside docs/filters.md, and the oracle of the C library.
+
+    twin = AhrsReference(Options("ahrs"))
+    twin.event(t_s, rate, force, field, heading)    # the samples of one instant, None where there is none
+    twin.R_bn, twin.rotation_covariance(), twin.tilt_ready(), twin.heading_ready()
+
+    between events:  R' = R [u]x,  G' = R,  u = y - b - S y + coning
+    theta(T) = theta - G db - L dS,  L = int R (x) y'         the error in navigation axes: no steps, integrals of R
+    v(T)     = v + g int (-theta_E, theta_N) - int R da - swept dl
+    P(T)     = Phi P Phi' + Q, every correction_interval_s; then
+    velocity 0 = v + noise,  rest  mean rate = b,  field  M = mean field,  heading aid = atan2(E, N) of body x
+
+Axes: north-east-down of magnetic north, and those of the sensors; samples in order. What happens to samples that are late, share a
+stamp or come from a sensor at fault, when a clock is set, realign and the smoother: of that c_src is the only description.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hnav.filters.attitude import Options
+from hnav.native.arrays import Array
+from hnav.reference.ahrs_parts import (
+    ANY_HEADING,
+    FieldNoise,
+    FirstSamples,
+    MagneticReference,
+    MotionNoise,
+    RestDetector,
+    SampleTimes,
+    about_down,
+    azimuth,
+    exp,
+    intensities_of,
+    wrap,
+)  # fmt: skip
+from hnav.reference.hrekf import inflate, quaternion_of
+from hnav.reference.ins import cross_matrix, turned
+
+V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
+FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
+CONSIDERED = 17
+"""Errors before this one are considered when a field or a heading corrects, but not corrected: no magnet may tilt the horizon."""
+
+G_M_S2 = 9.80665
+
+
+def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Array]:
+    """A vector constant in navigation axes, measured a share of a turn ago, in the body of now, and what falls off it with the share."""
+    turning = np.cross(turn, measured_b)
+    again = np.cross(turn, turning)
+    return measured_b - share * turning + 0.5 * share**2 * again, turning - share * again
+
+
+class AhrsReference:
+    """The state, and what an event does to it. P is the covariance just after the last correction, E that of the present one."""
+
+    def __init__(self, options: Options):
+        self.o = o = options
+        self.started = self.lost = self.confirmed = False
+        self.R_bn, self.bias, self.S = np.eye(3), np.array(o.start_gyro_bias_rad_s, float), np.zeros((3, 3))
+        self.velocity, self.force_bias, self.force_latency = np.zeros(2), np.zeros(3), float(o.start_accel_latency)
+        self.strength, self.latency, self.declination = o.reference_strength_tesla, 0.0, 0.0
+        self.M = np.array([math.cos(o.reference_dip_rad), math.sin(o.reference_dip_rad)])
+        self.has_reference = o.reference_mode == "given"
+        self.rate: Array | None = None
+        self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
+        self.motion, self.field_noise, self.field = (
+            MotionNoise(o.velocity_noise_m_s_per_sqrt_hz),
+            FieldNoise(),
+            MagneticReference(o),
+        )
+        self.rest = RestDetector(o, np.zeros(3))
+        self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
+        self.undisturbed_s = self.azimuth_rejected_s = self.heading_doubt = self.contradicted_s = 0.0
+        self.level_force, self.level_s, self.times_lost, self.aided = np.zeros(3), 0.0, 0, False
+        self.first = FirstSamples(o)
+        self.gyro, self.accel, self.mag = (SampleTimes(o.max_interval_s) for _ in range(3))
+        self.t_s = self.corrected_s = math.nan
+        self.verdict = "accept"  # on the last field
+        self.nis: dict[str, float] = {}  # of the last correction by each sensor
+        self.P = self.first_covariance(o.start_sigma_heading_rad)
+        self.clear_window()
+
+    def first_covariance(self, sigma_heading: float) -> Array:
+        o, sigma = self.o, np.zeros(ERRORS)
+        sigma[V], sigma[M], sigma[LATENCY] = o.start_sigma_velocity_m_s, o.start_sigma_reference, o.start_sigma_latency_s
+        sigma[CALIBRATION] = np.where(np.eye(3), o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad).ravel()
+        sigma[PHI] = o.start_sigma_tilt_rad, o.start_sigma_tilt_rad, sigma_heading
+        sigma[BIAS], sigma[FORCE_BIAS] = o.start_sigma_bias_rad_s, o.start_sigma_accel_bias_m_s2
+        sigma[FORCE_LATENCY] = o.start_sigma_accel_latency
+        sigma[DECLINATION] = o.local_declination_rad * FieldNoise.AT_FIRST / FieldNoise.ROOM
+        return np.diag(sigma**2)
+
+    def clear_window(self) -> None:
+        """What is gathered between two corrections."""
+        self.window_s = self.rate_power = self.gap_rotation = 0.0
+        self.G, self.L = np.zeros((3, 3)), np.zeros((3, 9))
+        self.force_s = self.force_gap_s = self.velocity_down = self.field_s = 0.0
+        self.swept_velocity, self.field_sum, self.turn_sum, self.fields = np.zeros(2), np.zeros(3), np.zeros(3), 0
+
+    # ----------------------------------------------------------------------------------------- time
+
+    def event(
+        self, t_s: float, rate: Array | None = None, force: Array | None = None, field: Array | None = None,
+        heading: tuple[float, float] | None = None,
+    ) -> None:  # fmt: skip
+        """The samples of one instant: 3 each in SI units; heading and its sigma in rad."""
+        backward = self.o.gyro_hold == "backward"
+        gap_too_long = self.started and self.gap_variance(t_s, rate is not None) > 1
+        if rate is not None and backward:
+            self.hold_backward(t_s, rate, gap_too_long)
+        if self.started and gap_too_long:
+            self.pass_gap(t_s)
+        elif self.started:
+            self.flow(t_s - self.t_s)
+        if rate is not None and not backward:
+            self.hold(t_s, rate)
+        self.aided |= heading is not None
+        if not self.started:
+            self.start(t_s, force, field, heading)
+        else:
+            self.gather(t_s, rate, force, field)
+            half_s = 0.5 * self.gyro.interval(t_s) if rate is not None else 0
+            if t_s - self.corrected_s + half_s >= self.o.correction_interval_s or heading is not None:
+                self.correct(t_s, rate is not None, heading)
+        for times, sample in ((self.gyro, rate), (self.accel, force), (self.mag, field)):
+            if sample is not None:
+                times.note(t_s)
+        self.t_s = t_s
+
+    # ----------------------------------------------------------------------------------------- start
+
+    def start(self, t_s: float, force: Array | None, field: Array | None, heading: tuple[float, float] | None) -> None:
+        """With the first attitude that follows from the samples."""
+        found = self.first.add(t_s, force, field, heading)
+        if found is None:
+            return
+        self.R_bn, sigma_heading = found
+        self.P = self.first_covariance(sigma_heading)
+        force, field = self.first.means()
+        if not self.has_reference and field is not None:
+            self.put_reference(field)
+        self.rest, self.corrected_s, self.started = RestDetector(self.o, np.zeros(3) if force is None else force), t_s, True
+
+    def put_reference(self, field_b: Array) -> None:
+        """The field that the body sees is the reference: its azimuth is north, its strength the unit of fields."""
+        self.strength = float(np.linalg.norm(field_b))
+        self.M = intensities_of(self.R_bn @ field_b) / self.strength
+        self.has_reference = True
+
+    # ----------------------------------------------------------------------------------------- flow
+
+    def turn_rate(self) -> Array:
+        """Without its errors; before the first sample the body is taken to be still."""
+        return np.zeros(3) if self.rate is None else self.rate - self.bias - self.S @ self.rate
+
+    def hold(self, t_s: float, rate: Array) -> None:
+        """Coning: the mean rate of an interval turns the body further where its axis turns (Miller 1983)."""
+        T, self.coning = t_s - self.gyro.last_s, np.zeros(3)
+        if self.rate is not None and T > 0 and not self.gyro.is_gap(t_s):
+            change2 = float(np.sum((rate - self.rate) ** 2)) / (3 * T**2)
+            self.rate_change2 += T / (2 + T) * (change2 - self.rate_change2)
+            if self.o.gyro_hold == "backward":
+                self.coning = T / 12 * np.cross(self.rate, rate)
+        self.rate = rate
+
+    def hold_backward(self, t_s: float, rate: Array, gap_too_long: bool) -> None:
+        """The rate of the interval before its sample; what other sensors' events have crossed of it is turned anew."""
+        went_on_s, before = self.t_s - self.gyro.last_s, self.turn_rate() + self.coning
+        self.hold(t_s, rate)
+        if self.started and went_on_s > 0 and not gap_too_long:
+            now = self.turn_rate() + self.coning
+            after = 0.5 * (now + before) if self.gyro.is_gap(t_s) else now
+            self.R_bn = self.R_bn @ exp(-before * went_on_s) @ exp(after * went_on_s)
+
+    def flow(self, T: float) -> None:
+        """Attitude and the integrals that the transition needs, under the held rate."""
+        u = self.turn_rate() + self.coning
+        turn, mean, _ = turned(u * T)
+        dG: Array = self.R_bn @ mean * T
+        self.G = self.G + dG
+        if self.rate is not None:
+            self.L = self.L + np.einsum("il,j->ilj", dG, self.rate).reshape(3, 9)
+        self.R_bn = self.R_bn @ turn
+        self.rate_power += float(u @ u) * T
+        self.force_turn = self.force_turn + u * T
+        self.window_s += T
+
+    def gap_variance(self, t_s: float, ended: bool) -> float:
+        """Of the rotation about an axis while samples of rate are missing."""
+        gap_s = t_s - self.gyro.last_s
+        share = (0.125 if ended else 0.5) * self.o.gap_turn_factor * gap_s**2
+        return share**2 * self.rate_change2 if self.gyro.is_gap(t_s) else 0.0
+
+    # ----------------------------------------------------------------------------------------- samples gathered in navigation axes
+
+    def gather(self, t_s: float, rate: Array | None, force: Array | None, field: Array | None) -> None:
+        if rate is not None:
+            self.rest.note_rate(rate, self.gyro.interval(t_s))
+        if force is not None:
+            self.gather_force(t_s, force)
+        if field is not None and self.has_reference:
+            self.gather_field(t_s, field)
+        elif field is not None:
+            self.find_heading(field)
+
+    def gather_force(self, t_s: float, force: Array) -> None:
+        """A sample may be the mean of its interval, half of it old, or a reading of its instant: the latency tells."""
+        since_s, T = t_s - self.accel.last_s, self.accel.interval(t_s)
+        turn = self.force_turn * (T / since_s) if since_s > 0 else np.zeros(3)
+        self.force_turn = np.zeros(3)
+        now_b, swept_b = turned_on(force - self.force_bias, turn, self.force_latency)
+        force_n, swept_n = self.R_bn @ now_b, self.R_bn @ swept_b
+        self.swept_velocity = self.swept_velocity + swept_n[:2] * T
+        self.velocity = self.velocity + force_n[:2] * T
+        self.velocity_down += force_n[2] * T
+        self.force_s += T
+        self.force_gap_s += max(0.0, since_s - T) if since_s > 0 else 0.0
+        self.motion.note(force_n, T)
+        self.rest.note_force(force, T)
+
+    def gather_field(self, t_s: float, field: Array) -> None:
+        u = self.turn_rate() + self.coning
+        self.field_sum = self.field_sum + self.R_bn @ turned_on(field / self.strength, u, self.latency)[0]
+        self.turn_sum = self.turn_sum + self.R_bn @ u
+        self.fields += 1
+        self.field_s += self.mag.interval(t_s)
+
+    def find_heading(self, field_b: Array) -> None:
+        """The first field of a filter that started without: its azimuth is north."""
+        field_n = self.R_bn @ field_b
+        if not math.hypot(field_n[0], field_n[1]) > 1e-3 * np.linalg.norm(field_n):
+            return
+        from_north, variance = azimuth(field_n), self.P[HEADING, HEADING]
+        if from_north**2 > variance or variance > 1:
+            self.turn_heading(-from_north)
+            self.P[HEADING, HEADING] += self.o.start_sigma_heading_rad**2
+        self.put_reference(field_b)
+
+    def turn_heading(self, angle: float) -> None:
+        """With all that is kept in navigation axes."""
+        about = about_down(angle)
+        self.R_bn, self.velocity, self.field.candidate = (
+            about @ self.R_bn,
+            about[:2, :2] @ self.velocity,
+            about @ self.field.candidate,
+        )
+        self.motion.velocity, self.motion.mean_force = (
+            about[:2, :2] @ self.motion.velocity,
+            about[:2, :2] @ self.motion.mean_force,
+        )
+
+    # ----------------------------------------------------------------------------------------- covariance
+
+    def transition(self) -> Array:
+        """25 x 25, over the window."""
+        Phi, half = np.eye(ERRORS), 0.5 * G_M_S2 * self.force_s
+        Phi[PHI, BIAS], Phi[PHI, CALIBRATION] = -self.G, -self.L
+        # v_N -= g T theta_E and v_E += g T theta_N, with the mean of theta before and after.
+        Phi[0] -= half * (np.eye(ERRORS)[16] + Phi[16])
+        Phi[1] += half * (np.eye(ERRORS)[15] + Phi[15])
+        if self.window_s > 0:
+            Phi[V, FORCE_BIAS] -= self.force_s / self.window_s * self.G[:2]
+        Phi[V, FORCE_LATENCY] -= self.swept_velocity
+        return Phi
+
+    def rotation_noise(self) -> float:
+        o = self.o
+        white = o.gyro_noise_rad_per_sqrt_s**2 * self.window_s + o.gyro_rate_noise_sqrt_s**2 * self.rate_power
+        return float(white + self.gap_rotation)
+
+    def propagated(self) -> Array:
+        """P(T) = Phi P Phi' + Q; the declination is that of the place, and a body that moves comes to other places."""
+        o, T, Phi, scale2 = self.o, self.window_s, self.transition(), self.field_noise.scale2
+        P = Phi @ self.P @ Phi.T
+        P[V, V] += ((o.gap_acceleration_m_s2 * self.force_gap_s) ** 2 + 0.002**2 * self.force_s) * np.eye(2)
+        P[PHI, PHI] += self.rotation_noise() * np.eye(3)
+        P[BIAS, BIAS] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * np.eye(3)
+        P[M, M] += o.reference_walk_per_sqrt_s**2 * scale2 * T * np.eye(2)
+        if not self.rest.at_rest():
+            kept = math.exp(-T / o.local_declination_s)
+            self.declination *= kept
+            P[DECLINATION] *= kept
+            P[:, DECLINATION] *= kept
+            P[DECLINATION, DECLINATION] += (1 - kept**2) * scale2 * o.local_declination_rad**2
+        return P
+
+    # ----------------------------------------------------------------------------------------- corrections
+
+    def correct(self, t_s: float, has_rate: bool, heading: tuple[float, float] | None) -> None:
+        """All corrections of one instant; what they learn is put into the state at their end."""
+        self.gap_rotation += self.gap_variance(t_s, has_rate)
+        self.E, self.error = self.propagated(), np.zeros(ERRORS)
+        if not self.tilt_ready():
+            # The start may be further off than its sigma says.
+            self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
+        if self.lost:
+            self.find_attitude()
+        elif self.force_s > 0 and not self.correct_by_velocity():
+            self.lose_attitude(0.2)
+        if not self.lost:
+            if self.rest.at_rest():
+                self.correct_by_rest()
+            if self.field_s > 0:
+                self.correct_by_field()
+            if heading is not None:
+                self.correct_by_heading(*heading)
+        self.apply(self.error)
+        self.P, self.corrected_s = self.E, t_s
+        self.clear_window()
+
+    def learn(self, H: Array, innovation: Array, noise: Array, considered: int = 0) -> None:
+        """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain that is used."""
+        PHt = self.E @ H.T
+        S = H @ PHt + noise
+        self.error[considered:] += PHt[considered:] @ np.linalg.solve(S, innovation)
+        change = PHt @ np.linalg.solve(S, PHt.T)
+        change[:considered, :considered] = 0
+        self.E = self.E - 0.5 * (change + change.T)
+
+    def apply(self, error: Array) -> None:
+        self.R_bn = exp(error[PHI]) @ self.R_bn
+        self.bias, self.S = self.bias + error[BIAS], self.S + error[CALIBRATION].reshape(3, 3)
+        self.velocity, self.force_bias = self.velocity + error[V], self.force_bias + error[FORCE_BIAS]
+        self.force_latency = float(np.clip(self.force_latency + error[FORCE_LATENCY], -4, 4))
+        self.declination = wrap(self.declination + error[DECLINATION])
+        self.M = self.M + error[M]
+        self.M[0] = max(0.0, self.M[0])
+        self.latency = float(np.clip(self.latency + error[LATENCY], -1, 1))
+
+    def correct_by_velocity(self) -> bool:
+        """0 = v + noise: a body moves, but it does not run away. False: it does, and nothing was learnt."""
+        before = max(np.diag(self.E)[PHI][:2])
+        H, noise = np.eye(ERRORS)[V], self.motion.density2() / self.force_s * np.eye(2)
+        S = self.E[V, V] + noise
+        self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
+        if 0 < self.o.velocity_gate_nis < self.nis["accel"]:
+            return False
+        self.learn(H, -self.velocity, noise)
+        self.information[0] += max(0.0, 1 / max(np.diag(self.E)[PHI][:2]) - 1 / before)
+        self.judge_hold()
+        return True
+
+    def judge_hold(self) -> None:
+        """Rates that act an interval off look like as much latency of the force: the likelihood of what was learnt of that."""
+        if not (self.gyro.usual_s > 0 and self.accel.usual_s > 0):
+            return
+        prior, interval = self.o.start_sigma_accel_latency**2, self.gyro.usual_s / self.accel.usual_s
+        learnt = max(0.0, prior - self.E[FORCE_LATENCY, FORCE_LATENCY]) / (2 * prior**2)
+        off = (self.force_latency - self.o.start_accel_latency) * interval / prior
+        self.wrong_hold = 1 / (1 + 0.97 / (0.03 * math.cosh(off) * math.exp(-(interval**2) * learnt)))
+
+    def correct_by_rest(self) -> None:
+        """Mean rate = b."""
+        noise = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 / self.window_s * np.eye(3)
+        self.learn(np.eye(ERRORS)[BIAS], self.rest.mean_rate - self.bias - self.error[BIAS], noise)
+
+    def correct_by_heading(self, heading_rad: float, sigma_rad: float) -> None:
+        """An aid tells the heading of body x; one that points up or down has none."""
+        x = self.R_bn[:, 0]
+        across2 = x[0] ** 2 + x[1] ** 2
+        if not across2 > 1e-4:
+            return
+        H = np.zeros((1, ERRORS))
+        H[0, PHI] = -x[2] * x[0] / across2, -x[2] * x[1] / across2, 1
+        innovation = wrap(heading_rad - azimuth(x)) - H @ self.error
+        S, noise, before = float((H @ self.E @ H.T)[0, 0]) + sigma_rad**2, sigma_rad**2, self.E[HEADING, HEADING]
+        self.nis["heading"] = nis = float(innovation[0] ** 2) / S
+        if 0 < self.o.heading_gate_nis < nis and self.heading_ready():
+            noise += S * (nis / self.o.heading_gate_nis - 1)
+        self.learn(H, innovation, np.array([[noise]]), CONSIDERED)
+        self.information[1] += max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
+        self.heading_doubt, self.confirmed = 0.0, True
+
+    # ----------------------------------------------------------------------------------------- the field
+
+    def correct_by_field(self) -> None:
+        """r = (H - h, -H (psi - d), Z - z) = theta x M - dM - (u x M) dl - (0, H, 0) dd: polar, exact for any error of heading."""
+        T, turning = self.field_s, self.rate_power / (self.o.turning_rad_s**2 * self.window_s)
+        mean = self.field_sum / self.fields
+        self.field.weigh(mean, self.M, turning > 1, T)
+        if self.field.candidate_wins(self.M):
+            mean = self.change_reference(mean)
+        (h, z), (horizontal, down) = intensities_of(mean), self.M
+        residual = np.array([horizontal - h, -horizontal * wrap(azimuth(mean) - self.declination), down - z])
+        deviation, noise = math.hypot(residual[0], residual[2]), self.field_variances()
+        azimuth_away = self.azimuth_deviation(residual[1], noise[1])
+        away = max(deviation, azimuth_away)
+        H = self.field_rows()
+        self.verdict = self.field.judge(away, T)
+        if self.verdict == "inflate anew":
+            self.contradicted_s = 60.0
+            self.forget_reference(self.o.start_sigma_reference)
+            self.error[M] = 0
+        self.doubt_heading(deviation / horizontal)
+        innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
+        HPHt = H @ self.E @ H.T
+        self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
+        self.confirm_heading(azimuth_away > self.o.mag_gate)
+        known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
+        if self.verdict != "reject":
+            inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
+            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED)
+            self.information[1] += max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
+        still = self.rest.at_rest()
+        self.learn_field_noise(np.array([h, z]), innovation[[0, 2]], known2, 0.0 if still else min(1.0, turning))
+
+    def field_rows(self) -> Array:
+        """3 x 25."""
+        M_n = np.array([self.M[0], 0, self.M[1]])
+        H = np.zeros((3, ERRORS))
+        H[:, PHI], H[:, LATENCY] = -cross_matrix(M_n), -np.cross(self.turn_sum / self.fields, M_n)
+        H[0, 21], H[2, 22], H[1, DECLINATION] = -1, -1, -self.M[0]
+        return H
+
+    def field_variances(self) -> Array:
+        """3: of horizontal intensity, azimuth and vertical intensity of the mean field."""
+        o, noise = self.o, self.field_noise
+        density2 = (
+            np.array([o.mag_intensity_noise_per_sqrt_hz, o.mag_azimuth_noise_per_sqrt_hz, o.mag_intensity_noise_per_sqrt_hz]) ** 2
+        )
+        factor = o.mag_rest_factor if self.rest.at_rest() else 1
+        variances: Array = (density2 * noise.scale2 + noise.white2 * self.field_s) * factor / self.field_s
+        return variances
+
+    def azimuth_deviation(self, residual: float, noise: float) -> float:
+        """While the heading is known, an azimuth far from it speaks against the field too: in gates' worth of intensity."""
+        o, variance = self.o, self.E[HEADING, HEADING]
+        if not o.mag_azimuth_gate_sigmas > 0 or variance > o.ready_heading_rad**2:
+            return 0.0
+        return float(o.mag_gate * abs(residual) / (o.mag_azimuth_gate_sigmas * math.sqrt(self.M[0] ** 2 * variance + noise)))
+
+    def change_reference(self, mean: Array) -> Array:
+        """The candidate becomes the reference; heading and mean field, the answer, turn as far as the heading is distrusted."""
+        field, distrust = self.field, self.field.distrust(self.E[HEADING, HEADING])
+        unit = float(np.linalg.norm(field.candidate))
+        if not 0.25 < unit < 4 and unit > 0:
+            self.strength, field.candidate, mean = self.strength * unit, field.candidate / unit, mean / unit
+        self.M = intensities_of(field.candidate)
+        self.forget_reference(self.o.mag_gate)
+        if distrust > 0:
+            angle = -distrust * azimuth(field.candidate)
+            self.turn_heading(angle)
+            mean = about_down(angle) @ mean
+            self.E[HEADING, HEADING] += distrust * self.o.turn_sigma_rad**2
+            self.information[1], self.confirmed = 0.0, False
+            field.heading_trust_s *= 1 - distrust
+        field.take_candidate()
+        self.undisturbed_s, self.contradicted_s = 0.0, 60.0
+        return mean
+
+    def forget_reference(self, sigma: float) -> None:
+        self.E[M], self.E[:, M] = 0, 0
+        self.E[M, M] = sigma**2 * np.eye(2)
+
+    def doubt_heading(self, apart_rad: float) -> None:
+        """A field that contradicts a reference of a few seconds may be the true one; that is told, and changes no gain."""
+        T = self.field_s
+        if self.verdict == "accept":
+            lasted_s = min(self.contradicted_s, 10.0)
+            self.heading_doubt *= 1 - T / lasted_s if lasted_s > T else 0
+            self.contradicted_s = max(0.0, self.contradicted_s - T)
+        else:
+            doubt = max(0.0, 1 - self.field.heading_trust_s / 8)
+            self.heading_doubt = min(ANY_HEADING, self.heading_doubt + doubt * 2 * T * min(1.0, apart_rad) ** 2)
+            self.contradicted_s += T
+
+    def confirm_heading(self, azimuth_is_far: bool) -> None:
+        """Whether nothing has spoken against the reference for long enough, thrice as long where it has changed before."""
+        T = self.field_s
+        self.azimuth_rejected_s = float(np.clip(self.azimuth_rejected_s + (T if azimuth_is_far else -T), 0, 10))
+        self.undisturbed_s = self.undisturbed_s + T if self.verdict == "accept" else max(0.0, self.undisturbed_s - 3 * T)
+        needed_s = self.o.ready_undisturbed_s * (3 if self.field.changes > 0 else 1)
+        self.confirmed |= self.undisturbed_s >= needed_s and self.field.heading_trust_s >= self.o.ready_evidence_s
+
+    def learn_field_noise(self, intensities: Array, innovations: Array, known2: float, turning: float) -> None:
+        """Less noise of the place is information about its declination, that it is small; more takes some away."""
+        sigma2, before = self.o.local_declination_rad**2, self.field_noise.scale2
+        self.field_noise.note(intensities, innovations, known2, turning, self.field_s)
+        now = self.field_noise.scale2
+        if now > before:
+            self.E[DECLINATION, DECLINATION] += (now - before) * sigma2
+        elif now < before:
+            noise = np.array([[sigma2 * now * before / (before - now)]])
+            small = np.array([-self.declination - self.error[DECLINATION]])
+            self.learn(np.eye(ERRORS)[[DECLINATION]], small, noise, CONSIDERED)
+
+    # ----------------------------------------------------------------------------------------- an attitude that is lost
+
+    def lose_attitude(self, heading_sigma: float) -> None:
+        """By a velocity that runs away, or a gap in which the body may have turned to anywhere; the sensors' errors stay."""
+        self.forget_rotation(1.0, min(ANY_HEADING, self.E[HEADING, HEADING] + heading_sigma**2))
+        self.error, self.velocity, self.level_force, self.level_s = np.zeros(ERRORS), np.zeros(2), np.zeros(3), 0.0
+        self.motion, self.information = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz), np.zeros(2)
+        self.times_lost += not self.lost
+        self.lost = True
+
+    def forget_rotation(self, tilt_variance: float, heading_variance: float) -> None:
+        for rows in (V, PHI):
+            self.E[rows], self.E[:, rows] = 0, 0
+        self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)
+        self.E[PHI, PHI] = np.diag([tilt_variance, tilt_variance, heading_variance])
+
+    def pass_gap(self, t_s: float) -> None:
+        """The attitude stays: it may be the clock that jumped, not the body that turned."""
+        self.E, self.error = self.P.copy(), np.zeros(ERRORS)
+        walked = self.o.gyro_bias_walk_rad_s_per_sqrt_s**2 * (t_s - self.gyro.last_s)
+        for i in range(18, 21):
+            self.E[i, i] = max(self.E[i, i], min(self.o.start_sigma_bias_rad_s**2, self.E[i, i] + walked))
+        self.lose_attitude(math.pi)
+        self.P, self.corrected_s = self.E, t_s
+        self.clear_window()
+        for times in (self.gyro, self.accel, self.mag):
+            times.last_s = times.last_s if math.isnan(times.last_s) else t_s
+
+    def find_attitude(self) -> None:
+        """Force is gathered in navigation axes until it is gravity in the mean: that is down, if it lies far from what was."""
+        gathered = np.r_[self.velocity, self.velocity_down]
+        self.velocity, self.level_force = np.zeros(2), self.level_force + gathered
+        self.level_s += self.force_s
+        violent = not np.linalg.norm(gathered) < 2 * G_M_S2 * self.force_s
+        if not violent and self.level_s < 0.3:
+            return
+        up = self.level_force / self.level_s if self.level_s > 0 else np.zeros(3)
+        self.level_force, self.level_s = np.zeros(3), 0.0
+        if violent or not abs(np.linalg.norm(up) - G_M_S2) < 0.4 * G_M_S2:
+            return
+        axis = np.cross(up, [0, 0, -1])
+        angle = math.atan2(np.linalg.norm(axis), -up[2])
+        if angle > 0.35:
+            axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
+            self.R_bn = exp(axis * angle) @ self.R_bn
+        self.forget_rotation(0.2**2, self.E[HEADING, HEADING])
+        self.lost = False
+
+    # ----------------------------------------------------------------------------------------- what is told
+
+    @property
+    def q_nb(self) -> Array:
+        """4: scalar first."""
+        return quaternion_of(self.R_bn @ exp(self.turn_rate() * self.o.output_latency_s))
+
+    def rotation_covariance(self) -> Array:
+        """3 x 3, about the navigation axes, now: with the doubt about the heading and about what a rate stands for."""
+        Phi = self.transition()[PHI]
+        covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
+        covariance[2, 2] += self.all_heading_doubt()
+        by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold) * self.gyro.usual_s
+        return covariance + np.outer(by_hold, by_hold)
+
+    def all_heading_doubt(self) -> float:
+        """rad^2. The earth's field has 22 to 67 uT: of a reference beyond that a part of at least the difference is false."""
+        doubt, strength = self.heading_doubt, self.strength * float(np.linalg.norm(self.M))
+        false_part = max(20e-6 - strength, strength - 70e-6)
+        if false_part > 0 and self.has_reference and self.o.reference_mode != "given" and not self.aided:
+            doubt += (false_part / (self.strength * self.M[0])) ** 2
+        return min(ANY_HEADING, doubt)
+
+    def tilt_ready(self) -> bool:
+        """A small sigma that was earned from samples."""
+        limit2 = self.o.ready_tilt_rad**2
+        return bool(max(np.diag(self.P)[PHI][:2]) < limit2 and self.information[0] > 1 / limit2)
+
+    def heading_ready(self) -> bool:
+        """The same, of a field that nothing has contradicted for long enough."""
+        limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_heading_doubt()
+        earned = variance < limit2 and self.information[1] > 1 / limit2
+        return bool(self.confirmed and self.azimuth_rejected_s <= 2 and earned)

@@ -1,0 +1,243 @@
+"""The parts of the AHRS in NumPy that stand by themselves: what a sample stands for, the first attitude, rest, the noise of the
+motion and of the place, and which magnetic field to believe.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hnav.filters.attitude import Options
+from hnav.native.arrays import Array
+from hnav.reference.ins import cross_matrix, turned
+
+ANY_HEADING = math.pi**2 / 3
+"""The variance of a heading of which nothing is known."""
+
+
+def exp(phi: Array) -> Array:
+    """3 x 3: the rotation by a rotation vector."""
+    return turned(phi)[0]
+
+
+def about_down(angle: float) -> Array:
+    """3 x 3: the rotation that turns north towards east."""
+    return exp(np.array([0, 0, angle]))
+
+
+def wrap(angle: float) -> float:
+    """Into half a turn to either side."""
+    return math.remainder(angle, 2 * math.pi)
+
+
+def azimuth(vector_n: Array) -> float:
+    """From north to east."""
+    return math.atan2(vector_n[1], vector_n[0])
+
+
+def toward(mean: Array, value: Array, T: float, constant_s: float) -> Array:
+    """A running mean with this time constant, T seconds further."""
+    return mean + T / (constant_s + T) * (value - mean)
+
+
+def intensities_of(field_n: Array) -> Array:
+    """2: horizontal and down."""
+    return np.array([math.hypot(field_n[0], field_n[1]), field_n[2]])
+
+
+def level(force_b: Array, heading_rad: float) -> Array:
+    """3 x 3, body to navigation: tilt from the force, heading given."""
+    up = force_b / np.linalg.norm(force_b)
+    roll, pitch = math.atan2(-up[1], -up[2]), math.atan2(up[0], math.hypot(up[1], up[2]))
+    R_bn: Array = about_down(heading_rad) @ exp(np.array([0, pitch, 0])) @ exp(np.array([roll, 0, 0]))
+    return R_bn
+
+
+def triad(force_b: Array, field_b: Array) -> Array | None:
+    """3 x 3, body to navigation: down against the force, the field across it to the north. None where the two are parallel."""
+    down = -force_b / np.linalg.norm(force_b)
+    east = np.cross(down, field_b / np.linalg.norm(field_b))
+    if not np.linalg.norm(east) > 1e-3:
+        return None
+    east = east / np.linalg.norm(east)
+    return np.stack([np.cross(east, down), east, down])
+
+
+class SampleTimes:
+    """Of one sensor: what a sample stands for follows from the stamps."""
+
+    def __init__(self, max_interval_s: float):
+        self.max_interval_s, self.last_s, self.usual_s = max_interval_s, math.nan, 0.0
+
+    def is_gap(self, t_s: float) -> bool:
+        return self.usual_s > 0 and t_s - self.last_s > 3 * self.usual_s
+
+    def interval(self, t_s: float) -> float:
+        """The time since the last sample, or the usual time after a gap; the first sample stands for none."""
+        since_s = t_s - self.last_s
+        return min(self.usual_s if self.is_gap(t_s) else since_s, self.max_interval_s) if since_s > 0 else 0.0
+
+    def note(self, t_s: float) -> None:
+        since_s = t_s - self.last_s
+        if since_s > 0 and self.usual_s > 0:
+            self.usual_s = 1.2 * self.usual_s if self.is_gap(t_s) else self.usual_s + 0.1 * (since_s - self.usual_s)
+        elif since_s > 0:
+            self.usual_s = since_s
+        self.last_s = t_s
+
+
+class FirstSamples:
+    """Gathers samples until an attitude follows from them."""
+
+    def __init__(self, options: Options):
+        self.o, self.force, self.field = options, list[Array](), list[Array]()
+        self.first_s, self.aid = math.nan, (math.nan, math.nan)
+
+    def means(self) -> tuple[Array | None, Array | None]:
+        """Of force and field, where there are enough samples of them."""
+        force, field = (np.mean(s, axis=0) if len(s) >= self.o.start_samples else None for s in (self.force, self.field))
+        return force, field
+
+    def add(
+        self, t_s: float, force: Array | None, field: Array | None, heading: tuple[float, float] | None
+    ) -> tuple[Array, float] | None:
+        """An attitude, 3 x 3 from body to navigation, and the sigma of its heading; None: more samples are needed."""
+        o = self.o
+        for kept, sample in ((self.force, force), (self.field, field)):
+            if sample is not None and len(kept) < o.start_samples:
+                kept.append(sample)
+        self.first_s, self.aid = t_s if math.isnan(self.first_s) else self.first_s, heading or self.aid
+        force, field = self.means()
+        if o.start_mode == "attitude":
+            w, x, y, z = np.array(o.start_q_nb) / np.linalg.norm(o.start_q_nb)
+            X = cross_matrix(np.array([x, y, z]))
+            return np.eye(3) + 2 * w * X + 2 * X @ X, o.start_sigma_heading_rad
+        if force is None:
+            return None
+        if o.start_mode == "heading":
+            return level(force, o.start_heading_rad), o.start_sigma_heading_rad
+        if not math.isnan(self.aid[0]):
+            return level(force, self.aid[0]), self.aid[1]
+        if field is None:
+            return (level(force, 0), math.sqrt(ANY_HEADING)) if t_s - self.first_s >= o.start_field_wait_s else None
+        R_bn = triad(force, field)
+        if R_bn is None:
+            self.force, self.field = [], []  # parallel: wait for better ones
+        return None if R_bn is None else (R_bn, o.start_sigma_heading_rad)
+
+
+class MotionNoise:
+    """How violently the body moves, as the density of a velocity of zero: 1.1 times its root mean square."""
+
+    def __init__(self, max_density: float):
+        self.max2, self.mean_force, self.velocity = max_density**2, np.zeros(2), np.zeros(2)
+        self.power = self.max2 / 1.1**2
+
+    def now(self) -> float:
+        return float(self.velocity @ self.velocity) / 2
+
+    def note(self, force_n: Array, T: float) -> None:
+        self.mean_force = toward(self.mean_force, force_n[:2], T, 3.0)
+        self.velocity = self.velocity + T * (force_n[:2] - self.mean_force) - T / (1 + T) * self.velocity
+        self.power += T / (10 + T) * (self.now() - self.power)
+
+    def density2(self) -> float:
+        return min(self.max2, max(0.02**2, 1.1**2 * max(self.power, self.now())))
+
+
+class FieldNoise:
+    """The share of a room's departures of the field that is there, from the intensities: those are seen whatever the heading is."""
+
+    ROOM, AT_FIRST = 0.012, 0.006
+
+    def __init__(self) -> None:
+        self.last: Array | None = None
+        self.slow, self.slow2, self.white2 = np.zeros(2), self.AT_FIRST**2, 0.0
+        self.scale2 = self.slow2 / self.ROOM**2
+
+    def note(self, intensities: Array, innovations: Array, known2: float, turning: float, T: float) -> None:
+        """known2: what tilt and latency explain. turning: the share of the time for which the body turned."""
+        if self.last is not None:
+            step = intensities - self.last
+            self.white2 += T / (5 + T) * (min(float(step @ step) / 4, 0.05**2) - self.white2)
+        self.last = intensities
+        self.slow = toward(self.slow, np.clip(innovations, -0.05, 0.05), T, 1.0)
+        now2 = max(0.0, float(self.slow @ self.slow) / 2 - known2)
+        weighted_s = T * (3 if now2 > self.slow2 else turning)
+        self.slow2 += weighted_s / (20 + weighted_s) * (now2 - self.slow2)
+        self.scale2 = float(np.clip((self.slow2 - self.white2 * T / 2) / self.ROOM**2, 0.01, 1))
+
+
+class RestDetector:
+    """Rest is a rate and a force that stay near their running means for a while, at a mean rate that can be a bias."""
+
+    def __init__(self, options: Options, force: Array):
+        self.o, self.mean_rate, self.mean_force = options, np.zeros(3), force
+        self.still_s, self.force_still = 0.0, False
+
+    def note_rate(self, rate: Array, T: float) -> None:
+        o = self.o
+        self.mean_rate = toward(self.mean_rate, rate, T, o.rest_filter_s)
+        near = np.linalg.norm(rate - self.mean_rate) <= o.rest_rate_rad_s and self.force_still
+        self.still_s = self.still_s + T if near and abs(self.mean_rate).max() <= o.rest_mean_rate_rad_s else 0.0
+
+    def note_force(self, force: Array, T: float) -> None:
+        self.mean_force = toward(self.mean_force, force, T, self.o.rest_filter_s)
+        self.force_still = bool(np.linalg.norm(force - self.mean_force) <= self.o.rest_force_m_s2)
+
+    def at_rest(self) -> bool:
+        return bool(self.still_s > self.o.rest_duration_s)
+
+
+class MagneticReference:
+    """Which field to believe: a gate on the two intensities, and evidence for and against the reference, in seconds."""
+
+    def __init__(self, options: Options):
+        self.o, self.candidate = options, np.zeros(3)
+        self.served_s = self.rejected_s = self.evidence_s = self.heading_trust_s = 0.0
+        self.candidate_evidence_s = self.candidate_age_s = 0.0
+        self.inflating, self.changes = False, 0
+
+    def weigh(self, field_n: Array, reference: Array, turning: bool, T: float) -> None:
+        """A second counts fully while the body turns: a magnet that moves with it then shows."""
+        o, seen_s = self.o, T * (1 if turning else self.o.still_weight)
+        if np.linalg.norm(intensities_of(field_n) - reference) < o.mag_gate:
+            self.evidence_s += seen_s
+            self.heading_trust_s += seen_s
+        away = np.linalg.norm(intensities_of(field_n) - intensities_of(self.candidate))
+        if self.candidate_age_s > 0 and away < o.candidate_radius:
+            self.candidate_evidence_s += seen_s
+            self.candidate_age_s += T
+            weight = max(T / o.candidate_mean_s, T / self.candidate_age_s)
+            self.candidate = self.candidate + weight * (field_n - self.candidate)
+        else:
+            self.candidate, self.candidate_evidence_s, self.candidate_age_s = field_n, 0.0, T
+
+    def candidate_wins(self, reference: Array) -> bool:
+        needed_s = max(self.o.candidate_first_s, self.o.candidate_share * self.evidence_s)
+        away = np.linalg.norm(intensities_of(self.candidate) - reference)
+        return bool(self.candidate_evidence_s > needed_s and away > self.o.mag_gate)
+
+    def distrust(self, heading_variance: float) -> float:
+        """Share of the candidate's azimuth by which the heading is held to be wrong when the candidate wins."""
+        angle = abs(azimuth(self.candidate))
+        small = angle <= self.o.turn_sigmas * math.sqrt(heading_variance) or angle <= self.o.turn_min_rad
+        return 0.0 if small else 1 - min(1.0, self.heading_trust_s / self.o.trust_s)
+
+    def take_candidate(self) -> None:
+        self.evidence_s, self.served_s, self.rejected_s, self.inflating = self.candidate_evidence_s, 0.0, 0.0, False
+        self.changes += 1
+
+    def judge(self, deviation: float, T: float) -> str:
+        """The gate: a field that lies away is rejected for a limited time, then taken in with more noise."""
+        if deviation <= self.o.mag_gate:
+            self.inflating, self.rejected_s, self.served_s = False, max(0.0, self.rejected_s - T), self.served_s + T
+            return "accept"
+        if self.rejected_s < min(self.o.mag_gate_max_s, self.o.mag_gate_share * self.served_s):
+            self.rejected_s += T
+            return "reject"
+        if self.inflating:
+            return "inflate"
+        self.inflating, self.served_s, self.rejected_s = True, 0.0, 0.0
+        return "inflate anew"

@@ -1,0 +1,148 @@
+"""The AHRS in C beside its twin in NumPy: attitude, sigma, biases, and every verdict."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hnav import Filter, Options
+from hnav.io.recordings import Recording
+from hnav.reference.ahrs import AhrsReference
+from studies.readiness.starts import simulated_start
+
+GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "inflate anew": "inflated"}
+PLAIN = dict(solver="closed_form", outlier_rate_rad_s=0.0, outlier_force_m_s2=0.0)
+"""The twin believes every sample: after a gap a rate may lie far from the last one."""
+
+
+def rows_of(recording: Recording, kept=lambda t_s: (True, True, True)) -> Iterator[tuple]:
+    """Time, rate, force, field and no heading of each row; None, or no row, where kept says so."""
+    for t, *samples in zip(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla):
+        if any(keeps := kept(t)):
+            yield t, *(sample if keep else None for sample, keep in zip(samples, keeps)), None
+
+
+def start(index: int, duration_s: float) -> Recording:
+    """At rest, hand-held, walking, fast turning; in a field that is undisturbed, false at first, disturbed in passing: they take turns."""
+    return simulated_start(index, 1, duration_s).recording
+
+
+def push(library: Filter, t_s: float, rate, force, field, heading) -> None:
+    for name, sample in (("gyro", rate), ("accel", force), ("mag", field)):
+        if sample is not None:
+            getattr(library, f"push_{name}")(t_s, sample)
+    if heading is not None:
+        library.push_heading(t_s, *heading)
+    library.advance(t_s)
+
+
+def told_by(library: Filter) -> tuple:
+    """What has no decimals."""
+    now, field, health = library.attitude(), library.field(), library.health()
+    return now.tilt_ready, now.heading_ready, field.gate, field.reference_changes, field.at_rest, health.lost, health.times_lost
+
+
+def told_by_twin(twin: AhrsReference) -> tuple:
+    field = twin.field
+    ready = twin.tilt_ready(), twin.heading_ready()
+    return *ready, GATES[twin.verdict], field.changes, twin.rest.at_rest(), twin.lost, twin.times_lost
+
+
+def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReference, set[str]]:
+    """Row by row; answers the twin at the end, and every verdict on a field that it came to."""
+    both = Options("ahrs", **PLAIN | options)
+    library, twin, verdicts = Filter(both), AhrsReference(both), set()
+    for t, *samples in rows:
+        push(library, t, *samples)
+        twin.event(t, *samples)
+        assert library.diagnostics().started == twin.started, t
+        if not twin.started:
+            continue
+        assert told_by(library) == told_by_twin(twin), t
+        now, sigma = library.attitude(), np.sqrt(np.diag(twin.rotation_covariance()))
+        assert 2 * min(np.abs(now.q_nb - twin.q_nb).max(), np.abs(now.q_nb + twin.q_nb).max()) < 1e-10, t
+        np.testing.assert_allclose(now.sigma_rad, sigma, rtol=1e-9, err_msg=str(t))
+        np.testing.assert_allclose(library.gyro_bias()[0], twin.bias, atol=1e-11, err_msg=str(t))
+        verdicts.add(twin.verdict)
+    assert twin.started
+    np.testing.assert_allclose(library.gyro_calibration()[0], twin.S, atol=1e-10)
+    field = library.field()
+    np.testing.assert_allclose([field.latency_s, field.evidence_s, field.heading_trust_s],
+                               [twin.latency, twin.field.evidence_s, twin.field.heading_trust_s], atol=1e-9)  # fmt: skip
+    return twin, verdicts
+
+
+@pytest.mark.parametrize("index", range(12))
+def test_the_library_is_the_numpy_twin_in_every_motion_and_field(index):
+    twin, verdicts = assert_equal(rows_of(start(index, 12.0)))
+    if index == 1:
+        assert twin.heading_ready() and not twin.field.changes
+    if index == 10:
+        assert twin.field.changes and verdicts == set(GATES)
+
+
+def test_the_library_is_the_numpy_twin_through_gaps_and_after_long_ones():
+    """Of each sensor and of all at once; the last one is too long for a body that turns fast."""
+
+    def kept(t_s):
+        return not (1 < t_s < 1.2 or 5 < t_s < 5.8), not (2 < t_s < 3.1 or 5 < t_s < 5.8), not (3 < t_s < 4 or 5 < t_s < 5.8)
+
+    twin, _ = assert_equal(rows_of(start(7, 8.0), kept))
+    assert twin.times_lost == 1 and not twin.lost
+
+
+def test_the_library_is_the_numpy_twin_where_sensors_keep_their_own_times():
+    def rows():
+        for k, (t, rate, force, field, _) in enumerate(rows_of(start(2, 6.0))):
+            yield t, rate, None, None, None
+            if k % 2 == 0:
+                yield t + 0.0037, None, force, None, None
+            if k % 5 == 0:
+                yield t + 0.0071, None, None, field, None
+
+    for hold in ("backward", "forward"):
+        assert_equal(rows(), gyro_hold=hold)
+
+
+def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field():
+    recording, rng = start(1, 6.0), np.random.default_rng(1)
+    x = Rotation.from_quat(recording.reference_q_nb, scalar_first=True).apply([1, 0, 0])
+    headings = np.arctan2(x[:, 0], x[:, 1]) + 0.02 * rng.normal(size=len(x))  # the truth is in east-north-up
+    headings[300] += 1
+
+    def rows():
+        for k, row in enumerate(rows_of(recording, lambda t_s: (True, True, t_s > 4))):
+            yield *row[:-1], (headings[k], 0.02) if k % 20 == 0 else None
+
+    twin, _ = assert_equal(rows())
+    assert twin.heading_ready()
+
+
+@pytest.mark.parametrize("options", [
+    dict(gamma_mode="fixed", gamma=0.3), dict(gamma_mode="kl"), dict(gamma_mode="off"),
+    dict(start_mode="heading", start_heading_rad=1.0), dict(start_mode="attitude", start_q_nb=(0.5, 0.5, -0.1, 0.3)),
+    dict(start_samples=20), dict(reference_mode="given", reference_strength_tesla=4e-5), dict(output_latency_s=0.02),
+], ids=lambda options: next(iter(options)) + str(next(iter(options.values()))))  # fmt: skip
+def test_the_library_is_the_numpy_twin_with_other_options(options):
+    assert_equal(rows_of(start(1, 3.0)), **options)
+
+
+def test_the_library_is_the_numpy_twin_when_the_velocity_runs_away_and_the_field_comes_late():
+    recording = start(3, 6.0)
+    recording.force_b_m_s2[200:230] += [40.0, 0, 0]
+    twin, _ = assert_equal(rows_of(recording, lambda t_s: (True, True, t_s > 3)))
+    assert twin.times_lost and not twin.lost
+
+
+def test_the_library_is_the_numpy_twin_when_the_reference_is_in_a_shield_at_first():
+    """A field a fifth as strong, then the earth's: it becomes the unit."""
+    recording = start(1, 10.0)
+    recording.field_b_tesla[:100] *= 0.2
+    twin, _ = assert_equal(rows_of(recording))
+    assert twin.field.changes == 1 and twin.strength > 4e-5
+
+
+def test_the_library_is_the_numpy_twin_on_a_real_recording(broad_trial):
+    twin, _ = assert_equal(rows_of(broad_trial.cropped(60)), outlier_rate_rad_s=8.0)
+    assert twin.heading_ready()
