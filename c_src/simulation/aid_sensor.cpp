@@ -126,10 +126,12 @@ void AidSensor::read_satellites(double t_s, double k, const Vehicle::Seen& truth
         velocity[i] += o.outlier_m_s * size.normal(8 * index + 4 + i);
     }
     const earth::Place seen = earth::place_of(earth::position_of(truth.place) + axes_n * off);
+    // A receiver knows north of the place that it tells, which by a pole is another than that of its true one.
+    const Vector3 told = earth::axes_at(seen).transpose() * (axes_n * velocity);
     value[0] = seen.latitude_rad;
     value[1] = seen.longitude_rad;
     value[2] = seen.height_m;
-    for (int i = 0; i < 3; ++i) value[3 + i] = velocity[i];
+    for (int i = 0; i < 3; ++i) value[3 + i] = told[i];
 }
 
 double AidSensor::read_pressure(double k, const Vehicle::Seen& truth) const {

@@ -177,6 +177,19 @@ def test_a_receiver_without_errors_tells_where_its_antenna_is(version):
     np.testing.assert_allclose(told, velocity, atol=1e-4)
 
 
+@pytest.mark.parametrize("latitude_deg", (45, 89.999))
+def test_north_and_east_of_a_velocity_are_those_of_the_place_that_is_told(latitude_deg):
+    """By a pole a fix that lies metres off has another north than the true place."""
+    wrong = SILENT | {"gnss.noise_m[1]": 10.0, "gnss.noise_m[2]": 10.0}
+    vehicle = Vehicle(kind="aircraft", seed=5, latitude_rad=np.radians(latitude_deg))
+    found = sampled("Gnss", wrong, 2.0, vehicle=vehicle)
+    drive = vehicle.run(found["gnss.t_meas"])
+    place = np.column_stack([found[f"gnss.{part}"] for part in ("latitude", "longitude", "height")])
+    told = np.column_stack([found[f"gnssvel.velocity[{i}]"] for i in (1, 2, 3)])
+    in_earth = np.einsum("nij,nj->ni", earth.axes_at(place), told)
+    np.testing.assert_allclose(in_earth, np.einsum("nij,nj->ni", earth.axes_at(drive.place), drive.velocity_n_m_s), atol=1e-6)
+
+
 def _rotation(q_nb: np.ndarray) -> np.ndarray:
     w, x, y, z = q_nb
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -217,7 +230,9 @@ def test_a_jump_moves_positions_within_its_window_and_nothing_else():
     inside = (plain["gnss.t_meas"] >= 1 - 1e-9) & (plain["gnss.t_meas"] < 2 - 1e-9)
     np.testing.assert_allclose(north_m[inside], 100, rtol=0.01)
     np.testing.assert_array_equal(moved["gnss.latitude"][~inside], plain["gnss.latitude"][~inside])
-    np.testing.assert_array_equal(moved["gnssvel.velocity[1]"], plain["gnssvel.velocity[1]"])
+    # A hundred metres on north has turned by 1e-5 rad.
+    np.testing.assert_allclose(moved["gnssvel.velocity[1]"], plain["gnssvel.velocity[1]"], atol=1e-3)
+    np.testing.assert_array_equal(moved["gnssvel.velocity[1]"][~inside], plain["gnssvel.velocity[1]"][~inside])
 
 
 def test_a_late_fix_says_when_it_was_measured_but_for_the_error_of_its_stamp():

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from hnav.filters.ins import Ins, InsRun
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
-from studies.ins.vehicles import Truth, vehicle
+from studies.ins.vehicles import Truth, receiver, vehicle
 
 DURATIONS_S = {
     "car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0,
@@ -55,10 +55,11 @@ class Start:
 def judged(kind: str, grade: str, seed: int) -> Start:
     """The start of this number."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
-    given: dict[str, object] = {}
+    colour_m = receiver(kind).colour_m
+    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m)}
     if kind == "rest":
         latitude, longitude, height = earth.place_of(truth.position_e[0])
-        given = dict(
+        given |= dict(
             start_place="given", start_latitude_rad=latitude, start_longitude_rad=longitude, start_height_m=height,
             rest_velocity_noise_m_s=0.01,
         )  # fmt: skip

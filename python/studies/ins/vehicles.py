@@ -34,6 +34,13 @@ class Receiver:
 
 
 RECEIVERS = {"walker": Receiver(1, 3.0, 2.0, 0.2, 0.1)}
+
+
+def receiver(kind: str) -> Receiver:
+    """Of a vehicle of this kind. What its slow error is, its filter is told, as users tell it by position_colour_m."""
+    return RECEIVERS.get(kind, Receiver())
+
+
 VIBRATION = {"quadrotor": (0.05, 3.0)}
 """What of it samples show as white noise, at the most: rad/s and m/s2 of each axis."""
 
@@ -90,7 +97,7 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tupl
         share = rng.uniform(0.1, 1)
         rate, force = (y + share * size * rng.standard_normal(y.shape) for y, size in zip((rate, force), VIBRATION[kind]))
     begin = int(WARM_S * RATE_HZ)
-    aids = satellites(rng, truth, begin, RECEIVERS.get(kind, Receiver())) if kind != "rest" else Aids()
+    aids = satellites(rng, truth, begin, receiver(kind)) if kind != "rest" else Aids()
     kept = slice(begin, None)
     at = Truth(t[kept], truth.position_e[kept], truth.velocity_e[kept], truth.attitude_e[kept])
     return Samples(t[kept], rate[kept], force[kept], aids), at
@@ -138,23 +145,23 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: InsOptions)
     )
 
 
-def satellites(rng: np.random.Generator, truth: Truth, begin: int, receiver: Receiver) -> Aids:
+def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver) -> Aids:
     """Fixes with white and slow errors, some that lie far off, and a latency that nobody tells."""
-    rows = np.arange(begin + 1, len(truth.t_s), RATE_HZ // receiver.rate_hz)
+    rows = np.arange(begin + 1, len(truth.t_s), RATE_HZ // of.rate_hz)
     n, latency_s = len(rows), rng.uniform(0, 0.1)
-    slow = _fading(rng, n, receiver.colour_m, 60 * receiver.rate_hz)
+    slow = _fading(rng, n, of.colour_m, 60 * of.rate_hz)
     place = earth.place_of(truth.position_e[rows])
     axes = earth.axes_at(place)
-    off, v_off = slow + receiver.noise_m * rng.standard_normal((n, 3)), receiver.noise_m_s * rng.standard_normal((n, 3))
+    off, v_off = slow + of.noise_m * rng.standard_normal((n, 3)), of.noise_m_s * rng.standard_normal((n, 3))
     bad = rng.random(n) < OUTLIERS
     off[bad] += 20 * rng.standard_normal((bad.sum(), 3))
     v_off[bad] += 2 * rng.standard_normal((bad.sum(), 3))
-    if receiver.swing_m_s > 0:
-        v_off += _fading(rng, n, receiver.swing_m_s, 3 * receiver.rate_hz)
+    if of.swing_m_s > 0:
+        v_off += _fading(rng, n, of.swing_m_s, 3 * of.rate_hz)
     seen = earth.place_of(truth.position_e[rows] + np.einsum("nij,nj->ni", axes, off))
-    velocity = np.einsum("nij,ni->nj", axes, truth.velocity_e[rows]) + v_off
+    velocity = np.einsum("nij,ni->nj", earth.axes_at(seen), truth.velocity_e[rows]) + v_off
     t = truth.t_s[rows] + latency_s
-    return Aids().velocity(t, velocity, receiver.noise_m_s).position(t, seen[:, 0], seen[:, 1], seen[:, 2], receiver.noise_m)
+    return Aids().velocity(t, velocity, of.noise_m_s).position(t, seen[:, 0], seen[:, 1], seen[:, 2], of.noise_m)
 
 
 def _fading(rng: np.random.Generator, n: int, sigma: float, samples: float) -> Array:

@@ -73,7 +73,7 @@ SECTIONS = {
     "ins_consumer": Section(
         "Navigation from any heading: consumer",
         "The same with chips of phones and hobby; straight and take_off gain speed straight ahead when they are switched on, a quadrotor "
-        "hovers with up to 3 m/s2 of noise, a walker holds a telephone with fixes once a second. Where it hardly accelerates a body of this "
+        "hovers with up to 3 m/s2 of noise, a walker holds a telephone with fixes once a second, whose slow errors of 3 m the filter is told. Where it hardly accelerates a body of this "
         "grade does not find its heading to 1 deg within its 1 to 2 minutes, and says so.",
         "study ins --starts 200 --seed 3 --grade consumer --kinds car,aircraft,straight,take_off,quadrotor,walker",
         False,
