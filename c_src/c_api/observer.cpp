@@ -38,6 +38,7 @@ bool take_memory(hnav_observer* o) {
     hnav::Arena arena(o->block);
     o->problem.emplace(arena, o->plant->sizes);
     o->work.emplace(arena, *o->problem);
+    if (o->plant->sizes.events) hnav::observer::make_spread(o->problem->N, o->work->plane);
     return true;
 }
 
@@ -101,7 +102,8 @@ void each_holder(const void* context, void (*seen)(void*, const double*), void* 
     o->filter.visit_states([&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });
-    for (int i = 0; i < 2 * hnav::observer::max_parts; ++i) seen(visitor, o->work->branch(i) + at.memory);
+    for (int i = 0; i < hnav::observer::max_branches; ++i) seen(visitor, o->work->branch(i) + at.memory);
+    for (const double* part : {o->work->segment, o->work->point}) seen(visitor, part + at.memory);
     for (const hnav::observer::Passage* e : {&o->work->newest, &o->work->present}) {
         seen(visitor, e->memory);
         seen(visitor, e->memory_after);

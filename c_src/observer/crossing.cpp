@@ -29,47 +29,65 @@ bool Model::cross(State& s, double interval_s, Propagator& propagator, const voi
 
 bool Model::cross_part(const Run& run, double* part) const {
     const Layout at = layout();
-    work_->newest.is_newest = false;
-    work_->passed = 0;
     const double begin_s = run.s.x()[at.t];
-    plant_->recall(part + at.memory);
-    expected(part, work_->x);
-    if (!indicators(run.s, begin_s, work_->x, work_->z)) return false;
     int events = 0;
-    if (first_changed(part) >= 0 && !jump_part(run, part, Cause::input, ++events)) return false;
+    if (!begin_part(run, part, &events)) return false;
     for (;;) {
         const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
         const double to_event_s = std::max(0.0, part[at.next_event] - (begin_s + part[at.elapsed]));
-        const bool time_comes = to_event_s <= left_s;
-        const double length_s = std::min(left_s, to_event_s);
-        const Stop stop = length_s > 0 ? flow_until(run, part, length_s) : Stop::end;
+        const Stop stop = flow_piece(run, part, std::min(left_s, to_event_s));
         if (stop == Stop::failed) return false;
-        collect(run.s, part);
-        if (stop == Stop::end && !time_comes) break;
+        if (stop == Stop::missed) return spread(run, part);
+        if (stop == Stop::end && to_event_s > left_s) break;
         if (++events > most_events) {
             work_->trouble = {true, Function::event, Answer::ok, begin_s + part[at.elapsed]};
             return false;
         }
         const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
         if (!jump_part(run, part, cause, events)) return false;
+        if (!work_->derivable) return spread(run, part);
     }
     part[at.elapsed] = run.interval_s;
-    return split_near_guard(run, part);
+    if (work_->states_alone) return true;
+    return split_near_guard(run, part) && (work_->derivable || spread(run, part));
 }
 
-// The plant's event where the part is.
+// The plant is as the part has it; new inputs may have put it through a guard.
+bool Model::begin_part(const Run& run, double* part, int* events) const {
+    const Layout at = layout();
+    work_->newest.is_newest = false;
+    work_->passed = 0;
+    work_->derivable = true;
+    plant_->recall(part + at.memory);
+    expected(part, work_->x);
+    if (!indicators(run.s, run.s.x()[at.t] + part[at.elapsed], work_->x, work_->z)) return false;
+    return first_changed(part) < 0 || jump_part(run, part, Cause::input, ++*events);
+}
+
+// To the next event, or to the end: length_s. What has flowed is then in P.
+Model::Stop Model::flow_piece(const Run& run, double* part, double length_s) const {
+    const Layout at = layout();
+    if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->segment);
+    const Stop stop = length_s > 0 ? flow_until(run, part, length_s) : Stop::end;
+    if (stop == Stop::failed || stop == Stop::missed) return stop;
+    if (!work_->states_alone) std::copy_n(part + at.S, problem_->moving * problem_->N, work_->segment_S);
+    collect(run.s, part);
+    return stop;
+}
+
+// The plant's event where the part is. One without a derivative is not passed: see work_->derivable.
 bool Model::jump_part(const Run& run, double* part, Cause cause, int count) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     double* c = run.s.x();
     Passage& e = work_->present;
     const double t_s = c[at.t] + part[at.elapsed];
-    const bool with_matrix = count <= most_matrices;
+    const bool with_matrix = count <= most_matrices && !work_->states_alone;
     expected(part, e.X);
     unpack_upper(part + at.P, p.N, 1, e.P);
     if (!pass(run.s, part, t_s, cause, -1, with_matrix, e)) return false;
-    if (!with_matrix) c[at.counts + Layout::chattering] += 1;
-    if (e.grazing) c[at.counts + Layout::grazing] += 1;
+    if (!work_->derivable) return true;
+    if (count > most_matrices) c[at.counts + Layout::chattering] += 1;
     put(e.after, part);
     std::copy_n(e.memory_after, p.sizes.memory, part + at.memory);
     part[at.next_event] = e.next_after;
@@ -80,7 +98,7 @@ bool Model::jump_part(const Run& run, double* part, Cause cause, int count) cons
     }
     if (!take_sides(run.s, part, t_s, e.after)) return false;
     if (!e.silent) {
-        e.is_newest = cause == Cause::guard && with_matrix && !e.grazing;
+        e.is_newest = cause == Cause::guard && with_matrix;
         std::swap(work_->newest, work_->present);
     }
     return true;
@@ -109,12 +127,13 @@ Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s
     double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
     std::copy_n(part, numbers, x);
     if (!run.propagator->begin(run.context, length_s, x)) return Stop::failed;
+    std::copy_n(work_->z, problem_->sizes.indicators, work_->z_inside);
     while (to_s < length_s) {
         from_s = to_s;
         std::copy_n(x, numbers, work_->step_from);
         if (!run.propagator->step(&to_s, x)) return Stop::failed;
         const Stop stop = look_between(run, part, from_s, to_s, &low_s, &high_s);
-        if (stop == Stop::failed) return stop;
+        if (stop == Stop::failed || stop == Stop::missed) return stop;
         if (stop == Stop::guard) {
             if (!narrow(run, part, &low_s, &high_s) || !polish(run, part, from_s, low_s, high_s)) return Stop::failed;
             std::copy_n(work_->inside, numbers, part);
@@ -125,6 +144,8 @@ Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s
             std::copy_n(x, numbers, part);
             return done;
         }
+        const int count = problem_->sizes.indicators;
+        std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
     }
     std::copy_n(x, numbers, part);
     return Stop::end;
@@ -137,10 +158,12 @@ Model::Stop Model::end_of_step(const Run& run, const double* part) const {
     return wants_event ? Stop::step : Stop::end;
 }
 
-// Solvers look at the ends of their steps, and two crossings within one hide. So quarters are looked at too.
+// Solvers look at the ends of their steps, and two crossings within one hide. So quarters are looked at too, and where an indicator
+// turns back between them.
 Model::Stop Model::look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s,
                                 double* high_s) const {
-    if (problem_->sizes.indicators == 0) return Stop::end;
+    const int count = problem_->sizes.indicators;
+    if (count == 0) return Stop::end;
     *low_s = from_s;
     for (int quarter = 1; quarter <= 4; ++quarter) {
         *high_s = quarter < 4 ? from_s + 0.25 * quarter * (to_s - from_s) : to_s;
@@ -150,10 +173,57 @@ Model::Stop Model::look_between(const Run& run, const double* part, double from_
             x = work_->inside;
         }
         if (!look(run, part, x)) return Stop::failed;
+        std::copy_n(work_->z, count, work_->z_inside + quarter * count);
         if (first_changed(part) >= 0) return Stop::guard;
         *low_s = *high_s;
+        const Stop turned = quarter < 2 ? Stop::end : look_at_turn(run, part, from_s, to_s, quarter, low_s, high_s);
+        if (turned != Stop::end) return turned;
     }
     return Stop::end;
+}
+
+// The parabola through an indicator at a quarter and the two before it may have come to the guard between them, or near it.
+Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_s, double to_s, int quarter, double* low_s,
+                                double* high_s) const {
+    const int count = problem_->sizes.indicators;
+    const double quarter_s = 0.25 * (to_s - from_s);
+    for (int i = 0; i < count; ++i) {
+        const double* z = work_->z_inside + (quarter - 2) * count + i;
+        const double middle = z[count], rise = 0.5 * (z[2 * count] - z[0]), bend = z[0] - 2 * middle + z[2 * count];
+        if (!(middle * bend > 0 && std::fabs(rise) <= std::fabs(bend))) continue;
+        const double turn = quarter - 1 - rise / bend, at_s = std::min(to_s, from_s + turn * quarter_s);
+        if (work_->states_alone && (middle - 0.5 * rise * rise / bend) * middle > 0) continue;
+        if (!run.propagator->between(at_s, work_->inside) || !look(run, part, work_->inside)) return Stop::failed;
+        if (first_changed(part) >= 0) {
+            *low_s = from_s + std::floor(turn) * quarter_s;
+            *high_s = at_s;
+            return *low_s < at_s ? Stop::guard : Stop::end;
+        }
+        bool narrow = false;
+        if (!work_->states_alone && !turns_near(run, part, i, &narrow)) return Stop::failed;
+        if (narrow) return Stop::missed;
+    }
+    return Stop::end;
+}
+
+// Whether what may be true is on both sides of the guard at work_->inside, where the indicator turns back.
+bool Model::turns_near(const Run& run, const double* part, int guard, bool* near) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const double *x = work_->inside, *g = work_->gradients + guard * p.N;
+    const double t_s = run.s.x()[at.t] + part[at.elapsed] + x[at.clock];
+    double *X = work_->present.X, variance = 0;
+    std::copy_n(x, p.moving, X);
+    std::copy_n(part + at.parameters, p.sizes.parameters, X + p.moving);
+    if (!slope(run.s, t_s, X, work_->present.slope) || !gradients(run.s, t_s, X, work_->present.slope)) return false;
+    covariance(run.s, x, part + at.P, work_->P);
+    for (int i = 0; i < p.N; ++i)
+        for (int j = 0; j < p.N; ++j) variance += g[i] * work_->P[i * p.N + j] * g[j];
+    *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance;
+    if (!*near) return true;
+    note_guard(x + at.S, g, 0);
+    std::fill_n(work_->guards + p.N, p.N, 0.0);
+    return true;
 }
 
 // The bracket of the first crossing, by the cubic of the step, to a millionth of the interval: the rule of Illinois, and halves

@@ -68,11 +68,17 @@ bool Model::split_at_next(const Run& run, double* part) const {
     if (guard < 0) return true;
     const double distance = std::fabs(work_->z[guard]);
     const bool falls = work_->z[guard] > 0;
-    double to_s = 0;
+    double to_s = 0, beyond_sigma = 0;
+    if (!turns_beyond(run.s, now_s, guard, e, &beyond_sigma)) return false;
+    if (beyond_sigma < hardly_sigma) {
+        if (beyond_sigma > -hardly_sigma) give_up(guard, -1); // else hardly anything comes there
+        return true;
+    }
     if (!reach(run, part, guard, e, &to_s)) return false;
     if (first_changed(part) != guard) return true; // another one is before it, or there is none
     if (!pass(run.s, part, now_s + to_s, Cause::guard, guard, true, e)) return false;
-    if (e.silent || e.grazing) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
+    if (!e.derivable) return true;
+    if (e.silent) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
 
     double *jumped = work_->branch(work_->branches_used), *J = work_->slope_here;
     std::copy_n(part, at.part_numbers, jumped);
@@ -200,7 +206,7 @@ void Model::fused(const State& s, double* X, double* P) const {
     if (count == 1) {
         expected(s.x(), X);
         if (s.x()[at.clock] == 0) unpack_upper(s.x() + at.P, p.N, 1, P);
-        else covariance(s, s.x(), P);
+        else covariance(s, s.x(), s.x() + at.P, P);
         return;
     }
     double* mean = work_->slope_here;

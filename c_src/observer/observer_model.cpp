@@ -29,7 +29,7 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       variance(arena.doubles(max_parts * p.sensors)),
       gain(arena.doubles(3 * p.N)),
       P(arena.doubles(p.N * p.N)),
-      branches(arena.doubles(2 * max_parts * Layout(p).part_numbers)),
+      branches(arena.doubles(max_branches * Layout(p).part_numbers)),
       step_from(arena.doubles(Layout(p).nx)),
       step_to(arena.doubles(Layout(p).nx)),
       inside(arena.doubles(Layout(p).nx)),
@@ -37,10 +37,17 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       z(arena.doubles(p.sizes.indicators)),
       z_low(arena.doubles(p.sizes.indicators)),
       z_above(arena.doubles(p.sizes.indicators)),
+      z_inside(arena.doubles(5 * p.sizes.indicators)),
       gradients(arena.doubles(p.sizes.indicators * p.N)),
       rates(arena.doubles(p.sizes.indicators)),
       probe(arena.doubles(2 * p.N)),
       slope_here(arena.doubles(p.N)),
+      segment(arena.doubles(Layout(p).part_numbers)),
+      segment_S(arena.doubles(p.moving * p.N)),
+      point(arena.doubles(Layout(p).part_numbers)),
+      plane(arena.doubles(2 * spread_count(p.N))),
+      guards(arena.doubles(2 * p.N)),
+      spread_mean(arena.doubles(p.N)),
       first_memory(arena.doubles(p.sizes.memory)),
       matrices(arena.doubles(5 * p.N * p.N)),
       stiff_start(arena.doubles(Layout(p).numbers)),
@@ -197,13 +204,13 @@ void Model::nominal(double* x) const {
 
 // ------------------------------------------------------------------------------------------------ covariance
 
-// P of what is shown: Phi P Phi' + Qd.
-void Model::covariance(const State& s, const double* part, double* P) const {
+// P of what is shown: Phi P Phi' + Qd, of what has flowed and the P that it has flowed from.
+void Model::covariance(const State& s, const double* flowed, const double* held_P, double* P) const {
     const Problem& p = *problem_;
     const Layout at = layout();
-    const double* S = part + at.S;
+    const double* S = flowed + at.S;
     double *held = work_->Qd, *product = work_->product;
-    unpack_upper(part + at.P, p.N, 1, held);
+    unpack_upper(held_P, p.N, 1, held);
     for (int i = 0; i < p.N; ++i) {
         double* row = product + i * p.N;
         if (i >= p.moving) {
@@ -214,7 +221,7 @@ void Model::covariance(const State& s, const double* part, double* P) const {
         for (int k = 0; k < p.N; ++k)
             for (int j = 0; j < p.N; ++j) row[j] += S[i * p.N + k] * held[k * p.N + j];
     }
-    unpack_upper(part + at.Qd, p.N, s.x()[at.usual], P);
+    unpack_upper(flowed + at.Qd, p.N, s.x()[at.usual], P);
     for (int i = 0; i < p.N; ++i)
         for (int j = i; j < p.N; ++j) {
             double sum = j < p.moving ? 0 : product[i * p.N + j];
@@ -229,7 +236,7 @@ void Model::covariance(const State& s, const double* part, double* P) const {
 void Model::collect(const State& s, double* part) const {
     const Problem& p = *problem_;
     const Layout at = layout();
-    covariance(s, part, work_->P);
+    covariance(s, part, part + at.P, work_->P);
     pack_upper(work_->P, p.N, part + at.P);
     std::fill(part + at.S, part + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) part[at.S + i * p.N + i] = 1;

@@ -13,6 +13,8 @@
 #include "hybrid/propagator.hpp"
 #include "observer/linearisation.hpp"
 
+#include <algorithm>
+
 namespace hnav {
 class StiffSolver;
 }
@@ -36,9 +38,16 @@ struct Passage {
     double elapsed = 0, next_event = 0, next_after = 0;
     double rate = 0; // of the indicator, along the flow
     double sigma_s = 0; // of the time of the event
-    bool silent = false, grazing = false;
+    bool silent = false;
+    bool derivable = true; // false: it has not been passed, for it has no derivative
     bool is_newest = false; // it changed something, and nothing has come after it
 };
+
+// Points by which an interval without derivatives goes, as many pairs in the plane of the guards: see spread.cpp.
+inline int spread_count(int N) { return N > 2 ? std::max(32, N) : 64; }
+void make_spread(int N, double* plane);
+// Parts that an interval may make: each of the old ones becomes as many as there may be.
+constexpr int max_branches = max_parts * max_parts;
 
 // Memory in which a model computes, and what it has to tell beside its state. One for each filter.
 class Workspace {
@@ -53,13 +62,18 @@ public:
     // N x N.
     double *x, *u, *A, *Qd, *product, *H, *y, *nu, *variance, *gain, *P;
 
-    // Of a plant with events: parts that an interval makes, twice as many as are kept; points of a step; values of indicators at
-    // both ends of a bracket and anywhere, their gradients and rates.
-    double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *gradients, *rates, *probe, *slope_here;
+    // Of a plant with events: parts that an interval makes; points of a step; values of indicators at both ends of a bracket and
+    // anywhere, and at five places of a step; their gradients and rates.
+    double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *gradients, *rates, *probe,
+        *slope_here;
+    // Where no derivative exists: the part as it was after its newest event, its S since, a point that is sent from there, pairs of
+    // numbers for all of them, gradients of two guards there, and the mean.
+    double *segment, *segment_S, *point, *plane, *guards, *spread_mean;
     double* first_memory; // what the plant remembers at the start
-    // Of a plant without: five matrices N x N, the solver for stiff intervals and a state to make it with.
+    // Five matrices N x N; the solver for stiff intervals and a state to make it with.
     double *matrices, *stiff_start;
-    bool states_alone = false; // flow without matrices: a sigma point does
+    bool states_alone = false; // flow and events without matrices: a sigma point does
+    bool derivable = true; // what has been met in the present piece of an interval
     StiffSolver* stiff = nullptr;
     int branch_numbers, branches_used = 0;
     int passed = 0; // events of the present interval that changed something
@@ -128,7 +142,8 @@ public:
 private:
     enum class Cause { guard, time, input };
     enum class Inside { was, is_now, is_not, failed };
-    enum class Stop { end, guard, step, failed };
+    // missed: an indicator has turned back so near to its guard that a part of what may be true has crossed it.
+    enum class Stop { end, guard, step, missed, failed };
     // An interval that is crossed.
     struct Run {
         State& s;
@@ -161,7 +176,7 @@ private:
     void flow_of_sized(double usual_s, const double* x, double* dx) const;
     void expected(const double* part, double* X) const;
     void put(const double* X, double* part) const;
-    void covariance(const State& s, const double* part, double* P) const;
+    void covariance(const State& s, const double* flowed, const double* held, double* P) const;
     void collect(const State& s, double* part) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
     int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
@@ -185,6 +200,8 @@ private:
 
     // crossing.cpp
     bool cross_part(const Run& run, double* part) const;
+    bool begin_part(const Run& run, double* part, int* events) const;
+    Stop flow_piece(const Run& run, double* part, double length_s) const;
     Stop flow_until(const Run& run, double* part, double length_s) const;
     Stop go_step_by_step(const Run& run, double* part, double length_s) const;
     Stop end_of_step(const Run& run, const double* part) const;
@@ -192,6 +209,9 @@ private:
     bool narrow(const Run& run, const double* part, double* low_s, double* high_s) const;
     bool look(const Run& run, const double* part, const double* x) const;
     bool polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const;
+    Stop look_at_turn(const Run& run, const double* part, double from_s, double to_s, int quarter, double* low_s,
+                      double* high_s) const;
+    bool turns_near(const Run& run, const double* part, int guard, bool* near) const;
     bool move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const;
     bool move(const State& s, double* x, double by_s) const;
     bool jump_part(const Run& run, double* part, Cause cause, int count) const;
@@ -203,11 +223,31 @@ private:
     int first_changed(const double* part) const;
     bool gradients(const State& s, double t_s, const double* X, const double* dX) const;
     bool pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const;
-    void choose_guard(const double* part, int guard, Passage& e) const;
+    bool have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const;
+    bool come_to_guard(const State& s, const double* part, double t_s, int guard, Passage& e) const;
+    int choose_guard(const double* part, int guard, Passage& e) const;
     bool probe(const State& s, double t_s, Cause cause, Passage& e) const;
     bool one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const;
     void carry(const Passage& e, const double* P, double* to) const;
-    bool changes_nothing(const Passage& e, bool with_matrix) const;
+    bool turns_beyond(const State& s, double t_s, int guard, const Passage& e, double* beyond_sigma) const;
+    int coinciding(const State& s, const double* part, int guard, const Passage& e) const;
+    void give_up(int guard, int another) const;
+    bool changes_nothing(const State& s, const Passage& e, bool with_matrix) const;
+
+    // spread.cpp
+    // A guard that is not further away than this where the flow turns back is hardly crossed or hardly missed.
+    static constexpr double hardly_sigma = 3;
+    struct Spread {
+        const double *mean, *root;
+        int columns;
+        double weight; // of a point
+    };
+    void note_guard(const double* S, const double* gradient, int place) const;
+    int root_along_guards(double* P, double* L) const;
+    bool spread(const Run& run, double* part) const;
+    bool send(const Run& run, const Spread& of, int k, double side, double other) const;
+    void gather(double* part, int first, int* groups) const;
+    bool close_groups(const Run& run, double* part, int first, int groups, double noise_s, double smallest) const;
 
     // hypotheses.cpp
     bool split_near_guard(const Run& run, double* part) const;

@@ -73,11 +73,13 @@ bool Model::gradients(const State& s, double t_s, const double* X, const double*
     return indicators(s, t_s, X, work_->z);
 }
 
-// Several indicators may tell one event: the steepest says when it comes. guard: the only one that is meant, or -1.
-void Model::choose_guard(const double* part, int guard, Passage& e) const {
+// Several indicators may tell one event: the steepest says when it comes. guard: the only one that is meant, or -1. Answers which.
+int Model::choose_guard(const double* part, int guard, Passage& e) const {
     const Problem& p = *problem_;
     const double* sides = part + layout().sides;
     double steepest = -1;
+    int chosen = -1;
+    std::fill_n(e.gradient, p.N, 0.0);
     for (int i = 0; i < p.sizes.indicators; ++i) {
         if (guard >= 0 ? i != guard : (work_->z[i] > 0) == (sides[i] > 0)) continue;
         const double* g = work_->gradients + i * p.N;
@@ -90,14 +92,80 @@ void Model::choose_guard(const double* part, int guard, Passage& e) const {
         const double rate = std::fabs(work_->rates[i]), steep = variance > 0 ? rate / std::sqrt(variance) : HUGE_VAL;
         if (!(steep > steepest)) continue;
         steepest = steep;
+        chosen = i;
         std::copy_n(g, p.N, e.gradient);
         e.rate = work_->rates[i];
         e.sigma_s = 1 / steep;
     }
-    e.grazing = !(steepest > grazing_1_s);
+    e.derivable = steepest > grazing_1_s;
+    return chosen;
 }
 
-// The event at e.X, which has e.P. The plant is left as it is after it.
+// Another guard that is crossed so shortly after this one that it may have been before it; -1: none. Indicators that tell the same
+// event always come together.
+int Model::coinciding(const State& s, const double* part, int guard, const Passage& e) const {
+    const Problem& p = *problem_;
+    const double *sides = part + layout().sides, least_s = 1e-9 * s.x()[layout().usual];
+    double* apart = work_->slope_here;
+    for (int i = 0; i < p.sizes.indicators; ++i) {
+        const double z = work_->z[i], rate = work_->rates[i], after_s = -z / rate;
+        const bool changed = (z > 0) != (sides[i] > 0);
+        if (i == guard || rate == 0 || (changed ? rate * z < 0 : !(after_s > 0))) continue;
+        double variance = 0;
+        for (int j = 0; j < p.N; ++j) apart[j] = work_->gradients[i * p.N + j] / rate - e.gradient[j] / e.rate;
+        for (int j = 0; j < p.N; ++j)
+            for (int k = 0; k < p.N; ++k) variance += apart[j] * e.P[j * p.N + k] * apart[k];
+        if (variance > least_s * least_s && after_s * after_s < hardly_sigma * hardly_sigma * variance) return i;
+    }
+    return -1;
+}
+
+// Where the flow that an indicator falls by, or rises, turns back: how far beyond its guard, in sigma of the guard; infinite: it does
+// not, or the derivatives do not mind. e: where it is, with its slope; work_->rates and gradients are those there.
+bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e, double* beyond_sigma) const {
+    const Problem& p = *problem_;
+    const double usual_s = s.x()[layout().usual], back_s = 1e-3 * usual_s, step_s = rate_step * usual_s;
+    const double z = work_->z[guard], rate = work_->rates[guard], *g = work_->gradients + guard * p.N;
+    double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, variance = 0;
+    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] - back_s * e.slope[i];
+    if (!slope(s, t_s - back_s, X, dX)) return false;
+    for (const double sign : {1.0, -1.0}) {
+        for (int i = 0; i < p.N; ++i) moved[i] = X[i] + sign * step_s * dX[i];
+        if (!indicators(s, t_s - back_s + sign * step_s, moved, work_->z_above)) return false;
+        before += sign * work_->z_above[guard] / (2 * step_s);
+    }
+    work_->z[guard] = z;
+    const double bend = (rate - before) / back_s;
+    *beyond_sigma = HUGE_VAL;
+    if (!(rate * bend < 0)) return true;
+    for (int i = 0; i < p.N; ++i)
+        for (int j = 0; j < p.N; ++j) variance += g[i] * e.P[i * p.N + j] * g[j];
+    const double to_guard = rate < 0 ? z : -z;
+    *beyond_sigma = (0.5 * rate * rate / std::fabs(bend) - to_guard) / std::sqrt(variance);
+    return true;
+}
+
+// What is met has no derivative: points will go from the beginning of the piece of the interval. another: -1 for none.
+void Model::give_up(int guard, int another) const {
+    const int N = problem_->N;
+    work_->derivable = false;
+    std::fill_n(work_->guards, 2 * N, 0.0);
+    if (guard >= 0) note_guard(work_->segment_S, work_->gradients + guard * N, 0);
+    if (another >= 0) note_guard(work_->segment_S, work_->gradients + another * N, 1);
+}
+
+// Its slope and its guard, and whether it has a derivative.
+bool Model::come_to_guard(const State& s, const double* part, double t_s, int guard, Passage& e) const {
+    if (!slope(s, t_s, e.X, e.slope) || !gradients(s, t_s, e.X, e.slope)) return false;
+    const int met = choose_guard(part, guard, e), other = met < 0 ? -1 : coinciding(s, part, met, e);
+    double beyond_sigma = HUGE_VAL;
+    if (met >= 0 && !turns_beyond(s, t_s, met, e, &beyond_sigma)) return false;
+    e.derivable = e.derivable && other < 0 && beyond_sigma > hardly_sigma;
+    if (!e.derivable) give_up(met, other);
+    return true;
+}
+
+// The event at e.X, which has e.P. The plant is left as it is after it; not derivable: before it.
 bool Model::pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const {
     const Problem& p = *problem_;
     const Layout at = layout();
@@ -105,29 +173,36 @@ bool Model::pass(const State& s, const double* part, double t_s, Cause cause, in
     std::copy_n(part + at.sides, p.sizes.indicators, e.sides);
     e.elapsed = part[at.elapsed];
     e.next_event = part[at.next_event];
-    e.grazing = false;
+    e.derivable = true;
     plant_->recall(e.memory);
     // Others do not come sooner or later: nothing flows before them.
     std::fill_n(e.slope, p.N, 0.0);
-    if (cause == Cause::guard) {
-        if (!slope(s, t_s, e.X, e.slope) || !gradients(s, t_s, e.X, e.slope)) return false;
-        choose_guard(part, guard, e);
-        plant_->recall(e.memory);
-    }
+    if (work_->states_alone && !slope(s, t_s, e.X, e.slope)) return false;
+    if (cause == Cause::guard && with_matrix && !come_to_guard(s, part, t_s, guard, e)) return false;
+    return !e.derivable || have_event(s, t_s, cause, with_matrix, e);
+}
+
+bool Model::have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const {
+    const Problem& p = *problem_;
+    if (cause == Cause::guard) plant_->recall(e.memory);
     std::copy_n(e.X, p.N, e.after);
     if (!ask(plant_->event(point_of(s, t_s, e.X), e.after, &e.next_after), Function::event, t_s, e.after, p.n)) return false;
     if (!ask(plant_->remember(e.memory_after), Function::event, t_s, nullptr, 0)) return false;
     const bool moved = std::memcmp(e.after, e.X, p.N * sizeof(double)) != 0;
     if (cause == Cause::input && !moved) with_matrix = false;
-    if (with_matrix && (!slope(s, t_s, e.after, e.slope_after) || !probe(s, t_s, cause, e))) return false;
-    e.silent = changes_nothing(e, with_matrix);
+    if ((with_matrix || work_->states_alone) && !slope(s, t_s, e.after, e.slope_after)) return false;
+    if (with_matrix && !probe(s, t_s, cause, e)) return false;
+    e.silent = changes_nothing(s, e, with_matrix);
     return ask(plant_->recall(e.memory_after), Function::event, t_s, nullptr, 0);
 }
 
 // An indicator that comes back changes nothing.
-bool Model::changes_nothing(const Passage& e, bool with_matrix) const {
+bool Model::changes_nothing(const State& s, const Passage& e, bool with_matrix) const {
     const Problem& p = *problem_;
+    const double usual_s = s.x()[layout().usual];
     for (int i = 0; i < p.N; ++i) {
+        const bool turned = std::fabs(e.slope_after[i] - e.slope[i]) * usual_s > 1e-4 * p.scale[i];
+        if (work_->states_alone && turned) return false;
         if (!(std::fabs(e.after[i] - e.X[i]) < 1e-6 * p.scale[i])) return false;
         for (int j = 0; with_matrix && j < p.N; ++j)
             if (!(std::fabs(e.Xi[i * p.N + j] - (i == j)) < 1e-4 * p.scale[i] / p.scale[j])) return false;
@@ -137,7 +212,7 @@ bool Model::changes_nothing(const Passage& e, bool with_matrix) const {
 
 bool Model::probe(const State& s, double t_s, Cause cause, Passage& e) const {
     const Problem& p = *problem_;
-    const bool shifts = cause == Cause::guard && !e.grazing;
+    const bool shifts = cause == Cause::guard;
     double largest = 0;
     for (int k = 0; k < p.N; ++k)
         largest = std::max(largest, std::fabs(e.gradient[k]) * probe_step * std::max(std::fabs(e.X[k]), p.scale[k]));

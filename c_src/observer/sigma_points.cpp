@@ -42,7 +42,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, 
     const Layout at = layout();
     const int N = p.N;
     double *v = s.x(), *points = work_->matrices, *L = points + 2 * N * N, *P = L + N * N, *mean = work_->probe;
-    covariance(s, v, P);
+    covariance(s, v, v + at.P, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
     root_of(N, P, L);
     expected(v, mean);

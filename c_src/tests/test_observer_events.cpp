@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -109,6 +110,100 @@ TEST(ObserverEvents, TheCovarianceAfterABounceIsThatOfTwentyThousandSamples) {
     }
     const Eigen::MatrixXd centred = X.rowwise() - X.colwise().mean();
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(observer.sigma()[i] / (centred.col(i).norm() / std::sqrt(n - 1.0)), 1, 0.03);
+}
+
+// Thrown up to a ceiling at 1 m that the mean just touches: half of what may be true hits it.
+TEST(ObserverEvents, TheCovarianceOfABallThatGrazesIsThatOfTwentyThousandSamples) {
+    constexpr double e = 0.7, T = 0.6;
+    const double speed = std::sqrt(gravity); // from 0.5 m
+    // Where the mean hits, where it hardly misses, and where intervals are short.
+    for (const double more : {0.0, 0.05, -0.05, 0.12})
+        for (const int intervals : {1, 6}) {
+            Given given = ball({0.5, speed + more}, {0.02, 0.1}, 0);
+            given.plant.indicators = [](void*, double, const double* x, const double*, const double*, double* z) {
+                z[0] = 1 - x[0];
+                return 0;
+            };
+            given.plant.event = [](void*, double, const double* x, const double*, const double*, double* after) {
+                if (x[0] >= 1 && x[1] > 0) after[1] = -e * x[1] - 1; // a ceiling that throws back
+                return 0;
+            };
+            given.sensor_sigma = {1e6};
+            Observer observer(given);
+            for (int k = 1; k <= intervals; ++k) use(observer, T * k / intervals, 0);
+            Random random(3);
+            const int n = 20000;
+            Eigen::MatrixXd X(n, 2);
+            for (int k = 0; k < n; ++k) {
+                const double h = 0.5 + random.normal(0.02), v = speed + more + random.normal(0.1);
+                const double left = v * v - 2 * gravity * (1 - h), w = left > 0 ? std::sqrt(left) : 0, a = T - (v - w) / gravity;
+                const double down = -e * w - 1;
+                X.row(k) << (left > 0 ? 1 + down * a - 0.5 * gravity * a * a : h + v * T - 0.5 * gravity * T * T),
+                    (left > 0 ? down - gravity * a : v - gravity * T);
+            }
+            const Eigen::RowVector2d mean = X.colwise().mean();
+            const Eigen::MatrixXd centred = X.rowwise() - mean;
+            EXPECT_GT(observer.info().grazing, 0u);
+            // Each interval leaves of its points two parts by their moments alone.
+            const double near = intervals == 1 ? 0.03 : 0.06;
+            for (int i = 0; i < 2; ++i) {
+                const double sigma = centred.col(i).norm() / std::sqrt(n - 1.0);
+                EXPECT_NEAR(observer.sigma()[i] / sigma, 1, near) << more << " " << intervals;
+                EXPECT_NEAR(observer.x()[i], mean[i], (intervals == 1 ? 0.02 : 0.12) * sigma) << more << " " << intervals;
+            }
+        }
+}
+
+// Two numbers rise to 1 together; each makes the other three times as fast when it is there. Which comes first is open.
+TEST(ObserverEvents, TheCovarianceOfTwoGuardsCrossedTogetherIsThatOfTwentyThousandSamples) {
+    struct Rates {
+        double a = 1, b = 1;
+    } rates;
+    Given given = ball({0, 0}, {0.1, 0.15}, 0);
+    given.plant.context = &rates;
+    given.plant.n_indicators = given.plant.n_discrete = 2;
+    given.plant.derivatives = [](void* c, double, const double*, const double*, const double*, double* dx) {
+        dx[0] = static_cast<Rates*>(c)->a;
+        dx[1] = static_cast<Rates*>(c)->b;
+        return 0;
+    };
+    given.plant.indicators = [](void*, double, const double* x, const double*, const double*, double* z) {
+        z[0] = 1 - x[0];
+        z[1] = 1 - x[1];
+        return 0;
+    };
+    given.plant.event = [](void* c, double, const double* x, const double*, const double*, double*) {
+        auto& r = *static_cast<Rates*>(c);
+        if (x[0] >= 1) r.b = 3;
+        if (x[1] >= 1) r.a = 3;
+        return 0;
+    };
+    given.plant.get_discrete = [](void* c, double* d) { std::memcpy(d, c, sizeof(Rates)); };
+    given.plant.set_discrete = [](void* c, const double* d) { std::memcpy(c, d, sizeof(Rates)); };
+    constexpr double T = 1.6;
+    Random random(4);
+    const int n = 20000;
+    for (const double ahead : {0.0, 0.1}) {
+        rates = {};
+        given.start = {ahead, 0};
+        given.sensor_sigma = {1e6};
+        Observer observer(given);
+        use(observer, T, 0);
+        Eigen::MatrixXd X(n, 2);
+        for (int k = 0; k < n; ++k) {
+            const double x[] = {ahead + random.normal(0.1), random.normal(0.15)};
+            const int first = x[0] > x[1] ? 0 : 1;
+            const double at_s = 1 - x[first], then_s = at_s + (1 - at_s - x[1 - first]) / 3;
+            X(k, first) = 1 + then_s - at_s + 3 * (T - then_s);
+            X(k, 1 - first) = 1 + 3 * (T - then_s);
+        }
+        const Eigen::RowVector2d mean = X.colwise().mean();
+        const Eigen::MatrixXd centred = X.rowwise() - mean, P = centred.transpose() * centred / (n - 1);
+        EXPECT_EQ(observer.info().grazing, 1u);
+        for (int i = 0; i < 4; ++i)
+            EXPECT_NEAR(observer.P()[i], P(i / 2, i % 2), 0.04 * std::sqrt(P(i / 2, i / 2) * P(i % 2, i % 2)));
+        for (int i = 0; i < 2; ++i) EXPECT_NEAR(observer.x()[i], mean[i], 0.03 * std::sqrt(P(i, i)));
+    }
 }
 
 TEST(ObserverEvents, AnEventThatChangesNothingIsSilent) {

@@ -167,7 +167,7 @@ typedef struct hnav_observer_info {
     double largest_part; /* weight of the largest, 0 to 1 */
     uint64_t plant_events; /* that changed something, as the largest part has them */
     uint64_t splits;
-    uint64_t grazing; /* events whose time the estimate does not tell: what they do to the covariance is known badly */
+    uint64_t grazing; /* guards hardly crossed or missed, or crossed with another: points go there in place of derivatives */
     uint64_t chattering; /* events beyond the fiftieth of an interval: the covariance does not go through them */
     uint64_t projected; /* corrections that were put back before a guard */
 } hnav_observer_info;

@@ -206,13 +206,8 @@ def innovations(run: ObserverRun) -> list[str]:
 
 
 def doubtful_events(observer: Observer) -> list[str]:
-    """Sentences about events at which the covariance has no derivative to go through."""
+    """Sentences about events that the covariance does not go through."""
     info, lines = observer.info(), []
-    if info.grazing:
-        lines.append(
-            f"{info.grazing} events of the plant were hardly reached or at a time that the estimate does not tell: what they do to sigma is "
-            "known badly; mistrust sigma after them, or sample more often there"
-        )  # fmt: skip
     if info.chattering:
         lines.append(
             f"{info.chattering} events came beyond the fiftieth of an interval: sigma does not go through them; smooth the plant there"

@@ -124,7 +124,7 @@ class ObserverInfo(Record):
     splits: int
     """How often the estimate was split."""
     grazing: int
-    """Events whose time the estimate does not tell."""
+    """Guards hardly crossed or missed, or crossed with another: there points go in place of derivatives."""
     chattering: int
     """Events beyond the fiftieth of an interval: the covariance does not go through them."""
     projected: int

@@ -286,7 +286,7 @@ def _events() -> Iterator[Row]:
     for role, text in (
         ("plant_events", "Events of the plant that changed something, as the largest part has them"),
         ("splits", "How often the estimate was split"),
-        ("grazing", "Events whose time the estimate does not tell"),
+        ("grazing", "Guards hardly crossed or missed, or crossed with another: points in place of derivatives"),
         ("chattering", "Events beyond the fiftieth of an interval: the covariance does not go through them"),
         ("projected", "Corrections that were put back before a guard"),
     ):

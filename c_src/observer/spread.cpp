@@ -1,0 +1,191 @@
+// The rest of an interval where an event has no derivative: its guard is hardly crossed or hardly missed, so that a part of what may be
+// true crosses it and another does not, or two guards are crossed in an order that is not certain. Points spread over P go through the
+// plant with all of its events. Those with equal numbers of events are one part by their moments, so together the parts
+// have the moments of all points; of a linear flow these are exact.
+//
+// The points: the first two columns of a root of P point along the guards. On their plane, where the plant is not smooth, points lie
+// evenly; of the other columns, where it is, every point has one, as cubature points do. Half of the noise enters before, half after.
+#include "observer/observer_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hnav::observer {
+namespace {
+
+constexpr double floor_step = 1e-6; // of a scale, as in saltation.cpp
+
+// x with Phi(x) = p > 0.5
+double normal_quantile(double p) {
+    double low = 0, high = 10;
+    for (int k = 0; k < 60; ++k) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / M_SQRT2) < p ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+} // namespace
+
+// Pairs of numbers that with their opposites have means of 0, variances of 1 and nothing in common: quantiles in one direction, the
+// golden ratio in the other.
+void make_spread(int N, double* plane) {
+    const int count = spread_count(N);
+    constexpr double golden = 0.6180339887498949;
+    double aa = 0, ab = 0, bb = 0;
+    for (int k = 0; k < count; ++k) {
+        const double v = std::fmod(0.5 + (k + 1) * golden, 1.0), side = v > 0.5 ? 1 : -1;
+        const double a = normal_quantile(0.5 + (k + 0.5) / (2 * count)), b = side * normal_quantile(0.5 + std::fabs(v - 0.5));
+        plane[2 * k] = a;
+        plane[2 * k + 1] = b;
+        aa += a * a / count;
+        ab += a * b / count;
+    }
+    for (int k = 0; k < count; ++k) {
+        plane[2 * k + 1] -= ab / aa * plane[2 * k];
+        plane[2 * k] /= std::sqrt(aa);
+        bb += plane[2 * k + 1] * plane[2 * k + 1] / count;
+    }
+    for (int k = 0; k < count; ++k) plane[2 * k + 1] /= std::sqrt(bb);
+}
+
+// The gradient of a guard where it is met, to that at the beginning of the piece of the interval: Phi' g.
+void Model::note_guard(const double* S, const double* gradient, int place) const {
+    const Problem& p = *problem_;
+    double* to = work_->guards + place * p.N;
+    for (int j = 0; j < p.N; ++j) {
+        to[j] = j < p.moving ? 0 : gradient[j];
+        for (int i = 0; i < p.moving; ++i) to[j] += gradient[i] * S[i * p.N + j];
+    }
+}
+
+// Columns L of a root of P, N each, the first along the guards; answers how many. P becomes zero.
+int Model::root_along_guards(double* P, double* L) const {
+    const int N = problem_->N;
+    const double* scale = problem_->scale;
+    int columns = 0;
+    const auto take = [&](const double* direction) {
+        double *k = L + columns * N, variance = 0;
+        for (int i = 0; i < N; ++i) {
+            k[i] = 0;
+            for (int j = 0; j < N; ++j) k[i] += P[i * N + j] * direction[j];
+            variance += k[i] * direction[i];
+        }
+        if (!(variance > 0)) return;
+        for (int i = 0; i < N; ++i) k[i] /= std::sqrt(variance);
+        for (int i = 0; i < N; ++i)
+            for (int j = 0; j < N; ++j) P[i * N + j] -= k[i] * k[j];
+        ++columns;
+    };
+    double all = 0;
+    for (int i = 0; i < N; ++i) all = std::max(all, P[i * N + i] / (scale[i] * scale[i]));
+    take(work_->guards);
+    if (N > 1) take(work_->guards + N);
+    for (double* unit = work_->probe; columns < N;) {
+        int largest = 0;
+        const auto of = [&](int i) { return P[i * N + i] / (scale[i] * scale[i]); };
+        for (int i = 1; i < N; ++i)
+            if (of(i) > of(largest)) largest = i;
+        if (!(of(largest) > 1e-14 * all)) break;
+        std::fill_n(unit, N, 0.0);
+        unit[largest] = 1;
+        take(unit);
+    }
+    return columns;
+}
+
+// part: where the interval was given up, and then the first of the parts that come of it. False: the plant has no answer at any point.
+bool Model::spread(const Run& run, double* part) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const int N = p.N, count = spread_count(N);
+    const double* start = work_->segment;
+    const double left_s = run.interval_s - start[at.elapsed];
+    double *mean = work_->spread_mean, *L = work_->matrices, *P = L + N * N;
+    run.s.x()[at.counts + Layout::grazing] += 1;
+    expected(start, mean);
+    unpack_upper(start + at.P, N, 1, P);
+    for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * left_s * p.noise[i];
+    const int columns = root_along_guards(P, L), others = std::max(0, columns - 2);
+    const Spread of{mean, L, columns, start[at.weight] / (others > 0 ? 4 * count : 2 * count)};
+    const int first = work_->branches_used;
+    int groups = 0;
+    work_->states_alone = true;
+    for (int k = 0; k < count; ++k)
+        for (const double side : {1.0, -1.0})
+            for (const double other : {1.0, -1.0}) {
+                if (others == 0 && other < 0) break;
+                if (send(run, of, k, side, other)) gather(part, first, &groups);
+            }
+    work_->states_alone = false;
+    return groups > 0 && close_groups(run, part, first, groups, 0.5 * left_s, 2 * N * of.weight);
+}
+
+// One point, through the interval: to work_->point.
+bool Model::send(const Run& run, const Spread& of, int k, double side, double other) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const int N = p.N, count = spread_count(N), others = std::max(0, of.columns - 2);
+    double *X = work_->x, *point = work_->point;
+    for (int i = 0; i < N; ++i) {
+        X[i] = of.mean[i];
+        for (int c = 0; c < std::min(2, of.columns); ++c) X[i] += side * work_->plane[2 * k + c] * of.root[c * N + i];
+    }
+    if (others > 0) {
+        const int c = k % others, points = count / others + (c < count % others);
+        for (int i = 0; i < N; ++i) X[i] += other * std::sqrt(double(count) / points) * of.root[(2 + c) * N + i];
+    }
+    std::copy_n(work_->segment, at.part_numbers, point);
+    std::fill(point + at.P, point + at.weight, 0.0);
+    point[at.weight] = of.weight;
+    put(X, point);
+    return cross_part(run, point);
+}
+
+// The point into the group with as many events; a new one for a new number, as long as there is room.
+void Model::gather(double* part, int first, int* groups) const {
+    const Layout at = layout();
+    const double* point = work_->point;
+    double* nearest = nullptr;
+    for (int i = 0; i < *groups; ++i) {
+        double* group = i == 0 ? part : work_->branch(first + i - 1);
+        if (!nearest || std::fabs(group[at.jumps] - point[at.jumps]) < std::fabs(nearest[at.jumps] - point[at.jumps]))
+            nearest = group;
+    }
+    if (nearest && (nearest[at.jumps] == point[at.jumps] || *groups == max_parts)) return merge(nearest, point);
+    std::copy_n(point, at.part_numbers, *groups == 0 ? part : work_->branch(first + *groups - 1));
+    ++*groups;
+}
+
+// Noise for the groups; one of so few points that they have no covariance goes into the next.
+bool Model::close_groups(const Run& run, double* part, int first, int groups, double noise_s, double smallest) const {
+    const Problem& p = *problem_;
+    const Layout at = layout();
+    const auto group = [&](int i) { return i == 0 ? part : work_->branch(first + i - 1); };
+    for (int i = 0; i < groups && groups > 1; ++i) {
+        if (group(i)[at.weight] >= smallest) continue;
+        merge(group(i == 0 ? 1 : i - 1), group(i));
+        for (int k = i; k + 1 < groups; ++k) std::copy_n(group(k + 1), at.part_numbers, group(k));
+        --groups;
+        i = -1;
+    }
+    work_->branches_used = first + groups - 1;
+    const double now_s = run.s.x()[at.t] + run.interval_s;
+    for (int i = 0; i < groups; ++i) {
+        double *to = group(i), *P = work_->matrices, *X = work_->x;
+        unpack_upper(to + at.P, p.N, 1, P);
+        for (int k = 0; k < p.N; ++k) {
+            const double floor = floor_step * p.scale[k];
+            P[k * p.N + k] += noise_s * p.noise[k] + floor * floor;
+        }
+        pack_upper(P, p.N, to + at.P);
+        expected(to, X);
+        // Between points that are on their side of a curved guard it may lie on the other.
+        plant_->recall(to + at.memory);
+        if (put_inside(run.s, to, now_s, X, P) == Inside::failed) return false;
+        put(X, to);
+    }
+    return true;
+}
+
+} // namespace hnav::observer
