@@ -69,6 +69,31 @@ def xsens(folder: Path, r: Recording) -> Path:
     return path
 
 
+def dot(folder: Path, r: Recording) -> Path:
+    """Movella DOT: commas, SampleTimeFine in us that wraps, deg/s, the field in units of its strength."""
+    header = "sep=,\nDeviceTag:,DOT 1\nFirmwareVersion:,2.0.0\nPacketCounter,SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z,Mag_X,Mag_Y,Mag_Z"
+    turned = columns(r, 180 / np.pi, field=1 / 5e-5)
+    ticks = (np.round(r.t_s * 1e6) + 2**32 - 1_000_000) % 2**32
+    counter = np.arange(len(r.t_s), dtype=float)
+    return write_rows(folder / "dot.csv", header, [counter, ticks, *turned[3:6], *turned[:3], *turned[6:]])
+
+
+def shimmer(folder: Path, r: Recording) -> Path:
+    """ConsensysBASIC: every name begins with the device, units in a line of their own, a second accelerometer."""
+    names = ["Timestamp_Unix", *(f"{sensor}_{axis}" for sensor in ("Accel_LN", "Accel_WR", "Gyro", "Mag") for axis in "XYZ")]
+    units = ["ms", *["m/(s^2)"] * 6, *["deg/s"] * 3, *["local_flux"] * 3]
+    header = '"sep=\t"\n' + "\t".join(f"Shimmer_5E4D_{name}_CAL" for name in names) + "\n" + "\t".join(units)
+    g, a, m = (columns(r, 180 / np.pi, field=1 / 5e-5)[i : i + 3] for i in (0, 3, 6))
+    return write_rows(folder / "shimmer.csv", header, [1e3 * r.t_s, *a, *(0.5 * v for v in a), *g, *m], "\t")
+
+
+def blanks(folder: Path, r: Recording) -> Path:
+    """What numpy.savetxt writes: columns of one width, nan where there is no number."""
+    path = folder / "blanks.txt"
+    np.savetxt(path, np.stack([r.t_s, *columns(r, field=1)], axis=1), fmt="%24.16e", header="time  gx gy gz  ax ay az  mx my mz")
+    return path
+
+
 def euroc(folder: Path, r: Recording) -> Path:
     """Without a magnetometer, as the sets are."""
     file = folder / "V1_01" / "mav0" / "imu0" / "data.csv"
@@ -216,7 +241,8 @@ def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, 
 
 
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
-    "house": house, "capitals": capitals, "semicolons": semicolons, "tabs": tabs, "x-io": x_io, "xsens text": xsens, "euroc": euroc,
+    "house": house, "capitals": capitals, "semicolons": semicolons, "tabs": tabs, "x-io": x_io, "xsens text": xsens, "dot": dot,
+    "shimmer": shimmer, "blanks": blanks, "euroc": euroc,
     "sensor logger": sensor_logger, "sensor logger, ios": lambda folder, r: sensor_logger(folder, r, ios=True), "phyphox": phyphox,
     "parquet": parquet, "ulog": ulog, "ros 1": bag, "ros 2": lambda folder, r: bag(folder, r, "db3"),
     "mcap": lambda folder, r: bag(folder, r, "mcap"),

@@ -63,6 +63,7 @@ VARIANTS = {
     "another encoding": ({"encoding": "cp1252", "header": [*NAMES[:7], "mx (\u00b5T)", "my (\u00b5T)", "mz (\u00b5T)"]}, {}),
     "no header": ({"header": False}, {"columns": {name: str(i + 1) for i, name in enumerate(NAMES)}}),
     "units, axes and rate": ({}, {"gyro_unit": "deg/s", "axes": {"mag": "y,x,-z"}, "rate_hz": 30.0}),
+    "blanks": ({"sep": " ", "na_rep": "nan"}, {}),
     "no field": ({"columns": NAMES[:7]}, {}),
 }
 

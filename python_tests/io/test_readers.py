@@ -123,6 +123,48 @@ def test_instants_of_a_calendar_are_times(tmp_path):
     assert recording.t_s[0] == pd.Timestamp("2026-01-31 12:00:00.25", tz="UTC").timestamp()
 
 
+def test_times_of_a_clock_pass_midnight(tmp_path):
+    rows = [f"{clock},0.1,0.2,0.3,0,0,9.81" for clock in ("23:59:58.5", "23:59:59.5", "00:00:00.5", "00:00:01.5")]
+    (tmp_path / "night.csv").write_text("\n".join(["time,gx,gy,gz,ax,ay,az", *rows]))
+    recording = read(tmp_path / "night.csv")
+    np.testing.assert_allclose(recording.t_s, 86398.5 + np.arange(4))
+
+
+@pytest.mark.parametrize("header", [
+    "Zeit (s);Drehrate X (°/s);Drehrate Y (°/s);Drehrate Z (°/s);Beschleunigung X (g);Beschleunigung Y (g);Beschleunigung Z (g)",
+    "Temps (s);Gyroscope x (°/s);Gyroscope y (°/s);Gyroscope z (°/s);Accélération x (g);Accélération y (g);Accélération z (g)",
+    "Tiempo (s);Giroscopio x (°/s);Giroscopio y (°/s);Giroscopio z (°/s);Aceleración x (g);Aceleración y (g);Aceleración z (g)",
+])  # fmt: skip
+def test_headers_in_other_languages_are_read(tmp_path, motion, header):
+    rows = [motion.t_s, *recorded.columns(motion, 180 / np.pi, 1 / recorded.G)[:6]]
+    read_back = read(recorded.write_rows(tmp_path / "abroad.csv", header, rows, ";", ","))
+    np.testing.assert_allclose(read_back.rate_b_rad_s, motion.rate_b_rad_s, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(read_back.force_b_m_s2, motion.force_b_m_s2, rtol=1e-12, atol=1e-15)
+
+
+def test_words_below_a_header_are_units_only_when_one_of_them_is(tmp_path):
+    header, row = "time,gx,gy,gz,ax,ay,az", "1,0.1,0.2,0.3,0,0,1"
+    units = tmp_path / "units.csv"
+    units.write_text("\n".join([header, "s,deg/s,deg/s,deg/s,g,g,g", "0,0.1,0.2,0.3,0,0,1", row]))
+    np.testing.assert_allclose(read(units).force_b_m_s2[:, 2], recorded.G)
+    with pytest.raises(RecordingError, match="line 4, column gx: 'odd' is not a number"):
+        read(_written(tmp_path, [header, "s,deg/s,deg/s,deg/s,g,g,g", row, "2,odd,0.2,0.3,0,0,1"]))
+    with pytest.raises(RecordingError, match="line 2, column time: 'some' is not a number"):
+        read(_written(tmp_path, [header, "some,words,that,are,not,units,here", row]))
+
+
+def test_prose_of_words_that_look_like_columns_is_no_header(tmp_path):
+    comment = "# columns: time gx gy gz ax ay az"
+    path = _written(tmp_path, [comment, "time,gx,gy,gz,ax,ay,az", "0,0.1,0.2,0.3,0,0,9.81", "1,0.1,0.2,0.3,0,0,9.81"])
+    assert len(read(path).t_s) == 2
+
+
+def _written(folder, lines):
+    path = folder / "written.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
 def test_a_frame_makes_a_recording_and_a_recording_a_frame(motion):
     again = Recording.from_dataframe(motion.to_dataframe(), "again")
     for name in ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla"):

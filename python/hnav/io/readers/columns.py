@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
+
+
+WHOLE = CSV_COLUMNS[:7]
+"""Roles of a table that has all that a filter needs."""
 
 
 def _words(text: str) -> frozenset[str]:
@@ -15,9 +21,11 @@ def _words(text: str) -> frozenset[str]:
 
 
 STEMS = {
-    "gyro": "g w gyr gyro gyros gyroscope omega rate angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate",
-    "accel": "a acc accel accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce",
-    "mag": "m mag magn magnet magnetometer magnetic magneticfield field b",
+    "gyro": "g w gyr gyro gyros gyroscope omega rate angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
+    "gyroskop drehrate giroscopio vitesseangulaire",
+    "accel": "a acc accel accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
+    "beschleunigung aceleracion accelerazione",
+    "mag": "m mag magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
 }
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
 # With these it is not what a sensor read.
@@ -26,25 +34,31 @@ NOT_READ = _words(
     "increment inc heading location angle sum error noise scale stddev"
 )
 FILLERS = _words(
-    "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg"
+    "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
-WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "linear": 2}
+# Of an accelerometer of wide range beside one of low noise (Shimmer), the one of low noise.
+WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2}
 
-TIME_STEMS = _words("t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime")
-TIME_FILLERS = _words("sensor log logging unix system elapsed utc relative since start header of recording")
+QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
+"""By the first letter of a role."""
+
+TIME_STEMS = _words(
+    "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit temps tiempo tempo"
+)
+TIME_FILLERS = _words("sensor log logging unix system elapsed utc relative since start header of recording cal sync formatted")
 
 _SPELLED = {
     "gyro": {"rad/s": "rad rad/s rads-1 rads radps radpersec rads1", "deg/s": "deg/s degs-1 degs dps degps degrees/s degrees/second degs1",
              "mdeg/s": "mdeg/s mdps"},
     "accel": {"m/s2": "m/s2 ms-2 ms2 mps2 m/s/s mss m/sec2", "g": "g gn gs", "mg": "mg millig"},
     "mag": {"T": "t tesla", "uT": "ut microtesla", "nT": "nt nanotesla", "G": "g gs ga gauss", "mG": "mg mgauss milligauss mga",
-            "au": "au a.u. arb arbitrary arbitraryunits"},
+            "au": "au a.u. arb arbitrary arbitraryunits localflux normalized"},
     "time": {"s": "s sec secs second seconds", "ms": "ms msec millis milliseconds millisecond", "ns": "ns nsec nanos nanoseconds nanosecond",
              "us": "us usec micros microseconds microsecond"},
 }  # fmt: skip
 SPELLED = {quantity: {w: unit for unit, words in units.items() for w in words.split()} for quantity, units in _SPELLED.items()}
 _SQUEEZE = str.maketrans(
-    {" ": "", "^": "", "*": "", "_": "", "·": "", "²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "°": "deg"}
+    {" ": "", "^": "", "*": "", "_": "", "(": "", ")": "", "·": "", "²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "°": "deg"}
 )
 
 
@@ -79,17 +93,33 @@ def spelled_unit(quantity: str, text: str) -> str | None:
     return SPELLED[quantity].get(squeezed.replace("persecond", "/s").replace("persec", "/s"))
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text names a unit of gyro, accel, mag or time."""
+    return any(spelled_unit(quantity, text) for quantity in SPELLED)
+
+
+def with_unit(column: Column, text: str) -> Column:
+    """The column in the unit that a text names, if it does."""
+    spelled = aid_unit(ROLES[column.role], text) if column.aids else spelled_unit(QUANTITY_OF[column.role[0]], text)
+    return replace(column, unit=spelled)
+
+
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
     """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
     text = name.strip().strip('"').lstrip("#% ")
     if text in CSV_COLUMNS:
         return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
     bare, unit, index = _split(text)
+    bare = _without_accents(bare)
     tokens = [t.lower() for t in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", bare)]
     found = _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
     if found is None and (aid := aid_column(name)):
         return Column(aid.role, name, place, aid.unit, rank=0 if aid.unit else 1, sign=aid.sign)
     return found
+
+
+def _without_accents(text: str) -> str:
+    return "".join(letter for letter in unicodedata.normalize("NFKD", text) if not unicodedata.combining(letter))
 
 
 def _split(text: str) -> tuple[str, str, str | None]:
@@ -123,6 +153,7 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     before, axis, after = (tokens, axis, []) if axis else _around_axis(tokens)
     if axis is None or NOT_READ & {*before, *after}:
         return None
+    after = [token for token in after if token not in FILLERS]
     found, stated = _sensor_of(_bare(before), sensor)
     if found is None:
         return None
@@ -168,10 +199,9 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
 
     shown: what messages call the place of the names.
     """
-    found: dict[str, list[Column]] = {}
-    for place, name in enumerate(names):
-        if name.strip() and (column := column_of(name, place, sensor)):
-            found.setdefault(column.role, []).append(column)
+    found = _candidates(names, names, sensor)
+    if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
+        found = max(found, _candidates(names, short, sensor), key=len)
     chosen: dict[str, Column] = {}
     for role, candidates in found.items():
         best = min(candidates, key=lambda column: column.rank)
@@ -190,6 +220,26 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     return chosen
 
 
+def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
+    """The columns that may be each role. read: what is read of the names."""
+    found: dict[str, list[Column]] = {}
+    for place, (name, text) in enumerate(zip(names, read)):
+        if name.strip() and (column := column_of(text, place, sensor)):
+            found.setdefault(column.role, []).append(replace(column, name=name))
+    return found
+
+
+def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:
+    """Shimmer_ab12_Gyro_X and the others without the device, which all of them begin with."""
+    filled = [name for name in names if name.strip()]
+    if len(filled) < len(WHOLE):
+        return names
+    # What the first and the last by the alphabet begin with, all of them do.
+    common = itertools.takewhile(lambda pair: pair[0] == pair[1], zip(min(filled), max(filled)))
+    words = re.match(r".*[_./ ]", "".join(letter for letter, _ in common))
+    return [name.removeprefix(words.group()) for name in names] if words else names
+
+
 def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
     """The column that the caller says is the one. Raises RecordingError."""
     stripped = [n.strip().strip('"').lstrip("#% ") for n in names]
@@ -201,7 +251,7 @@ def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
                     stated = aid_unit(ROLES[role], _split(known)[1])
                     unit = column.unit if column is not None and column.role == role else stated
                     return Column(role, names[i], i, unit, sign=sign)
-                quantity = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}[role[0]]
+                quantity = QUANTITY_OF[role[0]]
                 same = column is not None and column.role[0] == role[0]
                 unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])
                 return Column(role, names[i], i, unit, sign=sign)

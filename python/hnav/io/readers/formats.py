@@ -41,9 +41,9 @@ FORMATS = {
     "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
-    "xsens-text": Format("text exported by MT Manager", is_xsens_text, read_xsens_text),
+    "xsens-text": Format("text exported by MT Manager of Xsens, or from a DOT", is_xsens_text, read_xsens_text),
     "nmea": Format("sentences of a receiver of satellites (NMEA 0183)", is_nmea, read_nmea),
-    "table": Format("CSV, TSV or text with semicolons", is_text, read_table),
+    "table": Format("CSV, TSV, or text with semicolons or blanks", is_text, read_table),
 }
 """By name, in the order in which they are tried."""
 

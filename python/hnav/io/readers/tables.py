@@ -1,7 +1,6 @@
-"""Tables: CSV, TSV and text with semicolons, whatever their columns are called; and data frames.
+"""Tables: CSV, TSV, text with semicolons or blanks, whatever their columns are called; and data frames.
 
-The header is the first line that names columns of sensors; lines before it are skipped. What is wrong with a table is named by
-line and column.
+What is wrong with a table is named by line and column.
 """
 
 from __future__ import annotations
@@ -17,7 +16,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from hnav.io.readers.aids import aids_in
-from hnav.io.readers.columns import Column, columns_of
+from hnav.io.readers.columns import Column, columns_of, with_unit
+from hnav.io.readers.layout import BLANKS, Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.streams import Raw, Stream, Wishes, library
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import S_PER
@@ -25,24 +25,13 @@ from hnav.units import S_PER
 if TYPE_CHECKING:
     import pandas as pd
 
-HEADER_WITHIN, HEAD_CHARACTERS = 60, 100_000  # lines; the header, and the first rows
+HEAD_CHARACTERS = 100_000  # the header, and the first rows
 SHOWN_CHARACTERS = 40
-DELIMITERS = ",;\t"
+DAY_S = 86400.0
 ENCODINGS = ("utf-8-sig", "cp1252")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
 NOT_DIGESTED = (ValueError, OverflowError, Warning)
 """What frames_of may end with."""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Where the header of a table stands, and how cells are parted."""
-
-    line: int
-    """Of the header, from 0; -1: there is none."""
-    names: list[str]
-    delimiter: str
-    decimal: str
 
 
 @dataclass(frozen=True)
@@ -104,7 +93,7 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
             if sensor == "mag":
                 continue
             raise RecordingError(
-                f"{_at(shown, table.layout)}: the column {roles[0]} is missing; if {sensor} has another name, say columns {roles[0]}=NAME"
+                f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; if {sensor} has another name, say columns {roles[0]}=NAME"
             )
         streams.append(stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor)))
     return Raw(name or ("csv" if house else "table"), streams, time_unit, table.notes, aids=aids)
@@ -116,7 +105,7 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     for role in roles:
         if role not in table.columns:
             raise RecordingError(
-                f"{_at(shown, table.layout)}: the column {role} is missing; if it has another name, say columns {role}=NAME"
+                f"{at_header(shown, table.layout)}: the column {role} is missing; if it has another name, say columns {role}=NAME"
             )
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
@@ -132,12 +121,12 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     column = table.columns.get("t_s")
     if column is None:
         raise RecordingError(
-            f"{_at(shown, table.layout)}: the column t_s is missing: name the column of the times by columns t_s=NAME, or give rate_hz",
+            f"{at_header(shown, table.layout)}: the column t_s is missing: name the column of the times by columns t_s=NAME, or give rate_hz",
             None,
         )
     unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
     t_s = table.values["t_s"] * S_PER[unit.name]
-    first, name = table.layout.line + 2, column.name.strip()
+    first, name = table.layout.first_row + 1, column.name.strip()
     if len(bad := np.flatnonzero(~np.isfinite(t_s))):
         raise RecordingError(f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite")
     if wishes.only_aids:  # each goes by the time at which it arrived
@@ -182,13 +171,16 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
 
 def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | None = None) -> Plan:
     """How to read a text that begins so. Raises RecordingError when no header is found, or one with a fault."""
-    layout = layout_of(shown, head, wishes, sensor)
-    at = _at(shown, layout)
+    layout = layout_of(shown, head, wishes.columns, sensor)
+    at = at_header(shown, layout)
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
         raise RecordingError(
             f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
         )
+    for role, column in columns.items():
+        if column.unit is None and column.place < len(layout.units):
+            columns[role] = with_unit(column, layout.units[column.place])
     return Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
 
 
@@ -196,7 +188,7 @@ def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
     """The table that rows are, read by its plan. Raises RecordingError for times that are none."""
     values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
     if plan.instants:
-        values["t_s"] = _seconds(_at(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
+        values["t_s"] = _seconds(at_header(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
     return Table(plan.columns, values, plan.layout, plan.instants)
 
 
@@ -213,61 +205,6 @@ def encoding_of(shown: str, data: bytes) -> str:
             except UnicodeDecodeError:
                 continue
     raise RecordingError(f"{shown}: not a text file")
-
-
-def layout_of(shown: str, text: str, wishes: Wishes, sensor: str | None = None) -> Layout:
-    """The header is the line that names most columns, the first of them. Raises RecordingError for cells without end."""
-    best, score = Layout(0, [], ",", "."), -1
-    for number, line in enumerate(_lines(text)):
-        for delimiter in DELIMITERS:
-            names = _cells(shown, line.lstrip("/ "), delimiter)
-            found = _roles_in(names, wishes, sensor)
-            if found > score:
-                best, score = Layout(number, names, delimiter, "."), found
-        if score > 2:
-            break
-    if score <= 0 and wishes.columns:
-        best = _without_header(shown, text, wishes) or best
-    return Layout(best.line, best.names, best.delimiter, _decimal(text, best))
-
-
-def _roles_in(names: list[str], wishes: Wishes, sensor: str | None) -> int:
-    try:
-        return len(columns_of(names, wishes.columns, "", sensor))
-    except RecordingError as error:
-        # A column twice is a header with a fault, a name of the caller that is not there no header.
-        return 0 if error.argument == "columns" and wishes.columns else 3
-
-
-def _without_header(shown: str, text: str, wishes: Wishes) -> Layout | None:
-    """A table of numbers whose columns the caller knows by their places, from 1."""
-    if not all(name.lstrip("-").isdigit() for name in wishes.columns.values()):
-        return None
-    line = next(_lines(text), "")
-    delimiter = max(DELIMITERS, key=line.count)
-    return Layout(-1, [str(i + 1) for i in range(len(_cells(shown, line, delimiter)))], delimiter, ".")
-
-
-def _lines(text: str) -> Iterator[str]:
-    for number, line in enumerate(io.StringIO(text, newline=None)):
-        if number >= HEADER_WITHIN:
-            return
-        yield line.rstrip("\n")
-
-
-def _cells(shown: str, line: str, delimiter: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=delimiter), [])
-    except csv.Error:  # a cell without end
-        raise RecordingError(f"{shown}: not a text file") from None
-
-
-def _decimal(text: str, layout: Layout) -> str:
-    """The mark before decimals: a comma where semicolons or tabs part the cells and no cell has a point."""
-    if layout.delimiter == ",":
-        return "."
-    rows = "".join(line for number, line in enumerate(_lines(text)) if number > layout.line)
-    return "," if "," in rows and "." not in rows else "."
 
 
 def _read(shown: str, text: str, stream: io.BytesIO, plan: Plan) -> pd.DataFrame:
@@ -291,9 +228,10 @@ def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator
     import pandas
 
     names = [str(place) for place in range(len(plan.layout.names))]
+    separator = r"\s+" if plan.layout.delimiter == BLANKS else plan.layout.delimiter
     read = _strictly(
         lambda: pandas.read_csv(
-            stream, encoding=plan.encoding, sep=plan.layout.delimiter, skiprows=plan.layout.line + 1, header=None, names=names,
+            stream, encoding=plan.encoding, sep=separator, skiprows=plan.layout.first_row, header=None, names=names,
             usecols=[str(place) for place in plan.used], dtype={str(place): plan.kind(place) for place in plan.used},
             skipinitialspace=True, decimal=plan.layout.decimal, index_col=False, chunksize=rows,
         )
@@ -324,7 +262,7 @@ def _read_slowly(shown: str, text: str, plan: Plan) -> pd.DataFrame:
     """Lines that end in a delimiter, and whatever else the fast reader does not digest though every cell is a number."""
     import pandas
 
-    rows = _rows(io.StringIO(text, newline=None), plan.layout)
+    rows = rows_of(io.StringIO(text, newline=None), plan.layout)
     try:
         cells = [[row[place] if place < len(row) else "" for place in plan.used] for _, row in rows]
         frame = pandas.DataFrame(cells, columns=plan.used, dtype=object)
@@ -343,30 +281,29 @@ def _number(cell: str, decimal: str) -> float:
 
 def _is_instant(text: str, layout: Layout, place: int) -> bool:
     """Whether the first time is one of a calendar: 2026-01-31 12:00:00.01."""
-    for _, row in _rows(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout):
+    for _, row in rows_of(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout):
         cell = row[place].strip() if place < len(row) else ""
         return cell.count(":") > 1 or cell.count("-") == 2
     return False
 
 
 def _seconds(at: str, name: str, cells: np.ndarray) -> np.ndarray:
+    """Of instants of a calendar, or of a clock, whose midnight is passed."""
     import pandas
 
+    texts = pandas.Series(cells)
     try:
-        instants = pandas.to_datetime(pandas.Series(cells), utc=True, format="ISO8601")
+        instants = pandas.to_datetime(texts, utc=True, format="ISO8601")
+        return (instants - pandas.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
+    except (ValueError, OverflowError, TypeError):
+        pass
+    try:
+        clock_s = pandas.to_timedelta(texts).dt.total_seconds().to_numpy()
+        return clock_s + DAY_S * np.cumsum(np.diff(clock_s, prepend=clock_s[:1]) < -DAY_S / 2)
     except (ValueError, OverflowError, TypeError):
         raise RecordingError(
-            f"{at}, column {name.strip()}: the times are neither numbers nor like 2026-01-31 12:00:00.01"
+            f"{at}, column {name.strip()}: the times are neither numbers nor like 2026-01-31 12:00:00.01 or 12:00:00.01"
         ) from None
-    return (instants - pandas.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-
-
-def _rows(lines: Iterable[str], layout: Layout) -> Iterator[tuple[int, list[str]]]:
-    """Line from 1, and cells, of each row after the header."""
-    rows = csv.reader(lines, delimiter=layout.delimiter)
-    for number, row in enumerate(rows):
-        if number > layout.line and row:
-            yield number + 1, row
 
 
 def fault_of(shown: str, lines: Iterable[str], plan: Plan) -> str | None:
@@ -375,9 +312,8 @@ def fault_of(shown: str, lines: Iterable[str], plan: Plan) -> str | None:
     if plan.instants:
         del used[plan.columns["t_s"].place]
     try:
-        for line, row in _rows(lines, layout):
-            cells = len(row) - sum(1 for _ in _empty_at_end(row[len(layout.names) :]))
-            if cells > len(layout.names) or len(row) < len(layout.names):
+        for line, row in rows_of(lines, layout):
+            if len(without_empty_end(row)) > len(layout.names) or len(row) < len(layout.names):
                 return f"{shown}, line {line}: {len(row)} cells, the header has {len(layout.names)} columns"
             for place, column in used.items():
                 try:
@@ -388,17 +324,6 @@ def fault_of(shown: str, lines: Iterable[str], plan: Plan) -> str | None:
     except csv.Error:
         return f"{shown}: not a text file"
     return None
-
-
-def _empty_at_end(cells: list[str]) -> Iterator[str]:
-    for cell in reversed(cells):
-        if cell.strip():
-            return
-        yield cell
-
-
-def _at(shown: str, layout: Layout) -> str:
-    return f"{shown}, line {layout.line + 1}" if layout.line >= 0 else shown
 
 
 # --------------------------------------------------------------------------------------------- data frames

@@ -1,7 +1,8 @@
-"""Xsens: the text that MT Manager exports, and what to say about its binary files.
+"""Xsens: the text that MT Manager and the DOT export, and what to say about its binary files.
 
-Comment lines begin with //; then come tab-parted columns: PacketCounter (16 bits), SampleTimeFine (0.1 ms, 32 bits),
-Acc_X.. in m/s2, Gyr_X.. in rad/s, Mag_X.. in an arbitrary unit that is 1 at Xsens.
+Of MT Manager: comment lines that begin with //; then tab-parted columns: PacketCounter (16 bits), SampleTimeFine (0.1 ms, 32 bits),
+Acc_X.. in m/s2, Gyr_X.. in rad/s, Mag_X.. in an arbitrary unit that is 1 at Xsens. Of a DOT: the same columns, parted by commas,
+SampleTimeFine in us and Gyr_X.. in deg/s (user manual, 4.2).
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ from hnav.io.readers.tables import Table, parse, raw_of
 from hnav.io.recordings import RecordingError, Unit
 
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "au"}
+UNITS_OF_DOT = {**UNITS, "gyro": "deg/s"}
 HEAD_BYTES = 1 << 16
-FINE_S = 1e-4
+FINE_S, FINE_OF_DOT_S = 1e-4, 1e-6
+# Between samples: a DOT gives 1 to 120 a second, and no tracker of MT Manager so few as five.
+LEAST_TICKS_OF_DOT = 2000
 COUNTERS = {"SampleTimeFine": 2**32, "PacketCounter": 2**16}
 EXPORT = "export text from MT Manager (File, Export; in the export settings choose acceleration, rate of turn and magnetic field)"
 
@@ -47,17 +51,20 @@ def read_xsens_text(path: Path, wishes: Wishes) -> Raw:
     data = path.read_bytes()
     text = data[:HEAD_BYTES].decode("utf-8-sig", "replace")
     for counter, turn in COUNTERS.items():
-        interval_s = FINE_S if counter == "SampleTimeFine" else _interval_s(text)
-        if interval_s is None or not re.search(rf"^(?:.*\t)?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
+        fine = counter == "SampleTimeFine"
+        interval_s = FINE_S if fine else _interval_s(text)
+        if interval_s is None or not re.search(rf"^(?:.*[\t,;])?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
             continue
         timed = replace(wishes, columns={"t_s": counter, **wishes.columns})
         table = parse(str(path), data, timed)
         ticks = table.values["t_s"]
         if not np.isfinite(ticks).all() or not np.diff(ticks).any() or (ticks % 1).any():
             continue  # an empty column, or some other time under this name
-        seconds = interval_s * np.cumsum(np.diff(ticks, prepend=ticks[:1]) % turn)
+        passed = np.diff(ticks, prepend=ticks[:1]) % turn
+        dot = fine and np.median(passed[1:]) > LEAST_TICKS_OF_DOT
+        seconds = (FINE_OF_DOT_S if dot else interval_s) * np.cumsum(passed)
         made = Table(table.columns, {**table.values, "t_s": seconds}, table.layout, instants=True)
-        raw = raw_of(str(path), made, wishes, UNITS, "xsens-text")
+        raw = raw_of(str(path), made, wishes, UNITS_OF_DOT if dot else UNITS, "xsens-text")
         return replace(raw, time_unit=Unit("s", f"by {counter}"))
     return raw_of(str(path), parse(str(path), data, wishes), wishes, UNITS, "xsens-text")
 

@@ -1,0 +1,149 @@
+"""How a text that is a table is laid out: where its header stands, what parts the cells, where units and rows begin."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from hnav.io.readers.columns import columns_of, is_unit
+from hnav.io.recordings import RecordingError
+
+HEADER_WITHIN = 60  # lines
+BLANKS = " "
+"""The delimiter of cells that are parted by blanks, as many as there are."""
+DELIMITERS = (",", ";", "\t", BLANKS)
+COMMENT = "/#% "
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the header of a table stands, and how cells are parted."""
+
+    line: int
+    """Of the header, from 0; -1: there is none."""
+    names: list[str]
+    delimiter: str
+    decimal: str = "."
+    units: list[str] = field(default_factory=list)
+    """Cells of a line of units under the header, where there is one."""
+
+    @property
+    def first_row(self) -> int:
+        """The line of the first samples, from 0."""
+        return self.line + (2 if self.units else 1)
+
+
+def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | None = None) -> Layout:
+    """The header is the line that names most columns, the first of them. Raises RecordingError for cells without end.
+
+    given: names of columns that the caller told, by their roles.
+    """
+    best, score = Layout(0, [], ","), -1
+    lines = list(_lines(text))
+    for number, line in enumerate(lines):
+        for delimiter in DELIMITERS:
+            names = _names(shown, line, delimiter)
+            if delimiter == BLANKS and not _fits(names, lines[number + 1 :]):
+                continue
+            found = _roles_in(names, given, sensor)
+            if found > score:
+                best, score = Layout(number, names, delimiter), found
+        if score > 2:
+            break
+    if score <= 0 and given:
+        best = _without_header(shown, lines, given) or best
+    best = replace(best, units=_units_under(shown, best, lines))
+    return replace(best, decimal=_decimal(best, lines))
+
+
+def at_header(shown: str, layout: Layout) -> str:
+    """What messages call the place of the header."""
+    return f"{shown}, line {layout.line + 1}" if layout.line >= 0 else shown
+
+
+def rows_of(lines: Iterable[str], layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Line from 1, and cells, of each row of samples."""
+    rows = (line.split() for line in lines) if layout.delimiter == BLANKS else csv.reader(lines, delimiter=layout.delimiter)
+    for number, row in enumerate(rows):
+        if number >= layout.first_row and row:
+            yield number + 1, row
+
+
+def without_empty_end(cells: list[str]) -> list[str]:
+    """A row without the empty cells at its end."""
+    filled = len(cells)
+    while filled and not cells[filled - 1].strip():
+        filled -= 1
+    return cells[:filled]
+
+
+def _lines(text: str) -> Iterator[str]:
+    for number, line in enumerate(io.StringIO(text, newline=None)):
+        if number >= HEADER_WITHIN:
+            return
+        yield line.rstrip("\n")
+
+
+def _names(shown: str, line: str, delimiter: str) -> list[str]:
+    return line.lstrip(COMMENT).split() if delimiter == BLANKS else _cells(shown, line.lstrip("/ "), delimiter)
+
+
+def _cells(shown: str, line: str, delimiter: str) -> list[str]:
+    if delimiter == BLANKS:
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:  # a cell without end
+        raise RecordingError(f"{shown}: not a text file") from None
+
+
+def _fits(names: list[str], below: list[str]) -> bool:
+    """Whether the line below holds a number for each name: else it is prose whose words only look like names."""
+    cells = next((line.split() for line in below if line.strip()), [])
+    return len(cells) == len(names) and all(map(_is_number, cells))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.strip().replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _roles_in(names: list[str], given: Mapping[str, str], sensor: str | None) -> int:
+    try:
+        return len(columns_of(names, given, "", sensor))
+    except RecordingError as error:
+        # A column twice is a header with a fault, a name of the caller that is not there no header.
+        return 0 if error.argument == "columns" and given else 3
+
+
+def _without_header(shown: str, lines: list[str], given: Mapping[str, str]) -> Layout | None:
+    """A table of numbers whose columns the caller knows by their places, from 1."""
+    if not all(name.lstrip("-").isdigit() for name in given.values()):
+        return None
+    line = next(iter(lines), "")
+    delimiter = max(DELIMITERS, key=lambda delimiter: len(_cells(shown, line, delimiter)))
+    return Layout(-1, [str(i + 1) for i in range(len(_cells(shown, line, delimiter)))], delimiter)
+
+
+def _units_under(shown: str, layout: Layout, lines: list[str]) -> list[str]:
+    """The cells of the line under the header, where they are words, no more than columns, and one is a unit."""
+    if layout.line < 0 or layout.line + 1 >= len(lines):
+        return []
+    cells = _cells(shown, lines[layout.line + 1], layout.delimiter)
+    words = [cell for cell in cells if cell.strip()]
+    if any(map(_is_number, words)) or len(without_empty_end(cells)) > len(layout.names):
+        return []
+    return cells if any(map(is_unit, words)) else []
+
+
+def _decimal(layout: Layout, lines: list[str]) -> str:
+    """The mark before decimals: a comma where semicolons, tabs or blanks part the cells and no cell has a point."""
+    if layout.delimiter == ",":
+        return "."
+    rows = "".join(lines[layout.first_row :])
+    return "," if "," in rows and "." not in rows else "."
