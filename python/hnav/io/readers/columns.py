@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
-
 WHOLE = CSV_COLUMNS[:7]
 """Roles of a table that has all that a filter needs."""
 
