@@ -132,6 +132,20 @@ def sensor_logger(folder: Path, r: Recording, ios: bool = False) -> Path:
     return path
 
 
+def metabase(folder: Path, r: Recording) -> Path:
+    """A folder of files with long names; turn rates in deg/s, force in g, field in tesla."""
+    path = folder / "MetaWear"
+    path.mkdir()
+    for sensor, name, unit, factor in (
+        ("gyro", "Gyroscope", "deg/s", 180 / np.pi), ("accel", "Accelerometer", "g", 1 / G), ("mag", "Magnetometer", "T", 1.0)
+    ):  # fmt: skip
+        t_s, values = r.samples(sensor)
+        header = "epoch (ms),timestamp (+0100),elapsed (s)," + ",".join(f"{axis}-axis ({unit})" for axis in "xyz")
+        file = path / f"walk_MetaWear_2026-01-31T12.00.00.000_C0FFEE_{name}_100.000Hz_1.5.0.csv"
+        write_rows(file, header, [EPOCH_NS * 1e-6 + 1e3 * t_s, 1e3 * t_s, t_s, *(factor * values).T])
+    return path
+
+
 def phyphox(folder: Path, r: Recording) -> Path:
     """A folder; quoted headers with units."""
     out = folder / "phyphox"
@@ -244,6 +258,7 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "house": house, "capitals": capitals, "semicolons": semicolons, "tabs": tabs, "x-io": x_io, "xsens text": xsens, "dot": dot,
     "shimmer": shimmer, "blanks": blanks, "euroc": euroc,
     "sensor logger": sensor_logger, "sensor logger, ios": lambda folder, r: sensor_logger(folder, r, ios=True), "phyphox": phyphox,
+    "metabase": metabase,
     "parquet": parquet, "ulog": ulog, "ros 1": bag, "ros 2": lambda folder, r: bag(folder, r, "db3"),
     "mcap": lambda folder, r: bag(folder, r, "mcap"),
 }  # fmt: skip

@@ -20,7 +20,7 @@ SHIFTS = {
     "phyphox": (0.009, 0.013, 0.012),
     "ulog": (0, -5e-4, 0),
 }
-EPOCHS = {"ulog": 1.0, "euroc": EPOCH_S, "ros 1": EPOCH_S, "ros 2": EPOCH_S, "mcap": EPOCH_S}
+EPOCHS = {"ulog": 1.0, "euroc": EPOCH_S, "ros 1": EPOCH_S, "ros 2": EPOCH_S, "mcap": EPOCH_S, "metabase": EPOCH_S}
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_every_shape_is_recognised_and_nothing_is_resampled(tmp_path, motion, sh
         expected_t_s, expected = motion.samples(sensor)
         np.testing.assert_allclose(t_s - EPOCHS.get(shape, 0.0), expected_t_s + shift_s, rtol=0, atol=1e-6)
         np.testing.assert_allclose(values, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
-    assert recording.origin.format in FORMATS or recording.origin.format in ("csv", "sensor-logger", "phyphox")
+    assert recording.origin.format in FORMATS or recording.origin.format in ("csv", "sensor-logger", "phyphox", "folder")
     assert f"gyro {len(motion.t_s)} at 100 Hz" in repr(recording)
 
 

@@ -1,8 +1,9 @@
-"""Exports of telephones: a folder or a zip with a CSV for each sensor, each at its own rate.
+"""Exports of telephones and of small sensors: a folder or a zip with a CSV for each sensor, each at its own rate.
 
 Sensor Logger writes time (ns since 1970), seconds_elapsed, z, y, x: rad/s, m/s2, microtesla. Of Android, Accelerometer.csv is
 without gravity and TotalAcceleration.csv with it; of iOS, gravity is in Gravity.csv, and both have the opposite sign unless the
-app was told to standardise (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",...
+app was told to standardise (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",... MetaBase writes a sensor's name
+among others in that of the file, and "epoch (ms)","x-axis (deg/s)",...
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ FILES = {
               "linearaccelerometer", "linearacceleration"),
     "mag": ("magnetometer", "magneticfield", "mag", "magnetometeruncalibrated"),
 }  # fmt: skip
+# A longer name of a file tells its sensor by one of these alone.
+WITHIN = {"gyro": "gyroscope", "accel": "accelerometer", "mag": "magnetometer"}
 AID_FILES = (("location", "gps"), ("barometer", "pressure"))
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
 LARGEST_BYTES = 1 << 31
@@ -53,10 +56,12 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     first = _parsed(path, next(iter(tables)), tables, wishes)
     if len(first.columns) > 6:  # all sensors in each file
         return raw_of(str(path), first, wishes, name="phone")
-    format = "sensor-logger" if any("seconds_elapsed" in name for name in first.layout.names) else "phyphox"
+    of_app = any(stem in names for names in FILES.values() for stem in tables)
+    format = "phyphox" if of_app else "folder"
+    format = "sensor-logger" if any("seconds_elapsed" in name for name in first.layout.names) else format
     streams, notes, time_unit = [], [], Unit("s", "by format")
-    for sensor, names in FILES.items():
-        if stem := next((name for name in names if name in tables), None):
+    for sensor in FILES:
+        if stem := _best(path, sensor, tables):
             stream, time_unit = _stream(path, stem, sensor, tables, wishes)
             stream, note = _whole_force(path, stem, stream, files, wishes)
             streams.append(stream)
@@ -128,7 +133,20 @@ def _parsed(path: Path, stem: str, files: Mapping[str, bytes], wishes: Wishes, s
 
 def _sensor_of(name: str) -> str | None:
     stem = _stem(name)
-    return next((sensor for sensor, names in FILES.items() if stem in names), None)
+    if exact := next((sensor for sensor, names in FILES.items() if stem in names), None):
+        return exact
+    within = [sensor for sensor, word in WITHIN.items() if word in stem]
+    return within[0] if len(within) == 1 else None
+
+
+def _best(path: Path, sensor: str, tables: Mapping[str, bytes]) -> str | None:
+    """The file of a sensor. Raises RecordingError when two may be it."""
+    if exact := next((name for name in FILES[sensor] if name in tables), None):
+        return exact
+    longer = [stem for stem in tables if _sensor_of(stem) == sensor]
+    if len(longer) > 1:
+        raise RecordingError(f"{path}: {longer[0]}.csv and {longer[1]}.csv may both be the {sensor}: leave one of them out")
+    return next(iter(longer), None)
 
 
 def _stem(name: str) -> str:
