@@ -108,6 +108,16 @@ def test_south_of_the_magnetic_equator_the_field_points_up(held):
         held.check("east")
 
 
+def test_counts_of_a_chip_are_told_from_units(held):
+    counts = replace(
+        held, rate_b_rad_s=np.round(np.degrees(held.rate_b_rad_s) * 131), force_b_m_s2=np.round(held.force_b_m_s2 * 1670)
+    )
+    finding = next(f for f in counts.check() if f.sensor == "accel")
+    assert "counts of the chip" in str(finding) and "1/16384 g" in str(finding)
+    whole_mg = replace(counts, force_b_m_s2=np.round(held.force_b_m_s2 / 9.80665e-3))
+    assert ("accel_unit", "mg") in {(f.argument, f.value) for f in whole_mg.check()}
+
+
 def test_units_are_named_against_those_the_file_was_read_with(held):
     units = {
         "accel": Unit("g", "given"),

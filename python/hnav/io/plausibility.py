@@ -22,6 +22,7 @@ LEVELS = ("error", "warning", "note")
 HEMISPHERES = ("north", "south")
 
 FORCE_M_S2 = (7.8, 12.5)  # median of a body that moves; 9.8 at rest
+LEAST_COUNTS = 500.0  # of gravity, in a chip of 16 g and 16 bits 2048
 GRAVITY_GONE_M_S2 = 3.0
 FIELD_TESLA = (15e-6, 120e-6)  # the Earth's 22 to 67 uT, with room for hard iron
 EARTH_TESLA = (18e-6, 80e-6)  # where another unit would put it
@@ -177,6 +178,14 @@ def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
 
 
 def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
+    if _are_counts(recording, live):
+        yield _warning(
+            "unit",
+            "accel",
+            "gyro and accel are whole numbers, and large: these look like counts of the chip",
+            advice="multiply by the scales of its ranges, often 1/131 deg/s and 1/16384 g",
+        )
+        return
     if "accel" in live:
         yield from _force(recording, np.linalg.norm(live["accel"][1], axis=1))
     if "mag" in live and _unit_name(recording, "mag") != "au":
@@ -187,6 +196,16 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
             shown = f"rates of {fastest:.0f} rad/s are more than a gyroscope reads"
             unit = {"rad/s": "deg/s", "deg/s": "mdeg/s"}.get(_unit_name(recording, "gyro"))
             yield _warning("unit", "gyro", f"{shown}: this looks like {unit}", "gyro_unit", str(unit))
+
+
+def _are_counts(recording: Recording, live: Samples) -> bool:
+    """Whether a chip's numbers were written as they came: whole, and of no unit."""
+    if not {"gyro", "accel"} <= live.keys():
+        return False
+    strength = float(np.median(np.linalg.norm(live["accel"][1], axis=1)))
+    if strength < LEAST_COUNTS or _other_unit(recording, "accel", strength, *FORCE_M_S2):
+        return False
+    return all((live[sensor][1] == np.round(live[sensor][1])).all() for sensor in ("gyro", "accel"))
 
 
 def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
