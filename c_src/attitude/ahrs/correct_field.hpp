@@ -129,12 +129,10 @@ void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mea
     s.contradicted_s = lasting_s;
 }
 
-// Gates and noise are in units of the strength. One that started inside a shield or beside a magnet would measure the
-// field that it takes as reference in units of another one; within four of them no place on Earth differs from another.
+// Gates and noise are in units of the strength.
 template <class R>
 void AhrsModelOf<R>::keep_unit(State& s, MeanField<R>& mean) {
-    const R change = Vector3R(s.field.candidate).norm();
-    if ((change < 4 && change > R(0.25)) || change == 0) return;
+    const R change = s.field.candidate_unit();
     s.strength *= change;
     Eigen::Map<Vector3R>(s.field.candidate) /= change;
     mean.n /= change;

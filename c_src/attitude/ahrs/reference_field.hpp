@@ -93,7 +93,7 @@ struct MagneticReference {
             heading_trust_s += seen_s;
         }
         Eigen::Map<Vector3Of<R>> mean(candidate);
-        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius) {
+        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius * candidate_unit()) {
             candidate_evidence_s += seen_s;
             candidate_age_s += T;
             mean += std::fmax(T / set.candidate_mean_s, T / candidate_age_s) * (field.n - mean);
@@ -123,6 +123,15 @@ struct MagneticReference {
         evidence_s = candidate_evidence_s;
         served_s = rejected_s = inflating = 0;
         ++changes;
+    }
+
+    // A reference that was learnt inside a shield or beside a magnet is the unit of another field; within four of them no place
+    // on Earth differs from another.
+    static bool is_another_unit(R strength) { return strength >= 4 || (strength <= R(0.25) && strength > 0); }
+    // What belongs to the candidate, and what the filter is to measure in if it wins.
+    R candidate_unit() const {
+        const R strength = length(candidate_horizontal(), candidate[2]);
+        return is_another_unit(strength) ? strength : 1;
     }
 
     R candidate_horizontal() const { return length(candidate[0], candidate[1]); }

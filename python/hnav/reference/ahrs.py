@@ -436,9 +436,8 @@ class AhrsReference:
     def change_reference(self, mean: Array) -> Array:
         """The candidate becomes the reference; heading and mean field, the answer, turn as far as the heading is distrusted."""
         field, distrust = self.field, self.field.distrust(self.E[HEADING, HEADING])
-        unit = float(np.linalg.norm(field.candidate))
-        if not 0.25 < unit < 4 and unit > 0:
-            self.strength, field.candidate, mean = self.strength * unit, field.candidate / unit, mean / unit
+        unit = field.candidate_unit()
+        self.strength, field.candidate, mean = self.strength * unit, field.candidate / unit, mean / unit
         self.M = intensities_of(field.candidate)
         self.forget_reference(self.o.mag_gate)
         if distrust > 0:

@@ -206,13 +206,18 @@ class MagneticReference:
             self.evidence_s += seen_s
             self.heading_trust_s += seen_s
         away = np.linalg.norm(intensities_of(field_n) - intensities_of(self.candidate))
-        if self.candidate_age_s > 0 and away < o.candidate_radius:
+        if self.candidate_age_s > 0 and away < o.candidate_radius * self.candidate_unit():
             self.candidate_evidence_s += seen_s
             self.candidate_age_s += T
             weight = max(T / o.candidate_mean_s, T / self.candidate_age_s)
             self.candidate = self.candidate + weight * (field_n - self.candidate)
         else:
             self.candidate, self.candidate_evidence_s, self.candidate_age_s = field_n, 0.0, T
+
+    def candidate_unit(self) -> float:
+        """A reference learnt inside a shield or beside a magnet is the unit of another field: then the candidate's own strength."""
+        strength = float(np.linalg.norm(self.candidate))
+        return strength if strength >= 4 or 0 < strength <= 0.25 else 1.0
 
     def candidate_wins(self, reference: Array) -> bool:
         needed_s = max(self.o.candidate_first_s, self.o.candidate_share * self.evidence_s)
