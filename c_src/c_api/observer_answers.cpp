@@ -117,6 +117,8 @@ hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_
     result.grazing = count(Layout::grazing);
     result.chattering = count(Layout::chattering);
     result.projected = count(Layout::projected);
+    result.crosses = filter.model().crosses();
+    result.n_indicators = observer->problem->sizes.indicators;
     hnav::hand_out(result, info);
     return HNAV_OK;
 }

@@ -214,6 +214,14 @@ public:
         copy(state, queue_.after(0));
         std::memcpy(x_of(state), x_minus, nx() * sizeof(double));
         model_.normalise(state);
+        if constexpr (may_cross<Model>) {
+            bool any = !model_.crosses();
+            if (!any && !model_.have_events_of_plant(state, t_s, &any)) return Outcome::diverged;
+            if (!any && !(waiting() && queue_.event(1).t_s <= t_s)) {
+                std::memmove(x_plus, x_minus, nx() * sizeof(double));
+                return Outcome::ok;
+            }
+        }
         int used = 0;
         while (used < waiting() && queue_.event(1 + used).t_s <= t_s) {
             const Event& event = queue_.event(1 + used);

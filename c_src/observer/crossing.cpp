@@ -87,6 +87,7 @@ bool Model::jump_part(const Run& run, double* part, Cause cause, int count) cons
     unpack_upper(part + at.P, p.N, 1, e.P);
     if (!pass(run.s, part, t_s, cause, -1, with_matrix, e)) return false;
     if (!work_->derivable) return true;
+    if (!e.derivable) c[at.counts + Layout::grazing] += 1;
     if (count > most_matrices) c[at.counts + Layout::chattering] += 1;
     put(e.after, part);
     std::copy_n(e.memory_after, p.sizes.memory, part + at.memory);
@@ -102,6 +103,56 @@ bool Model::jump_part(const Run& run, double* part, Cause cause, int count) cons
         std::swap(work_->newest, work_->present);
     }
     return true;
+}
+
+// ------------------------------------------------------------------------------------------------ from outside
+
+bool Model::have_events_of_plant(State& s, double t_s, bool* any) const {
+    const Layout at = layout();
+    double* part = s.x();
+    if (!flows(s)) return true;
+    work_->from_outside = true;
+    bool whole = ask(plant_->recall(part + at.memory), Function::event, t_s, nullptr, 0);
+    expected(part, work_->x);
+    whole = whole && indicators(s, s.x()[at.t] + part[at.elapsed] + part[at.clock], work_->x, work_->z);
+    const bool crossed = whole && first_changed(part) >= 0;
+    const bool wanted = work_->step_wants_event;
+    work_->step_wants_event = false;
+    *any = crossed || wanted || part[at.next_event] <= t_s;
+    if (whole && *any) collect(s, part);
+    if (crossed || (whole && wanted)) whole = come_from_outside(s, part, t_s, crossed ? Cause::guard : Cause::time);
+    for (int k = 0; whole && part[at.next_event] <= t_s; ++k)
+        whole = k < most_matrices && come_from_outside(s, part, t_s, Cause::time);
+    work_->from_outside = false;
+    return whole;
+}
+
+bool Model::come_from_outside(State& s, double* part, double t_s, Cause cause) const {
+    part[layout().elapsed] = t_s - s.x()[layout().t]; // as the integrator has it, to the last digit
+    return jump_part({s, 0, nullptr, nullptr}, part, cause, 1);
+}
+
+bool Model::step_outside_done(const State& s, const double* x, bool* wants_event) const {
+    *wants_event = false;
+    if (!crosses() || !flows(s)) return true;
+    const Point here = point(s, s.x(), x);
+    if (!ask(plant_->recall(s.x() + layout().memory), Function::event, here.t_s, nullptr, 0) ||
+        !ask(plant_->step_done(here, wants_event), Function::event, here.t_s, nullptr, 0))
+        return false;
+    work_->step_wants_event = *wants_event;
+    return true;
+}
+
+double Model::next_event_of_plant_s(const State& s) const { return flows(s) ? s.x()[layout().next_event] : HUGE_VAL; }
+
+// Of the first part; before the estimate has begun nothing moves.
+bool Model::indicators_at(const State& s, const double* x, double* z) const {
+    const int count = problem_->sizes.indicators;
+    std::fill_n(z, count, 1.0);
+    if (count == 0 || !flows(s)) return true;
+    const Point here = point(s, s.x(), x);
+    return ask(plant_->recall(s.x() + layout().memory), Function::indicators, here.t_s, nullptr, 0) &&
+           ask(plant_->indicators(here, z), Function::indicators, here.t_s, z, count);
 }
 
 // ------------------------------------------------------------------------------------------------ to a guard

@@ -40,6 +40,7 @@ struct Passage {
     double sigma_s = 0; // of the time of the event
     bool silent = false;
     bool derivable = true; // false: it has not been passed, for it has no derivative
+    bool shifts = false; // its time depends on X, by its guard
     bool is_newest = false; // it changed something, and nothing has come after it
 };
 
@@ -74,6 +75,8 @@ public:
     double *matrices, *stiff_start;
     bool states_alone = false; // flow and events without matrices: a sigma point does
     bool derivable = true; // what has been met in the present piece of an interval
+    bool from_outside = false; // an integrator outside has met it: points cannot go back
+    bool step_wants_event = false; // of the newest step of an integrator outside
     StiffSolver* stiff = nullptr;
     int branch_numbers, branches_used = 0;
     int passed = 0; // events of the present interval that changed something
@@ -115,6 +118,12 @@ public:
     int flow(const State& s, const double* x, double* dx) const;
     bool crosses() const { return problem_->sizes.events; }
     bool cross(State& s, double interval_s, Propagator& propagator, const void* context) const;
+    // For an integrator outside, which has brought the first part to t_s: the plant's events there; when time brings the next, infinite
+    // for none; and its indicators at x.
+    bool have_events_of_plant(State& s, double t_s, bool* any) const;
+    bool step_outside_done(const State& s, const double* x, bool* wants_event) const;
+    double next_event_of_plant_s(const State& s) const;
+    bool indicators_at(const State& s, const double* x, double* z) const;
     // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return !crosses(); }
@@ -222,11 +231,12 @@ private:
     bool take_sides(const State& s, double* part, double t_s, const double* X) const;
     int first_changed(const double* part) const;
     bool gradients(const State& s, double t_s, const double* X, const double* dX) const;
+    bool come_from_outside(State& s, double* part, double t_s, Cause cause) const;
     bool pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const;
     bool have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const;
     bool come_to_guard(const State& s, const double* part, double t_s, int guard, Passage& e) const;
     int choose_guard(const double* part, int guard, Passage& e) const;
-    bool probe(const State& s, double t_s, Cause cause, Passage& e) const;
+    bool probe(const State& s, double t_s, Passage& e) const;
     bool one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const;
     void carry(const Passage& e, const double* P, double* to) const;
     bool turns_beyond(const State& s, double t_s, int guard, const Passage& e, double* beyond_sigma) const;

@@ -161,7 +161,8 @@ bool Model::come_to_guard(const State& s, const double* part, double t_s, int gu
     double beyond_sigma = HUGE_VAL;
     if (met >= 0 && !turns_beyond(s, t_s, met, e, &beyond_sigma)) return false;
     e.derivable = e.derivable && other < 0 && beyond_sigma > hardly_sigma;
-    if (!e.derivable) give_up(met, other);
+    e.shifts = met >= 0 && (e.derivable || (work_->from_outside && beyond_sigma > 0));
+    if (!e.derivable && !work_->from_outside) give_up(met, other);
     return true;
 }
 
@@ -174,12 +175,13 @@ bool Model::pass(const State& s, const double* part, double t_s, Cause cause, in
     e.elapsed = part[at.elapsed];
     e.next_event = part[at.next_event];
     e.derivable = true;
+    e.shifts = false;
     plant_->recall(e.memory);
     // Others do not come sooner or later: nothing flows before them.
     std::fill_n(e.slope, p.N, 0.0);
     if (work_->states_alone && !slope(s, t_s, e.X, e.slope)) return false;
     if (cause == Cause::guard && with_matrix && !come_to_guard(s, part, t_s, guard, e)) return false;
-    return !e.derivable || have_event(s, t_s, cause, with_matrix, e);
+    return !(e.derivable || work_->from_outside) || have_event(s, t_s, cause, with_matrix, e);
 }
 
 bool Model::have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const {
@@ -191,7 +193,7 @@ bool Model::have_event(const State& s, double t_s, Cause cause, bool with_matrix
     const bool moved = std::memcmp(e.after, e.X, p.N * sizeof(double)) != 0;
     if (cause == Cause::input && !moved) with_matrix = false;
     if ((with_matrix || work_->states_alone) && !slope(s, t_s, e.after, e.slope_after)) return false;
-    if (with_matrix && !probe(s, t_s, cause, e)) return false;
+    if (with_matrix && !probe(s, t_s, e)) return false;
     e.silent = changes_nothing(s, e, with_matrix);
     return ask(plant_->recall(e.memory_after), Function::event, t_s, nullptr, 0);
 }
@@ -210,18 +212,17 @@ bool Model::changes_nothing(const State& s, const Passage& e, bool with_matrix) 
     return true;
 }
 
-bool Model::probe(const State& s, double t_s, Cause cause, Passage& e) const {
+bool Model::probe(const State& s, double t_s, Passage& e) const {
     const Problem& p = *problem_;
-    const bool shifts = cause == Cause::guard;
     double largest = 0;
     for (int k = 0; k < p.N; ++k)
         largest = std::max(largest, std::fabs(e.gradient[k]) * probe_step * std::max(std::fabs(e.X[k]), p.scale[k]));
-    const double margin_s = shifts ? 2 * largest / std::fabs(e.rate) : 0;
+    const double margin_s = e.shifts ? 2 * largest / std::fabs(e.rate) : 0;
     double *up = work_->probe, *down = work_->probe + p.N;
     for (int k = 0; k < p.N; ++k) {
         const double step = probe_step * std::max(std::fabs(e.X[k]), p.scale[k]);
         for (const double by : {step, -step}) {
-            const double shift_s = shifts ? margin_s - e.gradient[k] * by / e.rate : 0;
+            const double shift_s = e.shifts ? margin_s - e.gradient[k] * by / e.rate : 0;
             if (!one_probe(s, t_s, e, k, by, shift_s)) return false;
             std::copy_n(work_->x, p.N, by > 0 ? up : down);
         }

@@ -1,4 +1,5 @@
 // The observer with an integrator of the caller's: what flows outside is what flows inside.
+#include "event_plants.hpp"
 #include "observer.hpp"
 
 #include <cmath>
@@ -150,13 +151,43 @@ TEST(ObserverHybrid, WhatCannotBeIsRefused) {
     ASSERT_EQ(hnav_observer_push(broken, 0, 2, 0.5), HNAV_OK);
     EXPECT_EQ(hnav_observer_jump(broken, 2, x.data(), x.data()), HNAV_ERROR_SOLVER);
     EXPECT_EQ(broken.info().dropped, 1u);
+}
 
-    Given with_event = spring_with_everything();
-    with_event.plant.event = [](void*, double, const double*, const double*, const double*, double*) { return 0; };
-    with_event.plant.n_indicators = 1;
-    with_event.plant.indicators = position;
-    Observer bounces(with_event);
-    ASSERT_EQ(hnav_observer_get_x(bounces, x.data()), HNAV_OK);
-    EXPECT_EQ(hnav_observer_derivative(bounces, x.data(), dx.data()), HNAV_ERROR_UNSUPPORTED);
-    EXPECT_EQ(hnav_observer_jump(bounces, 0, x.data(), x.data()), HNAV_ERROR_UNSUPPORTED);
+// A bounce at a guard that the integrator has found: its closed form, then a sample.
+TEST(ObserverHybrid, EventsOfThePlantAreJumps) {
+    Given given = hnav::test::event_plants::ball({1, 0}, {0.02, 0.1}, 0);
+    Observer o(given);
+    const double g = 9.81, e = 0.7, bounce_s = std::sqrt(2 / g), speed = -g * bounce_s;
+    int32_t nx = 0, wants = 1;
+    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    Numbers x(nx);
+    double z = 0, next_s = 0;
+    EXPECT_EQ(o.info().n_indicators, 1);
+    EXPECT_EQ(o.info().crosses, 1);
+    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_observer_jump(o, 0, x.data(), x.data()), HNAV_OK); // the given start
+    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
+    flow(o, bounce_s, &x);
+    ASSERT_EQ(hnav_observer_indicators(o, x.data(), &z), HNAV_OK);
+    EXPECT_NEAR(z, 0, 1e-12);
+    ASSERT_EQ(hnav_observer_step_done(o, x.data(), &wants), HNAV_OK);
+    EXPECT_EQ(wants, 0);
+    x[0] = -1e-12; // just beyond
+    ASSERT_EQ(hnav_observer_jump(o, bounce_s, x.data(), x.data()), HNAV_OK);
+    EXPECT_EQ(o.info().plant_events, 1u);
+    EXPECT_NEAR(x[1], -e * speed, 1e-9);
+    // Again: nothing is left to be done.
+    Numbers again(nx);
+    ASSERT_EQ(hnav_observer_jump(o, bounce_s, x.data(), again.data()), HNAV_OK);
+    EXPECT_EQ(again, x);
+    ASSERT_EQ(hnav_observer_next_event_s(o, &next_s), HNAV_OK);
+    EXPECT_TRUE(std::isinf(next_s));
+    flow(o, 0.7 - bounce_s, &x);
+    ASSERT_EQ(hnav_observer_show(o, 0.7, x.data()), HNAV_OK);
+    Observer inside(given);
+    ASSERT_EQ(hnav_observer_advance(inside, 0.7), HNAV_OK);
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_NEAR(o.x()[i], inside.x()[i], 1e-9);
+        EXPECT_NEAR(o.sigma()[i] / inside.sigma()[i], 1, 1e-6);
+    }
 }

@@ -37,11 +37,6 @@ struct Entry {
         if (call(instance, &Instance::check_array, references, n, values, n_values) != ok) return error;
         return to_fmi(of(instance)->set(type, references, n, values));
     }
-
-    static FmiStatus no_event_indicators(void* instance, std::size_t n) {
-        if (!instance || !of(instance)->allowed(Call::get_continuous_states)) return error;
-        return n == 0 ? ok : to_fmi(of(instance)->fail("there are no event indicators, but %zu were asked for", n));
-    }
 };
 
 } // namespace hnav::fmu

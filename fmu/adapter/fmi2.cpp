@@ -159,8 +159,11 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean, fmi2Boolean
                                        fmi2Boolean* terminateSimulation) {
     if (!c) return fmi2Error;
     if (!enterEventMode || !terminateSimulation) return Fmi2::fail(c, "CompletedIntegratorStep got a null pointer");
-    *enterEventMode = *terminateSimulation = fmi2False;
-    return Fmi2::call(c, &Instance::permit, Call::completed_integrator_step);
+    bool wants_event = false;
+    const fmi2Status status = Fmi2::call(c, &Instance::step_done, &wants_event);
+    *enterEventMode = wants_event ? fmi2True : fmi2False;
+    *terminateSimulation = fmi2False;
+    return status;
 }
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return Fmi2::call(c, &Instance::set_time, time); }
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx) {
@@ -169,7 +172,9 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx) {
     return Fmi2::call(c, &Instance::get_derivatives, derivatives, nx);
 }
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t n) { return Fmi2::no_event_indicators(c, n); }
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
+    return Fmi2::call(c, &Instance::get_indicators, indicators, n);
+}
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx) {
     return Fmi2::call(c, &Instance::get_states, x, nx);
 }

@@ -284,13 +284,13 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t n) {
     return Fmi3::call(instance, &Instance::get_nominals, nominals, n);
 }
-fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64[], size_t n) {
-    return Fmi3::no_event_indicators(instance, n);
+fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 indicators[], size_t n) {
+    return Fmi3::call(instance, &Instance::get_indicators, indicators, n);
 }
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t* n) {
     if (!instance) return fmi3Error;
     if (!n) return Fmi3::fail(instance, "GetNumberOfEventIndicators got a null pointer");
-    *n = 0;
+    *n = static_cast<size_t>(of(instance)->indicator_count());
     return fmi3OK;
 }
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t* n) {
@@ -303,8 +303,11 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean, fmi3B
                                        fmi3Boolean* terminateSimulation) {
     if (!instance) return fmi3Error;
     if (!enterEventMode || !terminateSimulation) return Fmi3::fail(instance, "CompletedIntegratorStep got a null pointer");
-    *enterEventMode = *terminateSimulation = fmi3False;
-    return Fmi3::call(instance, &Instance::permit, Call::completed_integrator_step);
+    bool wants_event = false;
+    const fmi3Status status = Fmi3::call(instance, &Instance::step_done, &wants_event);
+    *enterEventMode = wants_event ? fmi3True : fmi3False;
+    *terminateSimulation = fmi3False;
+    return status;
 }
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation

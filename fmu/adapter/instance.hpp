@@ -85,6 +85,8 @@ public:
     Status set_states(const double* x, std::size_t n);
     Status get_states(double* x, std::size_t n);
     Status get_derivatives(double* dx, std::size_t n);
+    Status get_indicators(double* z, std::size_t n);
+    Status step_done(bool* wants_event);
     Status get_nominals(double* nominals, std::size_t n);
     // As many seeds and sensitivities as the variables have elements.
     Status directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns,
@@ -109,6 +111,7 @@ public:
     const Importer& importer() const { return importer_; }
     const char* name() const { return name_; }
     int state_count() const { return state_count_; }
+    int indicator_count() const { return model_->indicator_count(); }
     double time_s() const { return time_s_; }
     void* intermediate_callback = nullptr;
 

@@ -112,6 +112,11 @@ public:
     virtual void get_nominals(double* nominals) const = 0;
     virtual bool derivatives(double t_s, const double* x, double* dx) const = 0;
     virtual bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const = 0;
+    // Event indicators of Model Exchange.
+    virtual int indicator_count() const { return 0; }
+    virtual bool indicators(double /*t_s*/, const double* /*x*/, double* /*z*/) const { return true; }
+    // A step of the importer's integrator has come to x. wants_event: it is to enter event mode.
+    virtual bool step_done(double /*t_s*/, const double* /*x*/, bool* /*wants_event*/) { return true; }
     virtual bool jump(double t_s, double* x, bool* changed, Message* why) = 0;
     virtual void show(double t_s, const double* x) = 0;
     // The derivatives along the direction seed of x, where the model was shown last, of the outputs that flow; those of

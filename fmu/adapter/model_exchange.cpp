@@ -46,6 +46,22 @@ Status Instance::get_derivatives(double* dx, std::size_t n) {
     return model_->derivatives(time_s_, states_, dx) ? Status::ok : fail("the derivatives at t = %g are not defined", time_s_);
 }
 
+Status Instance::get_indicators(double* z, std::size_t n) {
+    if (!allowed(Call::get_continuous_states)) return Status::error;
+    const int count = model_->indicator_count();
+    if (n != static_cast<std::size_t>(count) || (!z && n > 0)) return fail("there are %d event indicators, not %zu", count, n);
+    for (std::size_t i = 0; i < n; ++i) z[i] = 1;
+    if (n == 0 || !has_model_) return Status::ok;
+    return model_->indicators(time_s_, states_, z) ? Status::ok : fail("the indicators at t = %g are not defined", time_s_);
+}
+
+Status Instance::step_done(bool* wants_event) {
+    *wants_event = false;
+    if (!allowed(Call::completed_integrator_step)) return Status::error;
+    if (!has_model_) return Status::ok;
+    return model_->step_done(time_s_, states_, wants_event) ? Status::ok : fail("the end of a step at t = %g failed", time_s_);
+}
+
 Status Instance::get_nominals(double* nominals, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
     if (check_states(nominals, n) != Status::ok) return Status::error;

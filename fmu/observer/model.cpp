@@ -42,10 +42,6 @@ public:
     void describe(Table& table) override { at_.describe(table); }
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
-        if (model_exchange && at_.sizes.nx == 0) {
-            std::snprintf(why->text, sizeof why->text, "the plant has events of its own: its observer is for Co-Simulation");
-            return false;
-        }
         if (!check_periods(values, why) || !make_observer(values, start_s, why)) return false;
         if (!fits_the_plan()) {
             std::snprintf(why->text, sizeof why->text,
@@ -115,7 +111,7 @@ public:
     }
 
     bool look_ahead(unsigned groups, Message* why) override {
-        constexpr unsigned ahead = 1u << estimate_group | 1u << covariance_group;
+        constexpr unsigned ahead = 1u << estimate_group | 1u << covariance_group | 1u << indicator_group;
         if (memory_.behind == 0 || !(groups & ahead)) return true;
         memory_.behind = 0;
         return goes_on(hnav_observer_advance(object_, memory_.now_s), why);
@@ -130,7 +126,8 @@ public:
         hnav_observer_get_info(object_, &info);
         if (wanted(estimate_group)) hnav_observer_estimate(object_, x, sigmas);
         if (wanted(posterior_group)) hnav_observer_posterior(object_, post_x, post_sigmas);
-        at_.each(groups & ~(1u << innovation_group | 1u << covariance_group), values, [&](Role role, int i, double* value) {
+        constexpr unsigned others = 1u << innovation_group | 1u << covariance_group | 1u << indicator_group;
+        at_.each(groups & ~others, values, [&](Role role, int i, double* value) {
             switch (role) {
             case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : memory_.start_s; break;
             case post: *value = post_x[i]; break;
@@ -141,6 +138,11 @@ public:
             }
         });
         if (wanted(innovation_group)) show_innovations(values);
+        if (wanted(indicator_group)) {
+            double z[max_indicators]{};
+            hnav_observer_indicators(object_, nullptr, z);
+            at_.each(1u << indicator_group, values, [&z](Role, int i, double* value) { *value = z[i]; });
+        }
         if (wanted(covariance_group)) show_covariance(values);
     }
 
@@ -151,6 +153,16 @@ public:
     bool derivatives(double, const double* x, double* dx) const override {
         return hnav_observer_derivative(object_, x, dx) == HNAV_OK;
     }
+    int indicator_count() const override { return at_.sizes.indicators; }
+    bool indicators(double, const double* x, double* z) const override {
+        return hnav_observer_indicators(object_, x, z) == HNAV_OK;
+    }
+    bool step_done(double, const double* x, bool* wants_event) override {
+        std::int32_t wants = 0;
+        const bool done = hnav_observer_step_done(object_, x, &wants) == HNAV_OK;
+        *wants_event = wants != 0;
+        return done;
+    }
     bool derivatives_along(double, const double*, const double*, double*) const override { return false; }
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         if (memory_.was_reset != 0) {
@@ -160,7 +172,7 @@ public:
         }
         double next_s = no_bound;
         hnav_observer_next_event_s(object_, &next_s);
-        if (next_s > t_s) return true;
+        if (next_s > t_s && !has_events()) return true;
         *changed = true;
         return goes_on(hnav_observer_jump(object_, t_s, x, x), why);
     }
@@ -185,6 +197,12 @@ private:
                                  : at_.value(values, sensor_period, sensor(channel), 0);
     }
 
+    bool has_events() const {
+        auto info = hnav_sized<hnav_observer_info>();
+        hnav_observer_get_info(object_, &info);
+        return info.crosses != 0;
+    }
+
     bool check_periods(const double* values, Message* why) const {
         for (int c = 0; c < channels(); ++c) {
             const double period = period_s(values, c);
@@ -204,7 +222,7 @@ private:
         const auto has_sensor = [&](int i) { return hnav_observer_innovation(object_, i, &seen) != HNAV_ERROR_OUT_OF_RANGE; };
         hnav_observer_nx(object_, &nx);
         hnav_observer_get_info(object_, &info);
-        return (at_.sizes.nx == 0 || nx == at_.sizes.nx) && info.n_estimated == at_.sizes.estimated() &&
+        return nx == at_.sizes.nx && info.n_estimated == at_.sizes.estimated() && info.n_indicators == at_.sizes.indicators &&
                has_sensor(at_.sizes.sensors - 1) && !has_sensor(at_.sizes.sensors);
     }
 

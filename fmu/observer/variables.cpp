@@ -9,7 +9,7 @@ namespace hnav::fmu::observer {
 namespace {
 
 // What the index of a role counts.
-enum class Index { one, sensors, inputs, options, estimated, covariance, states };
+enum class Index { one, sensors, inputs, options, estimated, covariance, indicators, states };
 
 struct Kind {
     const char* word;
@@ -66,6 +66,7 @@ constexpr Kind kinds[] = {
     {"grazing", Type::integer, Causality::output, info_group, Index::one},
     {"chattering", Type::integer, Causality::output, info_group, Index::one},
     {"projected", Type::integer, Causality::output, info_group, Index::one},
+    {"indicator", Type::real, Causality::local, indicator_group, Index::indicators},
     {"state", Type::real, Causality::local, -1, Index::states},
     {"derivative", Type::real, Causality::local, -1, Index::states},
 };
@@ -142,7 +143,7 @@ const char* Variables::take_sizes(char* numbers) {
     const auto within = [](int size, int min, int max) { return size >= min && size <= max; };
     const bool possible = within(s.states, 1, max_index) && within(s.unknown_inputs, 0, max_index) &&
                           within(s.parameters, 0, max_index) && s.estimated() <= max_index && within(s.known_inputs, 0, 62) &&
-                          within(s.sensors, 1, 62 - s.known_inputs) && within(s.nx, 0, 100000);
+                          within(s.sensors, 1, 62 - s.known_inputs) && within(s.nx, 1, 100000);
     return possible ? nullptr : "a size is impossible";
 }
 
@@ -156,6 +157,7 @@ int Variables::indices(Role role) const {
     case Index::options: return N > 0 ? max_index : 0;
     case Index::estimated: return N;
     case Index::covariance: return N * N;
+    case Index::indicators: return max_indicators;
     default: return sizes.nx;
     }
 }
@@ -171,6 +173,7 @@ const char* Variables::add(Role role, int index, double start, double min, doubl
     v.max = max;
     if (kind.group >= 0) v.group = 1u << kind.group;
     if ((role == state || role == derivative) && !flows(v, role, index)) return "states stand together, in order";
+    if (role == indicator && index != sizes.indicators++) return "indicators stand in order";
     rows_[row] = {role, index};
     if (index < max_index) row_[role][index] = row;
     table_.add(v);
@@ -206,7 +209,6 @@ const char* Variables::check() const {
         for (const Role role : {input_value, input_sample, input_t_meas})
             if (row(role, i) < 0) return "an input is missing";
     if (row(reset_command) < 0 || row(sampling_mode) < 0) return "reset or sampling_mode is missing";
-    if (sizes.nx == 0) return nullptr;
     const bool states =
         first_state_ >= 0 && first_derivative_ == first_state_ + sizes.nx && first_derivative_ + sizes.nx == table_.size();
     return states ? nullptr : "states and derivatives are not the last rows, nx of each";

@@ -59,19 +59,22 @@ enum Role {
     grazing,
     chattering,
     projected,
+    indicator,
     state,
     derivative,
     role_count
 };
 
 // Which call of the library a row is read from.
-enum Group { posterior_group, estimate_group, covariance_group, innovation_group, info_group };
+enum Group { posterior_group, estimate_group, covariance_group, innovation_group, info_group, indicator_group };
 
-constexpr int max_index = 64; // of all roles but covariance, state and derivative
+constexpr int max_index = 64; // of all roles but covariance, indicator, state and derivative
+constexpr int max_indicators = 1000;
 
 struct Sizes {
     int states = 0, unknown_inputs = 0, parameters = 0, known_inputs = 0, sensors = 0;
-    int nx = 0; // of Model Exchange; 0 for a plant with events, which is for Co-Simulation
+    int nx = 0; // of Model Exchange
+    int indicators = 0; // rows of them
     int estimated() const { return states + unknown_inputs + parameters; }
 };
 

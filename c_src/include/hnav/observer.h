@@ -170,6 +170,8 @@ typedef struct hnav_observer_info {
     uint64_t grazing; /* guards hardly crossed or missed, or crossed with another: points go there in place of derivatives */
     uint64_t chattering; /* events beyond the fiftieth of an interval: the covariance does not go through them */
     uint64_t projected; /* corrections that were put back before a guard */
+    int32_t n_indicators; /* of the plant */
+    int32_t crosses; /* the plant has events of its own */
 } hnav_observer_info;
 HNAV_API hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info);
 
@@ -222,18 +224,24 @@ HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const 
 
 /* For an integrator of the caller: it flows states x between samples, and samples act as jumps. x has nx numbers: the plant's states
  * and the unknown inputs, their rows of the transition matrix since the last jump (row-major, N columns), the noise that has entered
- * since (upper triangle of N x N, in units that change with jumps), and the time since. For plants without events of their own: with
- * them derivative and jump answer UNSUPPORTED. */
+ * since (upper triangle of N x N, in units that change with jumps), and the time since. Events of the plant are jumps too, where one of
+ * its indicators leaves its domain, above 0 or not, or next_event_s says so; the estimate is one part then: no
+ * hypotheses, and no points where an event has no derivative. */
 HNAV_API hnav_status hnav_observer_nx(const hnav_observer* observer, int32_t* nx);
 /* Just after the newest used sample; their usual sizes, all above 0. */
 HNAV_API hnav_status hnav_observer_get_x(const hnav_observer* observer, double* x);
 HNAV_API hnav_status hnav_observer_nominal_x(const hnav_observer* observer, double* x);
 /* 0 before the estimate has begun. SOLVER: the plant has no answer there. */
 HNAV_API hnav_status hnav_observer_derivative(const hnav_observer* observer, const double* x, double* dx);
-/* Of the earliest sample that waits; infinity without one. */
+/* Of the earliest sample that waits, or of the plant's next event that time brings; infinity without either. */
 HNAV_API hnav_status hnav_observer_next_event_s(const hnav_observer* observer, double* t_s);
-/* The samples up to t_s act on x_minus, which the caller has brought there. Errors: NON_FINITE; SOLVER: these samples were dropped, and
- * x_plus is not written. x_plus may be x_minus. */
+/* n_indicators of them (hnav_observer_info) at x; null: where it is shown. 1 before the estimate has begun. SOLVER: the plant has no answer
+ * there. */
+HNAV_API hnav_status hnav_observer_indicators(const hnav_observer* observer, const double* x, double* z);
+/* A step of the integrator has come to x. wants_event: the plant has an event there, so jump is to be called. SOLVER: it failed. */
+HNAV_API hnav_status hnav_observer_step_done(hnav_observer* observer, const double* x, int32_t* wants_event);
+/* The plant's events at t_s, then the samples up to t_s act on x_minus, which the caller has brought there. Errors: NON_FINITE; SOLVER: these
+ * samples were dropped, and x_plus is not written. x_plus may be x_minus. */
 HNAV_API hnav_status hnav_observer_jump(hnav_observer* observer, double t_s, const double* x_minus, double* x_plus);
 /* Brings what is shown to t_s and x. Error: NON_FINITE. */
 HNAV_API hnav_status hnav_observer_show(hnav_observer* observer, double t_s, const double* x);

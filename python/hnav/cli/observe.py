@@ -95,8 +95,7 @@ def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export
 def write_fmu(observer: Observer, path: Path, version: int, period_s: float) -> None:
     """The observer as an FMU, and where it does not run."""
     lost = observer.export(path, version, period_s=period_s)
-    exchange = "" if observer.crosses_events() else " and Model Exchange"
-    say(f"{path}: FMI {version}, Co-Simulation{exchange}; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
+    say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
     if lost:
         say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")
 

@@ -129,6 +129,10 @@ class ObserverInfo(Record):
     """Events beyond the fiftieth of an interval: the covariance does not go through them."""
     projected: int
     """Corrections that were put back before a guard."""
+    n_indicators: int
+    """Of the plant."""
+    crosses: bool
+    """The plant has events of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,15 +261,8 @@ class Observer(StatefulObject):
         return ObserverInfo.read(self._filled("hnav_observer_info", "get_info"))
 
     def crosses_events(self) -> bool:
-        """The plant has events of its own; an integrator outside, as of Model Exchange, does not cross them."""
-        nx = ffi.new("int32_t *")
-        self._call("nx", nx)
-        x, dx = np.zeros((2, nx[0]))
-        try:
-            self._call("derivative", address(x), address(dx))
-        except HnavError as error:
-            return error.status == "unsupported"
-        return False
+        """The plant has events of its own."""
+        return self.info().crosses
 
     def proof(self) -> dict[str, BlockProof]:
         """What became of the derivatives that the plant offers, by block; blocks that it does not offer are left out."""

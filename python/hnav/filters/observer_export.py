@@ -79,7 +79,7 @@ def texts(observer: Observer, fmi_version: int, period_s: float) -> dict[str, st
     title = f"Observer of {fmu.name}"
     about = About(
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
-        _saves(observer), fmu.once, not observer.crosses_events(),
+        _saves(observer), fmu.once, observer.crosses_events() and fmu.step_done,
     )  # fmt: skip
     return {
         "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
@@ -137,8 +137,7 @@ def table(observer: Observer, period_s: float) -> list[Row]:
         Row("time", 0, "time", "Simulation time", causality="independent", variability="continuous", unit="s"),
         *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer), *_health(observer),
     ]  # fmt: skip
-    if not observer.crosses_events():
-        rows = _with_states(observer, rows)
+    rows = _with_states(observer, [*rows, *_indicators(observer)])
     seen = set[str]()
     for row in rows:
         if row.name in seen:
@@ -293,6 +292,13 @@ def _events() -> Iterator[Row]:
         yield Row(role, 0, f"count.{role}", text, "integer")
 
 
+def _indicators(observer: Observer) -> Iterator[Row]:
+    for k in range(observer.info().n_indicators):
+        text = "Event indicator of the plant; 1 before the estimate has begun"
+        yield Row("indicator", k, f"indicator[{k + 1}]", text, causality="local", variability="continuous", depends_on=None,
+                  is_indicator=True)  # fmt: skip
+
+
 def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
     """The rows, what flows in Model Exchange behind them, and on which of it outputs depend."""
     names, N, first = observer.names, len(observer.names), len(rows)
@@ -311,7 +317,9 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
     def entered(i: int, j: int) -> int:
         return Q + i * N - i * (i - 1) // 2 + j - i
 
-    def on(row: Row) -> tuple[int, ...]:
+    def on(row: Row) -> tuple[int, ...] | None:
+        if row.is_indicator:
+            return None
         if row.role == "estimate":
             return (first + row.index,) if row.index < moving else ()
         if row.role not in ("sigma", "covariance"):
@@ -360,9 +368,12 @@ def _about(observer: Observer) -> list[str]:
         + ". The plant is inside, under resources/plant, with its own licences; whoever passes this FMU on needs the right to pass the plant on.",
         "Inputs are samples: sampling_mode says what makes one. Between them SUNDIALS integrates the states and their transition matrix, at "
         "a sample an extended Kalman filter corrects them. Values are in the plant's units.",
-        "The plant has events of its own, which an integrator outside does not cross: this FMU is for Co-Simulation alone."
-        if observer.crosses_events()
-        else "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
+        "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
+        *(
+            ["There the plant's events are the importer's, on one estimate: in Co-Simulation it splits where an event may have been or not."]
+            if observer.crosses_events()
+            else []
+        ),
         *([f"Options that differ from their defaults: {options}."] if options else []),
         *(f"{sentence[:1].upper()}{sentence[1:]}." for sentence in observer.lies()),
     ]  # fmt: skip

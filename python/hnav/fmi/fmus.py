@@ -236,11 +236,18 @@ class Fmu:
         f = self.fmu
         nx = sum(v.derivative is not None for v in self.description.modelVariables)
         return CVodeSolver(
-            nx=nx, nz=0, get_x=f.getContinuousStates, set_x=f.setContinuousStates,
+            nx=nx, nz=self.description.numberOfEventIndicators, get_x=f.getContinuousStates, set_x=f.setContinuousStates,
             get_dx=f.getContinuousStateDerivatives if self.fmi3 else f.getDerivatives, get_z=f.getEventIndicators,
-            get_nominals=f.getNominalsOfContinuousStates, set_time=f.setTime, input=None, startTime=start_s,
+            get_nominals=f.getNominalsOfContinuousStates, set_time=f.setTime, input=_HeldInputs(), startTime=start_s,
             relativeTolerance=rtol, maxNumSteps=100000,
         )  # fmt: skip
+
+
+class _HeldInputs:
+    """fmpy's solver asks for inputs at each look for a root; these change at events alone."""
+
+    def apply(self, _t_s: float) -> None:
+        pass
 
 
 class KeptFmus:

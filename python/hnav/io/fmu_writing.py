@@ -46,6 +46,7 @@ class Row:
     derivative_of: int | None = None
     """Its state, by value reference."""
     is_state: bool = False
+    is_indicator: bool = False
     is_difference: bool = False
     """Of two values: the offset of its unit does not apply."""
     depends_on: tuple[int, ...] | None = ()
@@ -64,8 +65,8 @@ class About:
     saves_state: bool = True
     once: bool = False
     """Only one instance for each process."""
-    exchange: bool = True
-    """Model Exchange is offered beside Co-Simulation."""
+    told_of_steps: bool = False
+    """In Model Exchange it has to be told when a step of the importer's integrator is done."""
 
 
 def token(rows: Iterable[Row]) -> str:
@@ -99,7 +100,7 @@ def model_description(about: About, rows: Sequence[Row], units: dict[str, Unit],
     head = _attributes(
         fmiVersion="2.0" if fmi == 2 else "3.0", modelName=about.name, **{"guid" if fmi == 2 else "instantiationToken": token(rows)},
         description=about.description, generationTool="hnav", variableNamingConvention="structured" if structured else "flat",
-        numberOfEventIndicators=0 if fmi == 2 else None,
+        numberOfEventIndicators=sum(row.is_indicator for row in rows) if fmi == 2 else None,
     )  # fmt: skip
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>', f"<fmiModelDescription{head}>", *_interfaces(about, fmi), *_units(rows, units),
@@ -121,10 +122,13 @@ def _interfaces(about: About, fmi: int) -> list[str]:
         state = "canGetAndSetFMUState", "canSerializeFMUState"
     both = dict(modelIdentifier=about.identifier, canBeInstantiatedOnlyOncePerProcess=about.once or None)
     both |= dict.fromkeys(state, about.saves_state or None) | {"canNotUseMemoryManagementFunctions": True if fmi == 2 else None}
-    exchange = {"completedIntegratorStepNotNeeded": True} if fmi == 2 else {"needsCompletedIntegratorStep": False}
+    told = about.told_of_steps
+    exchange = {"completedIntegratorStepNotNeeded": not told} if fmi == 2 else {"needsCompletedIntegratorStep": told}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
-    offered = [f"  <ModelExchange{_attributes(**both, **exchange)}/>"] if about.exchange else []
-    return [*offered, f"  <CoSimulation{_attributes(**both, canHandleVariableCommunicationStepSize=True, **steps)}/>"]
+    return [
+        f"  <ModelExchange{_attributes(**both, **exchange)}/>",
+        f"  <CoSimulation{_attributes(**both, canHandleVariableCommunicationStepSize=True, **steps)}/>",
+    ]
 
 
 def _units(rows: Sequence[Row], units: dict[str, Unit]) -> list[str]:
@@ -195,11 +199,13 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
 
     outputs = [k for k, row in enumerate(rows) if row.causality == "output"]
     derivatives = [k for k, row in enumerate(rows) if row.derivative_of is not None]
-    calculated = [k for k, row in enumerate(rows) if row.causality in ("output", "local")]
+    indicators = [k for k, row in enumerate(rows) if row.is_indicator]
+    calculated = [k for k, row in enumerate(rows) if row.causality in ("output", "local") and not row.is_indicator]
     if fmi == 3:
         inside = [
             *listed("Output", outputs), *listed("ContinuousStateDerivative", derivatives),
             *listed("InitialUnknown", calculated, initial=True),
+            *listed("EventIndicator", indicators),
         ]  # fmt: skip
     else:
         inside = [
