@@ -9,7 +9,16 @@ constexpr double gravity_m_s2 = 9.80665;
 const Vector3 earth_rate{0, 0, earth::rate_rad_s};
 
 // Of the streams of a vehicle. A chance of its own: the course at the start.
-enum SignalNumber { course_chance, speed_signal, turn_signal, roll_signal, pitch_signal, heave_signal, mean_speed_chance };
+enum SignalNumber {
+    course_chance,
+    speed_signal,
+    turn_signal,
+    roll_signal,
+    pitch_signal,
+    heave_signal,
+    mean_speed_chance,
+    vibrations
+};
 
 double between(double low, double high, double chance) { return low + (high - low) * chance; }
 
@@ -37,6 +46,7 @@ Vehicle::Vehicle(const hnav_vehicle_options& o, double start_s)
       seed_(static_cast<std::uint64_t>(o.seed)),
       start_s_(start_s),
       sway_(o.sway),
+      vibration_m_s2_(o.vibration_m_s2),
       mean_over_s_(o.mean_over_s) {
     const earth::Place place{o.latitude_rad, o.longitude_rad, o.height_m};
     axes_e_ = earth::axes_at(place);
@@ -80,6 +90,20 @@ Vehicle::Signal Vehicle::sway(double s, int signal, double size, double haste) c
     return sum;
 }
 
+// Sines of random phase; their derivative of this order, the first or the second, has the root mean square that is asked for.
+Vehicle::Signal Vehicle::vibration(double s, int signal, int order) const {
+    const RandomStream random = stream(vibrations + signal);
+    constexpr double hertz[] = {11.3, 19.7, 31.1, 43.9};
+    Signal sum{0, 0};
+    for (unsigned i = 0; i < 4; ++i) {
+        const double w = 2 * M_PI * hertz[i], phase = 2 * M_PI * random.uniform(i);
+        const double amplitude = vibration_m_s2_ / std::sqrt(2.0) / (order == 1 ? w : w * w);
+        sum.value += amplitude * std::sin(w * s + phase);
+        sum.rate += amplitude * w * std::cos(w * s + phase);
+    }
+    return sum;
+}
+
 // One sine of random amplitude, period and phase.
 Vehicle::Signal Vehicle::wave(double s, int signal, double low, double high, double shortest_s, double longest_s) const {
     const RandomStream random = stream(signal);
@@ -91,6 +115,18 @@ Vehicle::Signal Vehicle::wave(double s, int signal, double low, double high, dou
 // ------------------------------------------------------------------------------------------------ kinds
 
 Vehicle::Motion Vehicle::motion(double s) const {
+    Motion m = of_kind(s);
+    if (!(vibration_m_s2_ > 0)) return m;
+    Signal* const shaken[] = {&m.speed, &m.heave, &m.roll, &m.pitch};
+    for (int i = 0; i < 4; ++i) {
+        const Signal more = vibration(s, i, i < 2 ? 1 : 2);
+        shaken[i]->value += more.value;
+        shaken[i]->rate += more.rate;
+    }
+    return m;
+}
+
+Vehicle::Motion Vehicle::of_kind(double s) const {
     switch (kind_) {
     case HNAV_VEHICLE_CAR: return car(s);
     case HNAV_VEHICLE_AIRCRAFT: return aircraft(s);

@@ -57,6 +57,7 @@ private:
     };
 
     Motion motion(double s) const;
+    Motion of_kind(double s) const;
     Motion car(double s) const;
     Motion aircraft(double s) const;
     Motion ship(double s) const;
@@ -64,6 +65,7 @@ private:
     RandomStream stream(int signal) const;
     Signal stairs(double s, int signal, const Stairs& stairs) const;
     Signal sway(double s, int signal, double size, double haste) const;
+    Signal vibration(double s, int signal, int order) const;
     Signal wave(double s, int signal, double low, double high, double shortest_s, double longest_s) const;
 
     Vector3 velocity_in_level(const Motion& m, double course_rad) const;
@@ -75,7 +77,7 @@ private:
 
     hnav_vehicle_kind kind_;
     std::uint64_t seed_;
-    double start_s_, sway_, mean_over_s_, course_rad_;
+    double start_s_, sway_, vibration_m_s2_, mean_over_s_, course_rad_;
     Matrix3 axes_e_; // level axes of the start
     Vector3 position_e_; // of the start
     Vector3 field_n_;

@@ -92,6 +92,17 @@ def test_a_mean_is_that_of_the_instants_within(kind):
     )
 
 
+def test_vibration_is_as_strong_as_told_and_turns_nothing_away():
+    told = {"kind": "rest", "sway": 0, "seed": 3, "vibration_m_s2": 0.2}
+    drive, still = Vehicle(**told).run(np.arange(8000) / 1000), Vehicle(kind="rest", sway=0, seed=3).run([0.0])
+    np.testing.assert_allclose(drive.force_b_m_s2.std(axis=0)[[0, 2]], 0.2, rtol=0.05)
+    # A metre from the axis of both turns the force would be as large.
+    acceleration = np.gradient(drive.rate_b_rad_s[:, :2], 1e-3, axis=0)
+    np.testing.assert_allclose(acceleration.std(axis=0), 0.2, rtol=0.05)
+    turned = Rotation.from_quat(drive.q_nb[:, [1, 2, 3, 0]]) * Rotation.from_quat(still.q_nb[:, [1, 2, 3, 0]]).inv()
+    assert np.abs(turned.as_rotvec()).max() < 2e-4 and np.ptp(drive.place[:, 2]) < 0.02
+
+
 def test_no_place_is_special():
     """Over a pole and the date line a car moves as elsewhere: its height stays, and its own rates are the same."""
     t_s = np.arange(0, 60, 0.1)

@@ -158,7 +158,7 @@ NAVIGATION = Definition(
 # --------------------------------------------------------------------------------------------- gyrocompass
 
 
-def _at_rest(latitude_deg: float = 45.0, sway: float = 1.0, grade: str = "navigation") -> Values:
+def _at_rest(latitude_deg: float = 45.0, sway: float = 1.0, vibration_m_s2: float = 0.0, grade: str = "navigation") -> Values:
     return (
         ALWAYS
         | {
@@ -166,6 +166,7 @@ def _at_rest(latitude_deg: float = 45.0, sway: float = 1.0, grade: str = "naviga
             "vehicle.place.latitude_rad": latitude_deg * DEG,
             "vehicle.place.height_m": HEIGHT_M,
             "vehicle.motion.sway": sway,
+            "vehicle.motion.vibration_m_s2": vibration_m_s2,
             "ins.start.start_place": "given",
             "ins.start.start_latitude_rad": latitude_deg * DEG,
             "ins.start.start_height_m": HEIGHT_M,
@@ -183,6 +184,8 @@ GYROCOMPASS = Definition(
     scenarios={
         NOMINAL: ("Navigation grade, a base that sways by millimetres", _at_rest()),
         "still": ("The same on a base that does not sway", _at_rest(sway=0.0)),
+        "swaying": ("The same on a base that sways by a centimetre", _at_rest(sway=4.0)),
+        "vibration": ("The same on a base that sways and vibrates as beside an engine that idles", _at_rest(vibration_m_s2=0.2)),
         "latitude_80": ("The same ten degrees from the pole, where the Earth turns heading away from north by less", _at_rest(80.0)),
         "tactical": ("Tactical grade: its bias is as large as what tells north, and the heading is not called ready", _at_rest(grade="tactical")),
     },

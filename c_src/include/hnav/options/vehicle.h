@@ -35,6 +35,10 @@ typedef struct hnav_vehicle_options {
     /* Factor on all that sways: roll and pitch of a car, the swell under a ship, the ground of a body at rest.
      * [0, 100], default 1. Sizes as usual for each kind; 0: nothing sways, and what rests stands still. */
     double sway;
+    /* Vibration as of an engine that idles, 11 to 44 Hz: root mean square of the force ahead and of that along the
+     * vertical, and as much turning about both horizontal axes as a metre away would give that.
+     * [0, 100] m/s2, default 0. The motion alone; 0.2 is that of a car or a ship whose engine idles. */
+    double vibration_m_s2;
 
     /* ------------------------ place
      * Where it starts, and the magnetic field there. */
