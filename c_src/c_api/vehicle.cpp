@@ -9,6 +9,7 @@
 #include <cmath>
 
 using hnav::Vehicle;
+using hnav::Way;
 
 struct hnav_vehicle : hnav::KeptMessage<160> {
     hnav_vehicle(const hnav_vehicle_options& options, double start_s) : body(options, start_s), start_s(start_s) {}
@@ -53,13 +54,8 @@ void store(const Vehicle::Seen& seen, hnav_vehicle_truth* truth) {
     std::copy_n(seen.field_b.data(), 3, truth->field_b_tesla);
 }
 
-} // namespace
-
-extern "C" {
-
-hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s, char* message,
-                                size_t message_size) {
-    const hnav::CallersMessage caller{message, message_size};
+hnav_status make_vehicle(const hnav::CallersMessage& caller, hnav_vehicle** vehicle, const hnav_vehicle_options* options,
+                         double start_s) {
     caller.clear();
     if (!vehicle) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "vehicle is null");
     *vehicle = nullptr;
@@ -68,6 +64,66 @@ hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_optio
     if (!std::isfinite(start_s)) return caller.fail(HNAV_ERROR_NON_FINITE, "start_s = %g is not finite", start_s);
     *vehicle = hnav::make_object<hnav_vehicle>(*options, start_s);
     return *vehicle ? HNAV_OK : caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the vehicle");
+}
+
+void drop(hnav_vehicle** vehicle) {
+    hnav::destroy_object(*vehicle);
+    *vehicle = nullptr;
+}
+
+// What keeps a way from being followed.
+hnav_status fail(const hnav::CallersMessage& caller, const Way::Made& made) {
+    switch (made.fault) {
+    case Way::Fault::none: return HNAV_OK;
+    case Way::Fault::no_memory: return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the points of the way");
+    case Way::Fault::not_finite: return caller.fail(HNAV_ERROR_NON_FINITE, "point %zu of the way is not finite", made.point);
+    case Way::Fault::too_far:
+        return caller.fail(HNAV_ERROR_OPTION, "point %zu of the way lies farther than %g m from the start", made.point,
+                           Way::farthest_m);
+    case Way::Fault::times:
+        return caller.fail(HNAV_ERROR_OPTION, "point %zu of the way comes less than %g s after the one before", made.point,
+                           Way::shortest_s);
+    case Way::Fault::no_length:
+        return caller.fail(HNAV_ERROR_OPTION, "a way needs two points or more at different places; what stands is the kind rest");
+    case Way::Fault::turns_back:
+        return caller.fail(HNAV_ERROR_OPTION, "the way turns back on itself at point %zu: put another beside it", made.point);
+    default:
+        return caller.fail(HNAV_ERROR_OPTION, "the way climbs straight up behind point %zu, where a body has no heading",
+                           made.point);
+    }
+}
+
+} // namespace
+
+extern "C" {
+
+hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s, char* message,
+                                size_t message_size) {
+    const hnav::CallersMessage caller{message, message_size};
+    const hnav_status status = make_vehicle(caller, vehicle, options, start_s);
+    if (status != HNAV_OK || options->kind != HNAV_VEHICLE_WAY) return status;
+    drop(vehicle);
+    return caller.fail(HNAV_ERROR_OPTION, "kind = way: needs points, which hnav_vehicle_create_along takes");
+}
+
+hnav_status hnav_way_point_at(const double start[3], const double place[3], hnav_way_point* point) {
+    if (!start || !place || !point) return HNAV_ERROR_NULL_ARGUMENT;
+    for (int i = 0; i < 3; ++i)
+        if (!std::isfinite(start[i]) || !std::isfinite(place[i])) return HNAV_ERROR_NON_FINITE;
+    const bool seen = Way::seen_from({start[0], start[1], start[2]}, {place[0], place[1], place[2]}, point);
+    return seen ? HNAV_OK : HNAV_ERROR_OUT_OF_RANGE;
+}
+
+hnav_status hnav_vehicle_create_along(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
+                                      const hnav_way_point* points, size_t n, char* message, size_t message_size) {
+    const hnav::CallersMessage caller{message, message_size};
+    hnav_status status = make_vehicle(caller, vehicle, options, start_s);
+    if (status != HNAV_OK) return status;
+    if (!points) status = caller.fail(HNAV_ERROR_NULL_ARGUMENT, "points is null");
+    else if (options->kind != HNAV_VEHICLE_WAY) status = caller.fail(HNAV_ERROR_OPTION, "kind: points are for the kind way");
+    else status = fail(caller, (*vehicle)->body.follow(points, n));
+    if (status != HNAV_OK) drop(vehicle);
+    return status;
 }
 
 void hnav_vehicle_destroy(hnav_vehicle* vehicle) { hnav::destroy_object(vehicle); }

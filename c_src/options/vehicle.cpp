@@ -10,12 +10,13 @@
 namespace hnav {
 namespace {
 
-const char* const vehicle_kind_names[] = {text("car"), text("aircraft"), text("ship"), text("rest")};
+const char* const vehicle_kind_names[] = {text("car"), text("aircraft"), text("ship"), text("rest"), text("way")};
 const char* const vehicle_kind_meanings[] = {
     text("stops, goes and turns as in a town, up to 15 m/s"),
     text("20 to 90 m/s, banks into its turns, climbs and sinks"),
     text("2 to 9 m/s, in a swell"),
     text("stands on something that sways by millimetres"),
+    text("passes through given points, points where it goes and does not bank"),
 };
 
 constexpr double defaults[] = {
@@ -36,10 +37,10 @@ constexpr double defaults[] = {
 
 const OptionRow rows[] = {
     {"kind", text("motion"), text(""),
-     text("car: stops, goes and turns; aircraft: banks into its turns; ship: slow in a swell; rest: stands"),
+     text("car: stops, goes and turns; aircraft: banks into its turns; ship: slow in a swell; rest: stands; way: through given points"),
      text("The most usual."),
      vehicle_kind_names, vehicle_kind_meanings, defaults + 0, offsetof(hnav_vehicle_options, kind),
-     0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
+     0, 4, 1, 5, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"heading_rad", text("motion"), text("rad"),
      text("Heading at the start, clockwise from north"),
      text("North, with heading_unknown_rad any."),

@@ -47,10 +47,10 @@ Vehicle::Vehicle(const hnav_vehicle_options& o, double start_s)
       start_s_(start_s),
       sway_(o.sway),
       vibration_m_s2_(o.vibration_m_s2),
-      mean_over_s_(o.mean_over_s) {
-    const earth::Place place{o.latitude_rad, o.longitude_rad, o.height_m};
-    axes_e_ = earth::axes_at(place);
-    position_e_ = earth::position_of(place);
+      mean_over_s_(o.mean_over_s),
+      start_place_{o.latitude_rad, o.longitude_rad, o.height_m} {
+    axes_e_ = earth::axes_at(start_place_);
+    position_e_ = earth::position_of(start_place_);
     course_rad_ = o.heading_rad + o.heading_unknown_rad * (2 * stream(course_chance).uniform(0) - 1);
     const double dip = o.field_dip_rad, declination = o.declination_rad;
     field_n_ = o.field_strength_tesla *
@@ -224,12 +224,17 @@ Vector3 Vehicle::level_rate(const earth::Place& place, const Matrix3& axes_n, co
 }
 
 Vehicle::State Vehicle::flow(double t_s, const State& x) const {
+    if (way_) {
+        const Way::At now = way_.at(t_s - start_s_);
+        return {now.rate * now.tangent, 0};
+    }
     const Motion m = motion(t_s - start_s_);
     const Vector3 down = earth::axes_at(earth::place_of(position_e_ + x.displacement_m)).col(2);
     return {earth::carried_axes(axes_e_, down) * velocity_in_level(m, x.course_rad), m.turn_rad_s};
 }
 
 Vehicle::State Vehicle::carry(double from_s, const State& x, double to_s) const {
+    if (way_) return {way_.at(to_s - start_s_).position, x.course_rad};
     const int steps = static_cast<int>(std::ceil(std::fabs(to_s - from_s) / longest_step_s * (1 - 1e-12)));
     const auto ahead = [](const State& at, double h, const State& slope) {
         return State{at.displacement_m + h * slope.displacement_m, at.course_rad + h * slope.course_rad};
@@ -246,7 +251,38 @@ Vehicle::State Vehicle::carry(double from_s, const State& x, double to_s) const 
 
 // ------------------------------------------------------------------------------------------------ truth
 
+// It points where it goes and does not bank.
+Vehicle::Body Vehicle::body_on_way(double t_s) const {
+    const Way::At now = way_.at(t_s - start_s_);
+    Body b;
+    b.position = position_e_ + now.position;
+    b.place = earth::place_of(b.position);
+    b.axes_n = earth::axes_at(b.place);
+    b.velocity = now.rate * now.tangent;
+    b.acceleration = now.rate * now.rate * now.bend + now.gain * now.tangent;
+
+    // A unit vector and its derivative, from those of one of any length.
+    const auto unit = [](const Vector3& v, const Vector3& change, Vector3* e, Vector3* slope) {
+        const double length = v.norm();
+        *e = v / length;
+        *slope = (change - e->dot(change) * *e) / length;
+    };
+    const Vector3 down = b.axes_n.col(2), falling = level_rate(b.place, b.axes_n, b.velocity).cross(down);
+    Vector3 axis[3], slope[3];
+    unit(now.tangent, now.rate * now.bend, &axis[0], &slope[0]);
+    unit(down.cross(axis[0]), falling.cross(axis[0]) + down.cross(slope[0]), &axis[1], &slope[1]);
+    axis[2] = axis[0].cross(axis[1]);
+    slope[2] = slope[0].cross(axis[1]) + axis[0].cross(slope[1]);
+    b.rate.setZero();
+    for (int i = 0; i < 3; ++i) {
+        b.axes_b.col(i) = axis[i];
+        b.rate += 0.5 * axis[i].cross(slope[i]);
+    }
+    return b;
+}
+
 Vehicle::Body Vehicle::body(double t_s, const State& x) const {
+    if (way_) return body_on_way(t_s);
     const Motion m = motion(t_s - start_s_);
     Body b;
     b.position = position_e_ + x.displacement_m;

@@ -1,5 +1,6 @@
-// Vehicles over the turning Earth: where a car, an aircraft, a ship or a body at rest is, and what error-free inertial sensors in it
-// read. Everything but the course and the place is a function of time in closed form; these two flow.
+// Vehicles over the turning Earth: where a car, an aircraft, a ship, a body at rest or one on a given way is, and what error-free
+// inertial sensors in it read. Everything but the course and the place is a function of time in closed form; these two flow. On a
+// given way the place too is known, and the flow is only told.
 //
 // Velocity and attitude are drawn in level axes that the vehicle carries along; north-east-down is made for those who ask.
 #pragma once
@@ -7,6 +8,7 @@
 #include "hnav/simulation.h"
 #include "maths/earth.hpp"
 #include "simulation/random.hpp"
+#include "simulation/way.hpp"
 
 namespace hnav {
 
@@ -26,7 +28,10 @@ public:
 
     Vehicle(const hnav_vehicle_options& options, double start_s);
 
-    State start() const { return {Vector3::Zero(), course_rad_}; }
+    // For the kind that follows it; its times count from the start on.
+    Way::Made follow(const hnav_way_point* points, std::size_t count) { return way_.make(start_place_, points, count); }
+
+    State start() const { return way_ ? State{way_.at(0).position, course_rad_} : State{Vector3::Zero(), course_rad_}; }
     State flow(double t_s, const State& x) const;
     // By the fourth order of Runge and Kutta in equal steps of at most longest_step_s, forwards or backwards.
     State carry(double from_s, const State& x, double to_s) const;
@@ -72,12 +77,15 @@ private:
     // How the level axes turn against the Earth.
     Vector3 level_rate(const earth::Place& place, const Matrix3& axes_n, const Vector3& velocity_e) const;
     Body body(double t_s, const State& x) const;
+    Body body_on_way(double t_s) const;
     // Rate and force that, held from the one body to the other, bring the motion about.
     void mean(const Body& before, const Body& now, Seen* seen) const;
 
     hnav_vehicle_kind kind_;
     std::uint64_t seed_;
     double start_s_, sway_, vibration_m_s2_, mean_over_s_, course_rad_;
+    Way way_;
+    earth::Place start_place_;
     Matrix3 axes_e_; // level axes of the start
     Vector3 position_e_; // of the start
     Vector3 field_n_;

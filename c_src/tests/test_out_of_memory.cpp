@@ -105,6 +105,13 @@ std::vector<Call> plants() {
                                        const hnav_vehicle_options options = hnav_vehicle_defaults();
                                        return hnav_vehicle_create(out, &options, 0, text, size);
                                    }),
+            creation<hnav_vehicle>("way", hnav_vehicle_destroy,
+                                   [](hnav_vehicle** out, char* text, std::size_t size) {
+                                       hnav_vehicle_options options = hnav_vehicle_defaults();
+                                       options.kind = HNAV_VEHICLE_WAY;
+                                       const hnav_way_point points[] = {{0, 0, 0, 0}, {1, 2, 0, 0}};
+                                       return hnav_vehicle_create_along(out, &options, 0, points, 2, text, size);
+                                   }),
             creation<hnav_aid_sensor>("sensor", hnav_aid_sensor_destroy,
                                       [](hnav_aid_sensor** out, char* text, std::size_t size) {
                                           const auto options = hnav_aid_sensor_defaults();

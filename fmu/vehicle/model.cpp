@@ -1,4 +1,4 @@
-// The Vehicle FMU: truth of a car, an aircraft, a ship or a body at rest over the turning Earth. Place and course flow: they are the
+// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth. Place and course flow: they are the
 // states of Model Exchange, and in Co-Simulation they are carried along a grid of times, so that steps change nothing.
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
@@ -33,6 +33,7 @@ public:
         table.add(time());
         const hnav_vehicle_options defaults = hnav_vehicle_defaults();
         options_ = add_options(table, hnav_vehicle_option, &defaults);
+        describe_way(table);
         truth_.add<&T::latitude_rad>(table, flow("truth.latitude", "rad", "deg", on_x, "Latitude"));
         truth_.add<&T::longitude_rad>(table, flow("truth.longitude", "rad", "deg", on_x, "Longitude"));
         truth_.add<&T::height_m>(table, flow("truth.height", "m", "", on_x, "Height above the ellipsoid of WGS 84"));
@@ -57,7 +58,11 @@ public:
     bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_vehicle_options options = hnav_vehicle_defaults();
         take_options(hnav_vehicle_option, options_, values, &options);
-        if (!make(why, hnav_vehicle_create, &options, start_s)) return false;
+        hnav_way_point way[way_points];
+        const std::size_t points = take_way(values, way);
+        if (options.kind == HNAV_VEHICLE_WAY ? !make(why, hnav_vehicle_create_along, &options, start_s, &way[0], points)
+                                             : !make(why, hnav_vehicle_create, &options, start_s))
+            return false;
         memory_.start_s = start_s;
         hnav_vehicle_start(object_, memory_.x);
         return see(start_s, memory_.x, why);
@@ -101,6 +106,30 @@ public:
     }
 
 private:
+    static constexpr int way_points = 32; // parameters of the kind way
+
+    void describe_way(Table& table) {
+        using namespace rows;
+        Variable points =
+            parameter("way.points", "", 0, 0, way_points, "Points of the way of kind = way that count, the first ones");
+        points.type = Type::integer;
+        way_ = table.add(points);
+        const auto column = [&](const char* name, const char* unit, double min, double max, const char* text) {
+            table.add_vector(parameter(name, unit, 0, min, max, text), way_points);
+        };
+        column("way.t_s", "s", 0, 1e9, "Time of a point since the start; each later than that before");
+        column("way.north_m", "m", -1e6, 1e6, "Distance of a point from the start along north there");
+        column("way.east_m", "m", -1e6, 1e6, "Along east there");
+        column("way.up_m", "m", -1e6, 1e6, "Height of a point above that of the start");
+    }
+    // How many there are.
+    std::size_t take_way(const double* values, hnav_way_point* way) const {
+        const double* column = values + way_ + 1;
+        for (int i = 0; i < way_points; ++i)
+            way[i] = {column[i], column[way_points + i], column[2 * way_points + i], column[3 * way_points + i]};
+        return static_cast<std::size_t>(values[way_]);
+    }
+
     bool carry(double from_s, double* x, double to_s, Message* why) {
         return done(hnav_vehicle_carry(object_, from_s, x, to_s), why);
     }
@@ -111,7 +140,7 @@ private:
         return true;
     }
 
-    int options_ = 0;
+    int options_ = 0, way_ = 0;
     Outputs<hnav_vehicle_truth, truth_group> truth_;
 };
 
@@ -119,7 +148,7 @@ private:
 
 constexpr ModelInfo model_info = {
     "Vehicle",
-    "Truth for navigation: a car, an aircraft, a ship or a body at rest over the turning Earth, its place, velocity and attitude, and "
+    "Truth for navigation: a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, its place, velocity and attitude, and "
     "what ideal inertial sensors in it read",
     Experiment{0.01, 60}, States{states, states}};
 Model* make_model() { return new Vehicle; }

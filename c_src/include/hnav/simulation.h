@@ -236,7 +236,7 @@ HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const
 /* ------------------------------------------------------------------------------------------------ vehicles
  *
  * A car, an aircraft, a ship or a body at rest over the turning Earth. How it moves is drawn from the seed: levels of speed, turn and
- * bank, each held for a random time, with soft edges. All but the place and the course is a function of time; these two flow, and an
+ * bank, each held for a random time, with soft edges; that of the kind way is given by points. All but the place and the course is a function of time; these two flow, and an
  * integrator may hold them, that of hnav_vehicle_carry or one outside. Meant for ways that stay within a quarter of the globe.
  *
  *     double x[HNAV_VEHICLE_STATES];
@@ -267,6 +267,22 @@ HNAV_API const hnav_option_info* hnav_vehicle_option(int32_t index);
 /* On failure *vehicle is null and the reason stands in message (may be null). start_s: of the motion. */
 HNAV_API hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
                                          char* message, size_t message_size);
+
+/* Where a vehicle of the kind way is: from its start, along north and east there, and above its height. The heights of the ground are
+ * those of the ellipsoid, also far from the start. */
+typedef struct hnav_way_point {
+    double t_s; /* since the start of the motion */
+    double north_m, east_m, up_m;
+} hnav_way_point;
+/* Where a place lies from a start: sets all but the time. Places are latitude, longitude in rad, height in m. Errors: NULL_ARGUMENT,
+ * NON_FINITE, OUT_OF_RANGE (farther than a quarter of the globe). */
+HNAV_API hnav_status hnav_way_point_at(const double start[3], const double place[3], hnav_way_point* point);
+/* The same for the kind way. It meets the points at their times, with continuous velocity and acceleration; where a point comes twice it
+ * stands, and it keeps the direction of its way. Before the first point and after the last it goes straight on. n: 2 or more, whose times
+ * grow by 1e-3 s or more, within 1e6 m. OPTION, beside those of create: points that cannot be met, with the number of the point; a way that
+ * turns back on itself or climbs straight up has no heading there. The points are copied. */
+HNAV_API hnav_status hnav_vehicle_create_along(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
+                                               const hnav_way_point* points, size_t n, char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_vehicle_destroy(hnav_vehicle* vehicle);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */

@@ -1,4 +1,5 @@
-"""A car, an aircraft, a ship or a body at rest over the turning Earth, with exact truth and what ideal inertial sensors in it read.
+"""A car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, with exact truth and what ideal inertial
+sensors in it read.
 
     drive = Vehicle(kind="car", seed=3, mean_over_s=0.01).run(np.arange(15001) / 100)
     drive.rate_b_rad_s, drive.heading_rad
@@ -21,6 +22,7 @@ from hnav.native.arrays import Array, address, times
 from hnav.native.library import LibraryObject, new
 from hnav.native.options import OptionSet, complete
 from hnav.rotations import euler_rad
+from hnav.simulation.way import Way
 
 STATES = 4
 
@@ -69,15 +71,22 @@ class Vehicle(LibraryObject):
         Vehicle(kind="ship", seed=3)
         Vehicle(VehicleOptions(kind="ship", seed=3), start_s=1.0)
 
-    Raises HnavValueError for options that are impossible. It has no state: copies are equal.
+    way: the points that it passes, for the kind way, which then need not be said; where they tell its start, so they do for the vehicle.
+    Raises HnavValueError for options and ways that are impossible. It has no state: copies are equal.
     """
 
     KIND = "vehicle"
 
-    def __init__(self, options: VehicleOptions | None = None, start_s: float = 0.0, **values: object):
+    def __init__(self, options: VehicleOptions | None = None, start_s: float = 0.0, way: Way | None = None, **values: object):
+        if way is not None and options is None:
+            values = {"kind": "way", **way.start, **values}
         self._options = complete(VehicleOptions, options, values)
-        self._start_s = start_s
-        super().__init__("hnav_vehicle_create", self._options.struct, start_s)
+        self._start_s, self._way = start_s, way
+        given = (self._options.struct, start_s)
+        if way is None:
+            super().__init__("hnav_vehicle_create", *given)
+        else:
+            super().__init__("hnav_vehicle_create_along", *given, way.points(), len(way.t_s))
 
     @property
     def options(self) -> VehicleOptions:
@@ -85,7 +94,7 @@ class Vehicle(LibraryObject):
         return copy(self._options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Vehicle, (self._options, self._start_s)
+        return Vehicle, (self._options, self._start_s, self._way)
 
     def run(self, t_s: npt.ArrayLike) -> Drive:
         """Truth at these times (n, increasing). Raises HnavValueError for times before the start and times that are not finite."""

@@ -10,7 +10,8 @@ typedef enum hnav_vehicle_kind {
     HNAV_VEHICLE_CAR = 0,      /* stops, goes and turns as in a town, up to 15 m/s */
     HNAV_VEHICLE_AIRCRAFT = 1, /* 20 to 90 m/s, banks into its turns, climbs and sinks */
     HNAV_VEHICLE_SHIP = 2,     /* 2 to 9 m/s, in a swell */
-    HNAV_VEHICLE_REST = 3      /* stands on something that sways by millimetres */
+    HNAV_VEHICLE_REST = 3,     /* stands on something that sways by millimetres */
+    HNAV_VEHICLE_WAY = 4       /* passes through given points, points where it goes and does not bank */
 } hnav_vehicle_kind;
 
 /* Options of the simulated vehicle. How it moves follows from the kind and the seed: levels of speed, of turn and of bank,
@@ -23,7 +24,8 @@ typedef struct hnav_vehicle_options {
     /* ------------------------ motion
      * What moves, and how. */
 
-    /* car: stops, goes and turns; aircraft: banks into its turns; ship: slow in a swell; rest: stands.
+    /* car: stops, goes and turns; aircraft: banks into its turns; ship: slow in a swell; rest: stands; way: through given
+     * points.
      * hnav_vehicle_kind, default car. The most usual. */
     int32_t kind;
     /* Heading at the start, clockwise from north.
