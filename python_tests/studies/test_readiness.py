@@ -104,6 +104,17 @@ def test_undisturbed_starts_become_ready_and_are_right(filter):
         assert outcome.ready and not outcome.wrong, outcome
 
 
+def test_every_error_adds_those_of_accelerometer_and_gyroscope_and_changes_nothing_else():
+    plain, full = (simulated_start(3, duration_s=20, every_error=every) for every in (False, True))
+    sensors = full.sensors
+    assert 0.003 < np.linalg.norm(sensors.accel_bias_m_s2) < 0.2 and 1e-4 < np.abs(sensors.gyro_errors).max() < 0.01
+    np.testing.assert_allclose(full.recording.force_b_m_s2 - plain.recording.force_b_m_s2,
+                               np.tile(sensors.accel_bias_m_s2, (len(plain.recording.t_s), 1)), atol=1e-12)  # fmt: skip
+    right = full.recording.rate_b_rad_s @ (np.eye(3) - sensors.gyro_errors).T
+    np.testing.assert_allclose(right, plain.recording.rate_b_rad_s, atol=1e-12)
+    np.testing.assert_array_equal(full.recording.field_b_tesla, plain.recording.field_b_tesla)
+
+
 def test_hidden_fields_are_false_to_the_end():
     for index, (motion, disturbance) in enumerate(HIDDEN_GROUPS):
         if motion != "rest":

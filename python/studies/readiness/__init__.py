@@ -8,5 +8,8 @@ groups are a kind of motion and a kind of magnetic disturbance, each equally oft
 alone, not on how many there are nor who computes them. With --hidden the fields are false in the ways that no filter can know:
 steady from the beginning, slowly growing, and iron that is fixed to the body.
 
+With --every-error the sensors have, beside noise, gyro bias and a late magnetometer, what the options of the AHRS allow for: a bias of
+the accelerometer, errors of scale and misalignment of the gyroscope.
+
 Beside it stands whether the sigma of heading is right: the mean of its squared normalised error at 5, 20 and 60 s.
 """

@@ -30,6 +30,9 @@ def command(
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
     hidden: Annotated[bool, typer.Option("--hidden", help="fields that are false in a way that no filter can know")] = False,
+    every_error: Annotated[
+        bool, typer.Option("--every-error", help="sensors with the errors too that the options allow for")
+    ] = False,
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
@@ -39,7 +42,7 @@ def command(
     done: list[Start] = []
     with bar() as progress:
         task = progress.add_task("starts", total=starts)
-        for start in experiment(starts, filter, parse_settings(settings), seed, workers, hidden):
+        for start in experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error):
             done.append(start)
             progress.advance(task)
     title = (

@@ -49,9 +49,11 @@ class Start:
         return self.wrong and self.ready_s >= self.field_true_s
 
 
-def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1, hidden: bool = False) -> Start:
+def judge(
+    index: int, filter: str, settings: dict[str, str], seed: int = 1, hidden: bool = False, every_error: bool = False
+) -> Start:
     """Runs a filter over start `index` and looks at the first instant of heading_ready. Raises HnavError."""
-    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed, hidden=hidden)
+    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed, hidden=hidden, every_error=every_error)
     result = run_recording(recording, filter, settings={"gyro_hold": "backward", **settings, "navigation_frame": "enu"})
     truth = recording.needed("reference_q_nb")
     rows = np.minimum(np.searchsorted(result.t_s, result.t_s[0] + np.array(JUDGED_S)), len(result.t_s) - 1)
@@ -67,11 +69,17 @@ def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1, hidd
 
 
 def experiment(
-    starts: int, filter: str, settings: dict[str, str], seed: int = 1, workers: int = 1, hidden: bool = False
+    starts: int,
+    filter: str,
+    settings: dict[str, str],
+    seed: int = 1,
+    workers: int = 1,
+    hidden: bool = False,
+    every_error: bool = False,
 ) -> Iterator[Start]:
     """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
     Options(filter, **{"gyro_hold": "backward", **settings})
-    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden)
+    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error)
     if workers == 1:
         yield from map(run, range(starts))
         return

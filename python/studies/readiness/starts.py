@@ -178,6 +178,14 @@ class Sensors(NamedTuple):
     accel_noise_m_s2: float
     mag_noise_tesla: float
     mag_latency_s: float
+    accel_bias_m_s2: np.ndarray = np.zeros(3)
+    gyro_errors: np.ndarray = np.zeros((3, 3))  # S of reading - S reading: scale and misalignment
+
+
+def with_every_error(sensors: Sensors, rng: np.random.Generator) -> Sensors:
+    """With those too that the options of the AHRS allow for by their defaults."""
+    errors = np.where(np.eye(3), 2e-3, 0.56e-3) * rng.normal(size=(3, 3))
+    return sensors._replace(accel_bias_m_s2=0.035 * rng.normal(size=3), gyro_errors=errors)
 
 
 def draw_sensors(rng: np.random.Generator) -> Sensors:
@@ -202,12 +210,17 @@ class Simulated(NamedTuple):
     sensors: Sensors
 
 
-def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S, hidden: bool = False) -> Simulated:
-    """Start `index`; groups take turns. hidden: with a field that is false in a way that cannot be known from inside."""
+def simulated_start(
+    index: int, seed: int = 1, duration_s: float = DURATION_S, hidden: bool = False, every_error: bool = False
+) -> Simulated:
+    """Start `index`; groups take turns. hidden: with a field that is false in a way that cannot be known from inside. every_error: with
+    sensors that have a bias of the accelerometer and errors of scale too, all else being equal."""
     rng = np.random.default_rng([seed, index])
     groups = HIDDEN_GROUPS if hidden else GROUPS
     motion_name, disturbance = groups[index % len(groups)]
     motion, sensors = draw_motion(rng, MOTIONS[motion_name]), draw_sensors(rng)
+    if every_error:
+        sensors = with_every_error(sensors, np.random.default_rng([seed, index, 1]))
     field = (DISTURBANCES | HIDDEN)[disturbance](rng, draw_earth_field(rng))
     t_s = np.arange(0, duration_s, 1 / RATE_HZ)
     attitude = motion.attitude(t_s)
@@ -216,11 +229,12 @@ def simulated_start(index: int, seed: int = 1, duration_s: float = DURATION_S, h
     measured_s = t_s - sensors.mag_latency_s
     magnetic = motion.attitude(measured_s).apply(field.at(measured_s), inverse=True) + field.iron_b_tesla
     shape = (len(t_s), 3)
+    rate = turned_rad * RATE_HZ + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=shape)
     recording = Recording(
         name=f"start {index}: {motion_name}, {disturbance}",
         t_s=t_s,
-        rate_b_rad_s=turned_rad * RATE_HZ + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=shape),
-        force_b_m_s2=force + sensors.accel_noise_m_s2 * rng.normal(size=shape),
+        rate_b_rad_s=rate @ np.linalg.inv(np.eye(3) - sensors.gyro_errors).T if every_error else rate,
+        force_b_m_s2=force + sensors.accel_bias_m_s2 + sensors.accel_noise_m_s2 * rng.normal(size=shape),
         field_b_tesla=magnetic + sensors.mag_noise_tesla * rng.normal(size=shape),
         reference_q_nb=attitude.as_quat()[:, [3, 0, 1, 2]],
         movement=np.ones(len(t_s), bool),

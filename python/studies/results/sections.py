@@ -62,6 +62,24 @@ SECTIONS = {
         "study readiness --hidden --starts 240",
         True,
     ),
+    "readiness_errors": Section(
+        "Heading ready: sensors with every error",
+        "The same starts with sensors that have also a bias of the accelerometer and errors of scale of the gyroscope, as large as the options "
+        "of the AHRS say. The sigma of heading allows for them, for the iron of a room and for a hand that drifts to and fro, which these starts "
+        "have not: no single one of them makes it wide, each of them is a tenth to a third of it.",
+        "study readiness --every-error --starts 1200",
+        False,
+    ),
+    "readiness_told": Section(
+        "Heading ready: told that the errors are not there",
+        "The starts of the first of these tables once more, by a filter that is told what they are made of: no iron in the place, a hand that only "
+        "swings, no bias of the accelerometer and no errors of scale. The sigma of heading is then of the size of the errors.",
+        "study readiness --starts 1200 --set local_declination_rad=1e-6 --set mag_azimuth_noise_per_sqrt_hz=0.0018 "
+        "--set mag_intensity_noise_per_sqrt_hz=0.00125 --set reference_walk_per_sqrt_s=3e-4 --set velocity_noise_m_s_per_sqrt_hz=0.05 "
+        "--set start_sigma_accel_bias_m_s2=1e-4 --set gyro_rate_noise_sqrt_s=1e-4 --set gyro_bias_walk_rad_s_per_sqrt_s=1e-6 "
+        "--set start_sigma_gyro_scale=1e-5 --set start_sigma_gyro_misalignment_rad=1e-5",
+        False,
+    ),
     "ins": Section(
         "Navigation from any heading",
         "Simulated starts with exact truth, industrial sensors, coloured satellites with outliers and a latency that nobody tells: when "
