@@ -35,7 +35,7 @@ from hnav.reference.ahrs_parts import (
     exp,
     intensities_of,
     wrap,
-)  # fmt: skip
+)
 from hnav.reference.hrekf import inflate, quaternion_of
 from hnav.reference.ins import cross_matrix, turned
 
@@ -55,7 +55,12 @@ def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Arra
 
 
 class AhrsReference:
-    """The state, and what an event does to it. P is the covariance just after the last correction, E that of the present one."""
+    """The state, and what an event does to it. P is the covariance just after the last correction, E that of the present one.
+
+    Of 25 errors: velocity (north, east), bias and latency of the accelerometer, calibration S of the gyroscope row by row, rotation
+    theta about the navigation axes, gyro bias, reference field M (horizontal and down, in units of its strength), latency of the
+    magnetometer, declination of the field here.
+    """
 
     def __init__(self, options: Options):
         self.o = o = options
@@ -67,12 +72,8 @@ class AhrsReference:
         self.has_reference = o.reference_mode == "given"
         self.rate: Array | None = None
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
-        self.motion, self.field_noise, self.field = (
-            MotionNoise(o.velocity_noise_m_s_per_sqrt_hz),
-            FieldNoise(),
-            MagneticReference(o),
-        )
-        self.rest = RestDetector(o, np.zeros(3))
+        self.motion, self.rest = MotionNoise(o.velocity_noise_m_s_per_sqrt_hz), RestDetector(o, np.zeros(3))
+        self.field, self.field_noise = MagneticReference(o), FieldNoise()
         self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
         self.undisturbed_s = self.azimuth_rejected_s = self.heading_doubt = self.contradicted_s = 0.0
         self.level_force, self.level_s, self.times_lost, self.aided = np.zeros(3), 0.0, 0, False
