@@ -76,8 +76,8 @@ SECTIONS = {
         "swings, no bias of the accelerometer and no errors of scale. The sigma of heading is then of the size of the errors.",
         "study readiness --starts 1200 --set local_declination_rad=1e-6 --set mag_azimuth_noise_per_sqrt_hz=0.0018 "
         "--set mag_intensity_noise_per_sqrt_hz=0.00125 --set reference_walk_per_sqrt_s=3e-4 --set velocity_noise_m_s_per_sqrt_hz=0.05 "
-        "--set gyro_noise_rad_per_sqrt_s=2.3e-4 --set start_sigma_accel_bias_m_s2=1e-4 --set gyro_rate_noise_sqrt_s=1e-4 --set gyro_bias_walk_rad_s_per_sqrt_s=1e-6 "
-        "--set start_sigma_gyro_scale=1e-5 --set start_sigma_gyro_misalignment_rad=1e-5",
+        "--set gyro_noise_rad_per_sqrt_s=2.3e-4 --set start_sigma_accel_bias_m_s2=1e-4 --set gyro_rate_noise_sqrt_s=1e-4 "
+        "--set gyro_bias_walk_rad_s_per_sqrt_s=1e-6 --set start_sigma_gyro_scale=1e-5 --set start_sigma_gyro_misalignment_rad=1e-5",
         False,
     ),
     "ins": Section(
