@@ -147,24 +147,30 @@ hnav_status check_time(const hnav_ins* f, double t_s) {
     return HNAV_OK;
 }
 
-hnav_status push(hnav_ins* f, double t_s, int sensor, const double* value) {
+hnav_status sample_of(hnav_ins* f, double t_s, int sensor, const double* value, ins::Sample* sample) {
     if (const hnav_status status = check_time(f, t_s)) {
         ++f->filter.refused.non_finite;
         return status;
     }
     if (const hnav_status status = check_values(f, t_s, sensor, value)) return status;
-    ins::Sample sample{std::fabs(t_s) < 1e-12 ? 0 : t_s, sensor, {}};
-    for (int i = 0; i < shape_of(sensor).values; ++i) sample.value[i] = value[i];
+    *sample = {std::fabs(t_s) < 1e-12 ? 0 : t_s, sensor, {}};
+    for (int i = 0; i < shape_of(sensor).values; ++i) sample->value[i] = value[i];
     if (sensor == ins::imu) {
         const Vector3 rate = f->mounting * Vector3(value), force = f->mounting * Vector3(value + 3);
         for (int i = 0; i < 3; ++i) {
-            sample.value[i] = rate[i];
-            sample.value[3 + i] = force[i];
+            sample->value[i] = rate[i];
+            sample->value[3 + i] = force[i];
         }
     } else if (sensor == ins::heading) {
-        sample.value[0] = wrap_angle(value[0] + f->declination_rad);
+        sample->value[0] = wrap_angle(value[0] + f->declination_rad);
     }
-    return put(f, sample);
+    return HNAV_OK;
+}
+
+hnav_status push(hnav_ins* f, double t_s, int sensor, const double* value) {
+    ins::Sample sample;
+    const hnav_status status = sample_of(f, t_s, sensor, value, &sample);
+    return status == HNAV_OK ? put(f, sample) : status;
 }
 
 hnav_status push_imu(hnav_ins* f, double t_s, const double* rate, const double* force) {

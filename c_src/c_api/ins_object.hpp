@@ -15,11 +15,19 @@ struct hnav_ins : hnav::KeptMessage<320> {
 
 namespace hnav::ins_boundary {
 
-// Checks a sample of a sensor, six values as hnav_ins_run_input has them, and puts it into the queue.
+// Checks a sample of a sensor, six values as hnav_ins_run_input has them, and turns it into body axes.
+hnav_status sample_of(hnav_ins* object, double t_s, int sensor, const double* value, ins::Sample* sample);
+// The same, and puts it into the queue.
 hnav_status push(hnav_ins* object, double t_s, int sensor, const double* value);
 hnav_status push_imu(hnav_ins* object, double t_s, const double* rate, const double* force);
 hnav_status check_time(const hnav_ins* object, double t_s);
 hnav_status advance(hnav_ins* object, double t_s);
-hnav_navigation navigation(const hnav_ins* object);
+// Of a state that has been brought so far beyond its last event, to now_s.
+hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
+
+// What recordings share: a row of rate and force that is missing, arrays that are there, a row of the answer.
+bool is_missing(const double* v);
+hnav_status check_arrays(hnav_ins* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
+void write_row(const hnav_navigation& navigation, const hnav_ins_run_output& out, std::size_t i);
 
 } // namespace hnav::ins_boundary

@@ -12,9 +12,7 @@ void store(const Vector3& v, double* out) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
 }
 
-void fill(const hnav_ins* f, hnav_navigation* out) {
-    const ins::State& s = f->filter.shown();
-    const ins::Navigation n = f->filter.model().navigation(s, f->filter.looked_ahead_s(), f->filter.event_now_s());
+void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
     out->latitude_rad = n.place.latitude_rad;
     out->longitude_rad = n.place.longitude_rad;
     out->height_m = n.place.height_m;
@@ -55,29 +53,8 @@ void copy(const double* from, int count, double* to) {
     if (to) std::copy(from, from + count, to);
 }
 
-void write_row(const hnav_ins* f, const hnav_ins_run_output& out, std::size_t i) {
-    const hnav_navigation n = navigation(f);
-    if (out.t_s) out.t_s[i] = n.t_s;
-    copy(&n.latitude_rad, 3, row(out.place, i, 3));
-    copy(n.velocity_n_m_s, 3, row(out.velocity_n_m_s, i, 3));
-    copy(n.q_nb, 4, row(out.q_nb, i, 4));
-    copy(n.sigma_position_m, 3, row(out.sigma_position_m, i, 3));
-    copy(n.sigma_velocity_m_s, 3, row(out.sigma_velocity_m_s, i, 3));
-    copy(n.sigma_rotation_rad, 3, row(out.sigma_rotation_rad, i, 3));
-    copy(n.gyro_bias_rad_s, 3, row(out.gyro_bias_rad_s, i, 3));
-    copy(n.accel_bias_m_s2, 3, row(out.accel_bias_m_s2, i, 3));
-    copy(&n.heading_second_rad, 2, row(out.heading_second, i, 2));
-    if (out.phase) out.phase[i] = static_cast<std::uint8_t>(n.phase);
-    if (out.at_rest) out.at_rest[i] = n.at_rest != 0;
-    if (!out.ready) return;
-    const int32_t ready[4] = {n.tilt_ready, n.heading_ready, n.velocity_ready, n.position_ready};
-    for (int k = 0; k < 4; ++k) out.ready[4 * i + k] = ready[k] != 0;
-}
-
 // What push refuses for its value or its age is counted there, and the recording goes on without it, as a stream does.
 hnav_status tolerated(hnav_status status) { return status == HNAV_ERROR_QUEUE_FULL ? status : HNAV_OK; }
-
-bool is_missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
 hnav_status take_row(hnav_ins* f, const hnav_ins_run_input& in, std::size_t i, std::size_t* aid) {
     hnav_status status = HNAV_OK;
@@ -92,6 +69,19 @@ hnav_status take_row(hnav_ins* f, const hnav_ins_run_input& in, std::size_t i, s
     if (status == HNAV_OK && !is_missing(rate) && !is_missing(force)) status = tolerated(push_imu(f, in.t_s[i], rate, force));
     return status == HNAV_OK ? advance(f, in.t_s[i]) : status;
 }
+
+hnav_navigation navigation_now(const hnav_ins* f) {
+    const auto& filter = f->filter;
+    hnav_navigation n = navigation(filter.model(), filter.shown(), filter.looked_ahead_s(), filter.event_now_s());
+    n.t_s = filter.now_s();
+    return n;
+}
+
+} // namespace
+
+namespace hnav::ins_boundary {
+
+bool is_missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
 hnav_status check_arrays(hnav_ins* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
     REQUIRE_STRUCT(f, input, hnav_ins_run_input);
@@ -109,25 +99,38 @@ hnav_status check_arrays(hnav_ins* f, std::size_t n, const hnav_ins_run_input* i
     return HNAV_OK;
 }
 
-} // namespace
+void write_row(const hnav_navigation& n, const hnav_ins_run_output& out, std::size_t i) {
+    if (out.t_s) out.t_s[i] = n.t_s;
+    copy(&n.latitude_rad, 3, row(out.place, i, 3));
+    copy(n.velocity_n_m_s, 3, row(out.velocity_n_m_s, i, 3));
+    copy(n.q_nb, 4, row(out.q_nb, i, 4));
+    copy(n.sigma_position_m, 3, row(out.sigma_position_m, i, 3));
+    copy(n.sigma_velocity_m_s, 3, row(out.sigma_velocity_m_s, i, 3));
+    copy(n.sigma_rotation_rad, 3, row(out.sigma_rotation_rad, i, 3));
+    copy(n.gyro_bias_rad_s, 3, row(out.gyro_bias_rad_s, i, 3));
+    copy(n.accel_bias_m_s2, 3, row(out.accel_bias_m_s2, i, 3));
+    copy(&n.heading_second_rad, 2, row(out.heading_second, i, 2));
+    if (out.phase) out.phase[i] = static_cast<std::uint8_t>(n.phase);
+    if (out.at_rest) out.at_rest[i] = n.at_rest != 0;
+    if (!out.ready) return;
+    const int32_t ready[4] = {n.tilt_ready, n.heading_ready, n.velocity_ready, n.position_ready};
+    for (int k = 0; k < 4; ++k) out.ready[4 * i + k] = ready[k] != 0;
+}
 
-namespace hnav::ins_boundary {
-
-hnav_navigation navigation(const hnav_ins* f) {
+hnav_navigation navigation(const ins::Model& model, const ins::State& s, double ahead_s, double now_s) {
     const double none = ins::nan;
     hnav_navigation out{};
-    const ins::State& s = f->filter.shown();
     if (s.started()) {
-        fill(f, &out);
+        fill(s, model.navigation(s, ahead_s, now_s), &out);
     } else {
         // Its numbers are the doubles between t_s and phase.
         double* first = &out.latitude_rad;
         for (double* p = first; p <= &out.sigma_latency_s; ++p) *p = none;
         for (int i = 0; i < 3; ++i) out.gyro_scale[i] = out.sigma_gyro_scale[i] = none;
     }
-    out.t_s = f->filter.now_s();
+    out.t_s = now_s;
     out.phase = static_cast<std::int32_t>(s.phase);
-    out.at_rest = f->filter.model().at_rest(s, f->filter.event_now_s());
+    out.at_rest = model.at_rest(s, now_s);
     return out;
 }
 
@@ -137,7 +140,7 @@ extern "C" {
 
 hnav_status hnav_ins_navigation(const hnav_ins* object, hnav_navigation* to) {
     REQUIRE_STRUCT(object, to, hnav_navigation);
-    hand_out(navigation(object), to);
+    hand_out(navigation_now(object), to);
     return HNAV_OK;
 }
 
@@ -220,7 +223,7 @@ hnav_status hnav_ins_run(hnav_ins* object, size_t n, const hnav_ins_run_input* i
             std::memcpy(reason, object->message, sizeof reason);
             return object->fail(status, "row %zu: %.280s", i, reason);
         }
-        if ((i + 1) % every == 0) write_row(object, out, written++);
+        if ((i + 1) % every == 0) write_row(navigation_now(object), out, written++);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

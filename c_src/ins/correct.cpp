@@ -11,6 +11,7 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
     const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
+    if (step_) step_->add(error);
     vec(s.x) += vec(error + row_d);
     vec(s.x + 3) += vec(error + row_v);
     quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
@@ -105,7 +106,10 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     }
     if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
         const int row = m.channel == position ? row_colour : row_v;
-        for (int i = 0; i < m.rows; ++i) P[row + i][row + i] += m.r[i] * m.r[i];
+        for (int i = 0; i < m.rows; ++i) {
+            P[row + i][row + i] += m.r[i] * m.r[i];
+            if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
+        }
         m.gated = false;
         since_s = nan;
         in_row = 0;
@@ -158,6 +162,7 @@ void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s.P);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
+    note_prediction(s, P);
     for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);

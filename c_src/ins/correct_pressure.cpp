@@ -7,14 +7,16 @@ void Model::correct_pressure(State& s, Covariance& P, const Event& event) const 
     const double* z = event.value[pressure];
     const double height = earth::pressure_height_m(z[0]);
     const earth::Place place = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
-    // Of the first sample nothing is known but that the weather is somewhere between its extremes.
+    const Vector3 up = -vec(s.gravity).normalized();
+    // Of the first sample nothing is known but that the weather is somewhere between its extremes; and where the height is known no
+    // better, not even that.
     if (std::isnan(s.offset)) {
-        s.offset = height - place.height_m;
         constexpr double weather_m = 300;
+        if (up.dot(P.block(row_d, row_d) * up) > weather_m * weather_m) return;
+        s.offset = height - place.height_m;
         P.forget(row_offset);
         P[row_offset][row_offset] = weather_m * weather_m;
     }
-    const Vector3 up = -vec(s.gravity).normalized();
     Measurement m{pressure};
     m.rows = 1;
     for (int i = 0; i < 3; ++i) m.H[0][row_d + i] = up[i];

@@ -79,18 +79,6 @@ void Model::gather(State& s, double interval_s) const {
 
 namespace {
 
-constexpr int moved = 9; // rows that the flow changes: d, v, phi
-constexpr int movers = 20; // columns that change them: these, biases, scales, u
-
-struct Transition {
-    double M[moved][movers] = {};
-
-    void put(int row, int column, const Matrix3& block) {
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) M[row + i][column + j] = block(i, j);
-    }
-};
-
 Transition transition(const State& s) {
     const Window& w = s.window;
     const double T = w.length_s;
@@ -157,6 +145,14 @@ void decay(Covariance& P, double* mean, int row, double share) {
 }
 
 } // namespace
+
+void Model::note_prediction(const State& s, const Covariance& P) const {
+    if (!step_) return;
+    Transition flown = transition(s);
+    const Colour colour = colour_of(s, s.mean);
+    for (int i = 0; i < 3; ++i) flown.colour_kept[i] = colour.kept[i];
+    step_->begin(flown, P, s.axes);
+}
 
 void Model::propagate(const State& s, Covariance& P, double* mean) const {
     const double T = s.window.length_s;

@@ -17,6 +17,7 @@
 
 #include "ins/measurement.hpp"
 #include "ins/state.hpp"
+#include "ins/step.hpp"
 
 namespace hnav::ins {
 
@@ -40,9 +41,14 @@ public:
     Model() = default;
     explicit Model(const Settings& settings) : settings_(settings) {}
     const Settings& settings() const { return settings_; }
+    // Where each correction is to be told; null: nobody asks.
+    void tell_steps(Step* step) { step_ = step; }
 
     // start.cpp
     void begin(State& s) const;
+    // Once more from the time of s, when what came later has told how the body was placed then: `later`, carried back to it.
+    // known_s: how long after it that was.
+    State once_more(State s, const State& later, double known_s) const;
 
     // mechanisation.cpp
     bool flows(const State& s) const { return s.started() && !s.gap_too_long; }
@@ -83,6 +89,7 @@ private:
     // covariance.cpp
     void gather(State& s, double interval_s) const;
     void propagate(const State& s, Covariance& P, double* mean) const;
+    void note_prediction(const State& s, const Covariance& P) const;
     double force_psd(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
     void feel(State& s, const Vector3& force, double interval_s) const;
@@ -141,6 +148,7 @@ private:
     void correct_heading(State& s, Covariance& P, const Event& event) const;
 
     Settings settings_{};
+    Step* step_ = nullptr;
 };
 
 // Rate and force that move the body now: what is held, without bias and error of scale, with coning and sculling.

@@ -279,4 +279,51 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.last_correction_s = event.t_s;
 }
 
+// What is known of the sensors is that of s; of everything else nothing, but for where it is linearised. So the samples tell all of it
+// once more, and nothing is counted twice.
+State Model::once_more(State s, const State& later, double known_s) const {
+    constexpr double any_tilt = 0.1, any_heading = 0.5;
+    Covariance P = Covariance::of(s.P);
+    for (int row = 0; row < errors; ++row)
+        if (row < row_gyro || row >= row_u) P.forget(row);
+    const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
+    for (int i = 0; i < 3; ++i) {
+        const double fast = settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1), colour = settings_.colour_m[i == 2];
+        put(row_colour + i, colour);
+        put(row_d + i, settings_.place_given ? colour : std::hypot(settings_.sigma_first_fix_m, fast * known_s));
+        put(row_v + i, fast);
+        put(row_phi + i, i == 2 ? any_heading : any_tilt);
+        s.colour[i] = 0;
+    }
+    put(row_scale, settings_.sigma_scale);
+    put(row_mount, settings_.sigma_mount);
+    put(row_mount + 1, settings_.sigma_mount);
+    put(row_latency, settings_.sigma_latency);
+    P.keep(s.P);
+
+    vec(s.anchor_e) = vec(later.anchor_e);
+    mat(s.axes) = mat(later.axes);
+    vec(s.earth_rate) = vec(later.earth_rate);
+    std::copy(later.x, later.x + nx, s.x);
+    vec(s.gyro_bias) = vec(later.gyro_bias);
+    vec(s.accel_bias) = vec(later.accel_bias);
+    vec(s.gyro_scale) = vec(later.gyro_scale);
+    begin_levelling(s); // gates and detectors are those of a start
+    s.phase = Phase::navigating;
+    s.has_place = 1;
+    s.u[0] = 1;
+    s.u[1] = s.latency = s.scale = s.mount[0] = s.mount[1] = 0;
+    s.circle = Circle{};
+    s.offset = nan;
+    s.nis_mean = 1;
+    s.felt[0] = nan;
+    s.felt2 = 0;
+    quat(s.seen_q) = quat(s.x + 6);
+    vec(s.seen_v) = vec(s.x + 3);
+    put_gravity(s);
+    clear_window(s);
+    s.last_correction_s = s.last_event_s;
+    return s;
+}
+
 } // namespace hnav::ins

@@ -175,6 +175,33 @@ Call smoother() {
             }};
 }
 
+// The same for navigation.
+Call navigation_smoother() {
+    std::shared_ptr<hnav_ins> ins(
+        [] {
+            hnav_ins* made = nullptr;
+            const auto options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
+            EXPECT_EQ(hnav_ins_create(&made, &options, nullptr, 0), HNAV_OK);
+            return made;
+        }(),
+        hnav_ins_destroy);
+    const std::vector<double> t_s{0, 0.01, 0.02}, zeros(9, 0.0), fix{0.8, 0.2, 100, 1, 1, 1};
+    const std::vector<int32_t> sensor{HNAV_INS_POSITION};
+    return {"navigation smoother", [=](char* text, std::size_t size) {
+                auto input = hnav_sized<hnav_ins_run_input>();
+                input.t_s = t_s.data();
+                input.rate_b_rad_s = input.force_b_m_s2 = zeros.data();
+                input.aids = 1;
+                input.aid_t_s = t_s.data();
+                input.aid_sensor = sensor.data();
+                input.aid_value = fix.data();
+                const auto output = hnav_sized<hnav_ins_run_output>();
+                const hnav_status status = hnav_ins_smooth(ins.get(), t_s.size(), &input, &output);
+                std::snprintf(text, size, "%s", hnav_ins_message(ins.get()));
+                return status;
+            }};
+}
+
 // How often the call asks the heap when every request is answered.
 long requests_of(const Call& call) {
     char message[320] = "";
@@ -231,5 +258,7 @@ TEST(OutOfMemory, OfAnObserver) { fails_cleanly_at_every_request(observer()); }
 TEST(OutOfMemory, OfACalibration) { fails_cleanly_at_every_request(calibration()); }
 
 TEST(OutOfMemory, OfTheSmoother) { fails_cleanly_at_every_request(smoother()); }
+
+TEST(OutOfMemory, OfTheSmootherOfNavigation) { fails_cleanly_at_every_request(navigation_smoother()); }
 
 #endif

@@ -97,8 +97,18 @@ def test_pieces_make_the_file_of_the_whole(tmp_path, drive, monkeypatch):
 run_of_pieces = navigation.run_of_pieces
 
 
+def test_smoothed_it_is_the_same_with_hindsight_in_table_and_page(tmp_path, drive):
+    path, out, page = write_drive(tmp_path / "drive.csv", drive), tmp_path / "out.csv", tmp_path / "page.html"
+    done = hnav("filter", path, "--filter", "ins", "--preset", "industrial", "--smooth", "--out", out, "--report", page)
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    assert "# smoothed: every row from all samples" in out.read_text() and "every row from all samples" in page.read_text()
+    read = pd.read_csv(out, comment="#")
+    run = library.Ins("industrial").run_recording(library.read(path), smooth=True)
+    np.testing.assert_allclose(read["heading"], np.degrees(run.heading_rad) % 360, rtol=1e-8)
+    assert (read["phase"] == 3).all() and read["heading_ready"].mean() > 0.7
+
+
 @pytest.mark.parametrize("options, said", [
-    (["--smooth"], "--smooth with --filter ins: the navigation filter has no smoother"),
     (["--engine", "fmi3-cs"], "--engine with --filter ins"),
     (["--preset", "paper"], "--preset paper: choose one of consumer, industrial"),
     (["--set", "start_hight_m=1"], "did you mean start_height_m"),

@@ -64,8 +64,10 @@ def command(
 ) -> None:
     check_names(recording, out, report, calibration)
     if filter == navigation.NAME:
-        navigation.refuse(engine=engine != "c", step=step, smooth=smooth, frame=frame != "ned", calibration=calibration)
-        navigation.navigate(navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict), reading)
+        navigation.refuse(engine=engine != "c", step=step, frame=frame != "ned", calibration=calibration)
+        navigation.navigate(
+            navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict, smooth), reading
+        )
         return
     navigation.refuse_gnss(gnss)
     chosen = {"navigation_frame": frame} | parse_settings(settings)
@@ -165,7 +167,7 @@ def summary(outcome: Outcome, engine: str, written: str) -> str:
 def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None) -> list[str]:
     """What a table's head says of its making, besides filter and options."""
     lines = [f"recording {recording}", f"engine {engine}"]
-    lines += ["smoothed: every row from all samples, before and after it"] if smooth else []
+    lines += [navigation.SMOOTHED] if smooth else []
     return lines + ([f"field corrected by {calibration}"] if calibration else [])
 
 

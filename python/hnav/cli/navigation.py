@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hnav.cli.console import bar, say
+from hnav.cli.console import bar, say, working
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS, INS_SENSORS, READY, InsOptions, InsRun
 from hnav.filters.ins_files import write_navigation
-from hnav.filters.ins_recording import NavigationRun, interval_of, paired, refuse_other_clock, with_aids
+from hnav.filters.ins_recording import NavigationRun, interval_of, paired, refuse_other_clock, with_aids, without_aids
 from hnav.io.aids import AidSamples
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.plausibility import Finding, check_aids
@@ -22,6 +22,7 @@ from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 
 NAME = "ins"
+SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
 # Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
 OF_THE_FIELD = "mag"
@@ -38,6 +39,7 @@ class Wanted:
     preset: str
     settings: Mapping[str, str]
     strict: bool
+    smooth: bool = False
 
 
 def options_of(preset: str, settings: Mapping[str, str]) -> InsOptions:
@@ -74,7 +76,6 @@ def refuse(**given: object) -> None:
     reasons = {
         "--engine": "the navigation filter runs in C: leave it out",
         "--step": "the navigation filter takes samples as they come: leave it out",
-        "--smooth": "the navigation filter has no smoother: leave it out, or take --filter ahrs",
         "--frame": "the navigation filter answers north, east, down: leave it out",
         "--calibration": "the navigation filter reads no magnetometer: leave it out",
     }
@@ -94,8 +95,12 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
     """hnav filter --filter ins. Raises HnavError or UsageError."""
     refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss])
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
-    table = None if wanted.report or wanted.out is None else reading.long_table(wanted.recording, None)
-    made = [f"recording {wanted.recording}", *([f"satellites {wanted.gnss}"] if wanted.gnss else [])]
+    table = None if wanted.report or wanted.out is None or wanted.smooth else reading.long_table(wanted.recording, None)
+    made = [
+        f"recording {wanted.recording}",
+        *([f"satellites {wanted.gnss}"] if wanted.gnss else []),
+        *([SMOOTHED] if wanted.smooth else []),
+    ]
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
         doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict)
         told = Told()
@@ -105,14 +110,14 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         doubts = warnings_of(wanted.recording, found, wanted.strict)
         run, told = NavigationRun(options, data.aids, interval_of(data)), Told()
-        parts = list(runs(InMemory(data), run, told))
+        parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if wanted.out is not None:
             write_navigation(wanted.out, parts, made)
         if wanted.report is not None:
             # Plotly takes a while to load.
             from hnav.reports.navigation_page import write_navigation_report
 
-            write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
+            write_navigation_report(whole(parts), wanted.report, data, lines_of(found), smoothed=wanted.smooth)
     say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
     warn([*doubts, *of_run(told, run)])
 
@@ -159,6 +164,14 @@ def runs(table: LongTable | InMemory, run: NavigationRun, told: Told) -> Iterato
             told.add(part)
             yield part
             progress.advance(task, len(part.t_s))
+
+
+def smoothed(data: Recording, run: NavigationRun, told: Told) -> InsRun:
+    """All rows at once; the run has the aids already."""
+    with working(f"{data.name}: forward and back"):
+        made = run.go_on(without_aids(data), smooth=True)
+    told.add(made)
+    return made
 
 
 class InMemory:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from hnav.cli.console import say, show, working
 from hnav.cli.navigation import aids_given, of_navigation, options_of, read_navigation
-from hnav.cli.parameters import Gnss, Preset, Settings, Strict, parse_settings
+from hnav.cli.parameters import Gnss, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting, write_files
@@ -38,6 +38,7 @@ def command(
     *,
     reading: Reading,
     strict: Strict = False,
+    smooth: Smooth = False,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
 ) -> None:
     lengths = lengths_of(outages)
@@ -46,8 +47,8 @@ def command(
     data = read_navigation(recording, aids_given(gnss, reading), options, reading)
     doubts = warnings_of(recording, [*of_navigation(reading.check(data)), *check_aids(data)], strict)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
-        found = navigation_score(data, true, options, lengths)
-    show(figures_table(found, f"{data.name} ({options.preset})"))
+        found = navigation_score(data, true, options, lengths, smooth)
+    show(figures_table(found, f"{data.name} ({options.preset}{', with hindsight' if smooth else ''})"))
     if lengths:
         show(outages_table(found.outages))
     for line in said(found, true):

@@ -79,7 +79,8 @@ Preset = Annotated[
     ),
 ]
 Smooth = Annotated[
-    bool, typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs, engine c)")
+    bool,
+    typer.Option("--smooth", help="With hindsight: every row from all samples, before and after it (ahrs and ins, engine c)"),
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder with BROAD trials")]
 

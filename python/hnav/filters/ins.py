@@ -488,6 +488,29 @@ class Ins(StatefulObject):
         filter stands: reset it before it takes another recording. Raises HnavValueError for arrays of other shapes,
         HnavRuntimeError naming the row where the filter cannot go on.
         """
+        return self._batch("run", (ffi.NULL,), t_s, rate_b_rad_s, force_b_m_s2, aids, every)
+
+    def smooth(
+        self,
+        t_s: npt.ArrayLike,
+        rate_b_rad_s: npt.ArrayLike,
+        force_b_m_s2: npt.ArrayLike,
+        aids: Aids | None = None,
+        every: int = 1,
+    ) -> InsRun:
+        """The same with hindsight: every row from all samples, before it and after it, by a filter with the options of this one,
+        which stays as it is.
+
+        Aids act at their times of validity, however late they came. Rows from before the heading was found are navigation too, from
+        the first sample on; where nothing later tells it they are those of run, and so is the last row. Takes some ten times as long
+        as run. Raises as run does, and HnavRuntimeError when there is no memory.
+        """
+        return self._batch("smooth", (), t_s, rate_b_rad_s, force_b_m_s2, aids, every)
+
+    def _batch(
+        self, call: str, more: tuple[Any, ...], t_s: npt.ArrayLike, rate_b_rad_s: npt.ArrayLike, force_b_m_s2: npt.ArrayLike,
+        aids: Aids | None, every: int,
+    ) -> InsRun:  # fmt: skip
         if every < 1:
             raise HnavValueError("option", f"every = {every}: it is at least 1", "every")
         t = times(t_s)
@@ -502,19 +525,19 @@ class Ins(StatefulObject):
             aid_value=address(value),
         )  # fmt: skip
         wanted = new("hnav_ins_run_output", every=every, **{name: address(getattr(run, name)) for name in _OUTPUTS})
-        self._call("run", len(t), given, wanted, ffi.NULL)
+        self._call(call, len(t), given, wanted, *more)
         run.options = self.options
         return run
 
-    def run_recording(self, recording: Recording, every: int = 1) -> InsRun:
+    def run_recording(self, recording: Recording, every: int = 1, smooth: bool = False) -> InsRun:
         """A recording with its satellites, pressure and wheels, by a filter with the options of this one, which stays as it is.
 
-        every: as of run. Late samples are waited for, whatever horizon_s is; where gyroscope and accelerometer have times of
+        every: as of run. smooth: with hindsight, as by smooth. Late samples are waited for, whatever horizon_s is; where gyroscope and accelerometer have times of
         their own, the force is interpolated. Raises HnavError.
         """
         from hnav.filters.ins_recording import run_recording  # it knows this filter
 
-        return run_recording(recording, self._options, every)
+        return run_recording(recording, self._options, every, smooth)
 
     def navigation(self) -> Navigation:
         """The estimate at the time of the last advance."""

@@ -75,8 +75,8 @@ class NavigationRun:
         self._until_s, self._seconds, self._rows = -np.inf, 0.0, 0
         self._last_pressure = -np.inf  # the interval of the newest one, counted from time 0
 
-    def go_on(self, recording: Recording, every: int = 1) -> InsRun:
-        """These rows, which go on from those of the last call."""
+    def go_on(self, recording: Recording, every: int = 1, smooth: bool = False) -> InsRun:
+        """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
         if not len(recording.t_s):
             raise HnavValueError("size", f"{recording.name}: no samples")
         end_s = float(recording.t_s[-1])
@@ -92,6 +92,8 @@ class NavigationRun:
         self._until_s = end_s
         begin = time.perf_counter()
         run = self.ins.run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every)
+        if smooth:
+            run = self.ins.smooth(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every)
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(recording.t_s)
         return run
 
@@ -122,11 +124,11 @@ class NavigationRun:
         return {**seen.used, **inflated, "late": seen.late, "non_finite": seen.non_finite, "times_lost": seen.times_lost}
 
 
-def run_recording(recording: Recording, options: InsOptions, every: int = 1) -> InsRun:
-    """A whole recording. every: a row of the result for each so many rows. Raises HnavError."""
+def run_recording(recording: Recording, options: InsOptions, every: int = 1, smooth: bool = False) -> InsRun:
+    """A whole recording. every: a row of the result for each so many rows. smooth: with hindsight. Raises HnavError."""
     made = paired(recording)
     run = NavigationRun(options, made.aids, interval_of(made))
-    return run.go_on(without_aids(made), every)
+    return run.go_on(without_aids(made), every, smooth)
 
 
 def without_aids(recording: Recording) -> Recording:

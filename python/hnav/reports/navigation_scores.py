@@ -94,11 +94,15 @@ class NavigationScore:
     """In the order asked for."""
 
 
-def navigation_score(recording: Recording, truth: Truth, options: InsOptions, outages_s: Sequence[float] = ()) -> NavigationScore:
+def navigation_score(
+    recording: Recording, truth: Truth, options: InsOptions, outages_s: Sequence[float] = (), smooth: bool = False
+) -> NavigationScore:
     """The recording through the filter. Rows count from the first heading_ready on, from the first of the phase navigating where
-    there is none. Raises HnavValueError when nothing can be compared."""
+    there is none; smooth: of the run with hindsight, but from where the filter is ready. Raises HnavValueError when nothing can be compared."""
     data = paired(recording)
-    run = NavigationRun(options, data.aids, interval_of(data)).go_on(without_aids(data))
+    run = told = NavigationRun(options, data.aids, interval_of(data)).go_on(without_aids(data))
+    if smooth:
+        told = NavigationRun(options, data.aids, interval_of(data)).go_on(without_aids(data), smooth=True)
     navigating = run.phase == PHASES.index("navigating")
     if not navigating.any():
         raise HnavValueError(
@@ -106,7 +110,7 @@ def navigation_score(recording: Recording, truth: Truth, options: InsOptions, ou
         )
     ready = np.flatnonzero(run.ready[:, 1])
     first = int(ready[0]) if len(ready) else int(np.argmax(navigating))
-    errors = errors_of(run, truth, slice(first, None))
+    errors = errors_of(told, truth, slice(first, None))
     if not np.isfinite(errors.position_m).any():
         raise HnavValueError(
             "no data", f"{recording.name}: no row from {run.t_s[first]:.10g} to {run.t_s[-1]:.10g} s lies within the truth, "

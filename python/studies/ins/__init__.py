@@ -3,6 +3,7 @@
     ./run study ins --starts 200 [--kinds car,aircraft,ship,rest,straight,take_off,quadrotor,walker] [--grade industrial] [--workers 2] [--seed 1]
     ./run study ins --flight FOLDER
     ./run study ins --faults --starts 50 [--kinds car,aircraft]
+    ./run study ins --smooth --starts 100 [--kinds car,aircraft,ship] [--grade industrial]
 
 Every start has a random place, heading, motion, sensors and satellites, whose stamps are late by up to 0.1 s that nobody tells and of
 whose fixes one of a hundred lies far off. A start is false when, at the first instant of heading_ready, the error of the
@@ -11,6 +12,9 @@ stand or gain speed straight ahead when they are switched on, quadrotor hovers a
 
 With --faults: cars and aircraft that navigate meet one fault each, and what becomes of it is told: whether it was gated or a flag of
 readiness fell, how often the errors stayed within 3 sigma from its begin to a minute after its end, how large they became.
+
+With --smooth: what hindsight brings, in starts with half a minute without satellites from 90 s on. z2 is the mean of the squared
+normalised errors, 1 when they are as large as stated.
 
 With --flight: 28 starts in the air of the recording in FOLDER (thor75.csv and thor75_onboard.csv), judged by the aeroplane's own
 filter from 60 to 90 s after the start; that filter is no truth, a part of the difference is its own.

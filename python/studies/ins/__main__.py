@@ -14,6 +14,7 @@ from hnav.cli.console import bar, show
 from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS
 from studies.command import after, study
+from studies.ins import hindsight
 from studies.ins.experiment import KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
@@ -26,6 +27,9 @@ def command(
     workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
     seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
+    ] = False,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
 ) -> None:
     """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
@@ -45,16 +49,24 @@ def command(
     if faults:
         show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
         return
+    if smooth:
+        show(hindsight_table(chosen, grade, runs, seed, workers), width=200)
+        return
+    show(starts_table(chosen, grade, runs, seed, workers), width=150)
+
+
+def starts_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
+    """A row for each kind, with a progress bar."""
     rows = []
     with bar() as progress:
-        task = progress.add_task("starts", total=runs * len(chosen))
-        for kind in chosen:
+        task = progress.add_task("starts", total=runs * len(kinds))
+        for kind in kinds:
             done: list[Start] = []
             for start in experiment(kind, grade, runs, seed, workers):
                 done.append(start)
                 progress.advance(task)
             rows.append((kind, figures(done)))
-    show(table(rows, f"{grade}, seed {seed}: first heading_ready, and the end"), width=150)
+    return table(rows, f"{grade}, seed {seed}: first heading_ready, and the end")
 
 
 def table(rows: list[tuple[str, Figures]], title: str) -> Table:
@@ -100,6 +112,26 @@ def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
                 f"{np.mean([o.within for o in of]):.1%}", f"{np.mean([o.heading_within for o in of]):.1%}",
                 f"{np.median(largest):.1f} m", f"{max(largest):.1f} m", str(sum(o.back_s > RECOVERY_S for o in of)),
             )  # fmt: skip
+    return out
+
+
+def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
+    """Three rows for each kind: before the heading is known, after it, and in the middle of the outage."""
+    out = Table(title=f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2", title_justify="left")
+    out.add_column("kind", no_wrap=True)
+    out.add_column("rows", no_wrap=True)
+    for name in ("heading", "tilt", "position"):
+        for column in (f"{name}: filter", "smoother", "z2", "smoother"):
+            out.add_column(column, justify="right", no_wrap=True)
+    for kind in kinds:
+        told = hindsight.summary(list(hindsight.starts(kind, grade, runs, seed, workers)))
+        for part, name in enumerate(("before it is known", "from then on", "middle of the outage")):
+            cells = []
+            for i, unit in enumerate(("deg", "deg", "m")):
+                before, after, z2, z2_after = (told[who, part, i + place] for place in (0, 3) for who in (0, 1))
+                cells += [*(f"{value:.2g} {unit}" if np.isfinite(value) else "" for value in (before, after))]
+                cells += [*(f"{value:.2f}" if np.isfinite(value) else "" for value in (z2, z2_after))]
+            out.add_row(kind if part == 0 else "", name, *cells)
     return out
 
 

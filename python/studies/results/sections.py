@@ -103,6 +103,13 @@ SECTIONS = {
         "study ins --faults --starts 8 --seed 3",
         False,
     ),
+    "ins_hindsight": Section(
+        "Navigation with hindsight",
+        "Filter and smoother over the same starts, half a minute without satellites from 90 s on: rms of the rows from before the filter knew "
+        "the heading, of those from then on, and of ten seconds in the middle of the outage; z2 is the mean of the squared normalised errors.",
+        "study ins --smooth --starts 100 --seed 3",
+        False,
+    ),
     "navigation": Section(
         "Navigation in closed loop",
         "Monte Carlo over the systems of FMUs, any heading at the start, industrial grade: what the scenarios are stands in "

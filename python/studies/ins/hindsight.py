@@ -1,0 +1,92 @@
+"""The smoother beside the filter: simulated starts of which each row's truth is known, with half a minute without satellites."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hnav.filters.ins import PHASES, Ins, InsRun
+from hnav.native.arrays import Array, BoolArray
+from hnav.reference import earth
+from studies.ins.faults import FAULTS
+from studies.ins.vehicles import Truth, vehicle
+
+OUTAGE_S = (90.0, 120.0)
+LENGTH_S = 150.0
+EVERY = 10
+PARTS = ("before", "after", "middle")
+"""Rows before the filter knew the heading; from then on; the ten seconds in the middle of the outage."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One start: of the rows of each of PARTS mean squares of errors, and of errors over sigmas, by filter and smoother.
+
+    2 x 3 x 6: heading and tilt in rad, horizontal position in m; the three normalised. NaN where there is no such row.
+    """
+
+    kind: str
+    means: Array
+
+
+def compared(kind: str, grade: str, seed: int) -> Compared:
+    """The start of this number."""
+    samples, truth = vehicle(kind, grade, seed, LENGTH_S)
+    begin, end = (samples.t_s[0] + t for t in OUTAGE_S)
+    valid = samples.aids.arrays()[0]
+    silent = FAULTS["outage_30"].of(samples, samples.t_s < 0, (valid > begin) & (valid <= end))
+    ins = Ins(grade, solver="closed_form")
+    arrays = silent.t_s, silent.rate_b_rad_s, silent.force_b_m_s2, silent.aids, EVERY
+    filtered, smoothed = ins.run(*arrays), ins.smooth(*arrays)
+    known = filtered.phase == PHASES.index("navigating")
+    again = (smoothed.phase == PHASES.index("navigating")) & ~known
+    middle = known & (np.abs(filtered.t_s - 0.5 * (begin + end)) < 5)
+    nothing = np.zeros_like(known)  # the filter does not know its heading before
+    means = [
+        [mean_squares(run, truth, rows) for rows in (before, known, middle)]
+        for run, before in ((filtered, nothing), (smoothed, again))
+    ]
+    return Compared(kind, np.array(means))
+
+
+def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
+    """6: of heading, tilt and horizontal position, and normalised, over some rows of the run."""
+    if not rows.any():
+        return np.full(6, np.nan)
+    at = np.arange(EVERY - 1, len(truth.t_s), EVERY)[rows]
+    axes = earth.axes_at(run.place[rows])
+    off = np.einsum("nij,ni->nj", axes, earth.position_of(run.place[rows]) - truth.position_e[at])
+    shown = Rotation.from_matrix(axes) * Rotation.from_quat(run.q_nb[rows], scalar_first=True)
+    turned = np.einsum("nij,ni->nj", axes, (shown * truth.attitude_e[at].inv()).as_rotvec())
+    z, z_turned = off / run.sigma_position_m[rows], turned / run.sigma_rotation_rad[rows]
+    columns = (turned[:, 2:], turned[:, :2], off[:, :2], z_turned[:, 2:], z_turned[:, :2], z)
+    return np.array([np.mean(column**2) for column in columns])
+
+
+def _compared(of: tuple[str, str, int]) -> Compared:
+    return compared(*of)
+
+
+def starts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Compared]:
+    """Starts seed x 10^6 + 0, 1, ..., in this order."""
+    numbers = [(kind, grade, seed * 1_000_000 + i) for i in range(runs)]
+    if workers == 1:
+        yield from map(_compared, numbers)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(_compared, numbers, chunksize=4)
+
+
+def summary(of: Sequence[Compared]) -> Array:
+    """2 x 3 x 6, by filter and smoother and part: rms of heading and tilt in deg, of the horizontal position in m; means of the
+    normalised squares, each start at most 50."""
+    means = np.array([one.means for one in of])
+    means[..., 3:] = np.minimum(means[..., 3:], 50)
+    there = np.isfinite(means)
+    mean = np.where(there, means, 0).sum(axis=0) / np.where(there.any(axis=0), there.sum(axis=0), np.nan)
+    told: Array = np.concatenate([np.sqrt(mean[..., :3]) * [180 / np.pi, 180 / np.pi, 1], mean[..., 3:]], axis=-1)
+    return told

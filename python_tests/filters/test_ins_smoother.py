@@ -1,0 +1,144 @@
+"""Navigation with hindsight: never worse than the filter, as good as it says, from the first sample on, to the filter's last row."""
+
+import numpy as np
+import pytest
+
+import hnav
+from hnav.filters.ins import INS_SENSORS, PHASES, InsRun
+from hnav.reference import earth
+from studies.ins import hindsight
+from studies.ins.experiment import wrapped
+from studies.ins.faults import FAULTS
+from studies.ins.vehicles import vehicle
+
+FAST = {"solver": "closed_form"}
+NAVIGATING = PHASES.index("navigating")
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return vehicle("car", "industrial", 11, 40.0)
+
+
+def both(samples, aids=None, grade="industrial", **options):
+    arrays = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids if aids is None else aids
+    return (getattr(hnav.Ins(grade, **FAST, **options), call)(*arrays) for call in ("run", "smooth"))
+
+
+def arrays_of(run):
+    return {name: value for name, value in vars(run).items() if isinstance(value, np.ndarray)}
+
+
+def received(aids, late_s, until_s):
+    """The samples of up to a time, received later."""
+    valid, _, sensor, value = aids.arrays()
+    made = hnav.Aids()
+    for kind, add in (("velocity", made.velocity), ("position", lambda t, v, s, r: made.position(t, *v.T, s, r))):
+        rows = (sensor == INS_SENSORS.index(kind)) & (valid <= until_s)
+        add(valid[rows], value[rows, :3], value[rows, 3:], valid[rows] + late_s)
+    return made
+
+
+def test_hindsight_is_better_than_the_filter_and_as_good_as_it_says():
+    told = hindsight.summary([hindsight.compared("car", "industrial", 7_000_000 + i) for i in range(3)])
+    filtered, smoothed = told
+    before, after, middle = range(3)
+    assert (smoothed[after, :3] < [0.5, 0.5, 0.95] * filtered[after, :3]).all()
+    assert (smoothed[middle, :3] < 0.9 * filtered[middle, :3]).all()
+    assert (smoothed[before:middle, 0] < 0.3).all() and (smoothed[:, 2] < 2).all()
+    assert (smoothed[after:, 3:] < 2.5).all() and (smoothed[after:, 3:] > 0.2).all()
+
+
+def test_an_outage_of_half_a_minute_costs_little_in_its_middle():
+    samples, truth = vehicle("aircraft", "consumer", 5, 150.0)
+    begin, end = samples.t_s[0] + 100, samples.t_s[0] + 130
+    valid = samples.aids.arrays()[0]
+    silent = FAULTS["outage_30"].of(samples, samples.t_s < 0, (valid > begin) & (valid <= end))
+    middle = np.abs(samples.t_s - 115) < 2 + samples.t_s[0]
+    rms, sigma = [], []
+    for run in both(silent, grade="consumer"):
+        off = np.linalg.norm(earth.position_of(run.place[middle]) - truth.position_e[middle], axis=1)
+        rms.append(np.sqrt(np.mean(off**2)))
+        sigma.append(run.sigma_position_m[middle].max())
+    assert rms[1] < 4 and sigma[1] < sigma[0]
+
+
+def test_the_last_row_is_the_filters_and_nothing_of_the_filter_moves(drive):
+    samples, _ = drive
+    filtered, smoothed = both(samples)
+    for name, value in arrays_of(filtered).items():
+        np.testing.assert_array_equal(value[-1], getattr(smoothed, name)[-1], err_msg=name)
+    ins = hnav.Ins("industrial")
+    state = ins.save()
+    ins.smooth(samples.t_s[:500], samples.rate_b_rad_s[:500], samples.force_b_m_s2[:500], samples.aids)
+    assert ins.save() == state
+
+
+def test_rows_from_before_the_heading_was_found_navigate_from_the_first_sample_on(drive):
+    samples, truth = drive
+    filtered, smoothed = both(samples)
+    assert (filtered.phase < NAVIGATING).sum() > 500 and (smoothed.phase == NAVIGATING).all()
+    error = wrapped(smoothed.heading_rad - truth.heading_rad())
+    assert np.abs(error).max() < np.radians(1.5) and smoothed.ready[:, 1].mean() > 0.99
+    assert (smoothed.heading_second[:, 1] == 0).all()
+    # Rows between corrections, and between pieces of the way back, lie on one path.
+    away = np.diff(earth.position_of(smoothed.place), axis=0) - np.diff(truth.position_e, axis=0)
+    assert np.abs(away).max() < 0.01
+
+
+def test_rows_that_are_left_out_and_late_aids_change_nothing(drive):
+    samples, _ = drive
+    smoothed = list(both(samples))[1]
+    arrays = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2
+    sparse = hnav.Ins("industrial", **FAST).smooth(*arrays, samples.aids, every=10)
+    np.testing.assert_array_equal(sparse.place, smoothed.place[9::10])
+    np.testing.assert_array_equal(sparse.ready, smoothed.ready[9::10])
+    # What comes after the last row is not used.
+    here = received(samples.aids, 0, samples.t_s[-1] - 0.3)
+    for aids in (received(samples.aids, 0.3, np.inf), received(here, 0.2, np.inf)):
+        late = hnav.Ins("industrial", **FAST).smooth(*arrays, aids)
+        np.testing.assert_array_equal(hnav.Ins("industrial", **FAST).smooth(*arrays, here).q_nb, late.q_nb)
+
+
+def test_a_gap_ends_hindsight_and_both_sides_of_it_have_their_own():
+    samples, truth = vehicle("car", "industrial", 14, 80.0)
+    kept = (samples.t_s < samples.t_s[0] + 40) | (samples.t_s > samples.t_s[0] + 43)
+    run = hnav.Ins("industrial", **FAST).smooth(
+        samples.t_s[kept], samples.rate_b_rad_s[kept], samples.force_b_m_s2[kept], samples.aids
+    )
+    error = wrapped(run.heading_rad - truth.heading_rad()[kept])
+    assert (run.phase == NAVIGATING).mean() > 0.99
+    assert np.abs(error[run.phase == NAVIGATING]).max() < np.radians(2)
+
+
+def test_a_state_that_is_given_is_where_hindsight_begins(drive):
+    samples, truth = drive
+    heading = truth.heading_rad()[0]
+    q_nb = [np.cos(heading / 2), 0, 0, np.sin(heading / 2)]
+    filtered, smoothed = both(samples, start="state", start_q_nb=q_nb, start_sigma_velocity_m_s=30.0)
+    navigating = filtered.phase == NAVIGATING
+    np.testing.assert_array_equal(smoothed.phase, filtered.phase)
+    rms = [np.sqrt(np.mean(wrapped(run.heading_rad - truth.heading_rad())[navigating] ** 2)) for run in (filtered, smoothed)]
+    assert rms[1] < 0.5 * rms[0]
+
+
+def test_where_no_heading_is_found_the_rows_are_those_of_the_filter():
+    n = 2000
+    t = np.arange(n) * 0.01
+    rate, force = np.zeros((n, 3)), np.tile([0.0, 0, -9.81], (n, 1))
+    aids = hnav.Aids().position(t[::100], np.full(20, 0.8), np.full(20, 0.2), np.full(20, 100.0), 1.0)
+    ins = hnav.Ins("industrial", **FAST)
+    runs = [hnav.Ins("industrial", **FAST).run(t, rate, force, aids), ins.smooth(t, rate, force, aids)]
+    assert (runs[0].phase < NAVIGATING).all()
+    for name, value in arrays_of(runs[0]).items():
+        np.testing.assert_array_equal(value, getattr(runs[1], name), err_msg=name)
+    nothing = ins.smooth([], np.empty((0, 3)), np.empty((0, 3)))
+    assert isinstance(nothing, InsRun) and len(nothing.t_s) == 0
+
+
+def test_what_cannot_be_smoothed_is_said_with_its_row():
+    ins = hnav.Ins("industrial")
+    with pytest.raises(hnav.HnavRuntimeError, match="row 2: t_s = 0.01 s is before that of the row before it"):
+        ins.smooth([0, 0.02, 0.01], np.zeros((3, 3)), np.ones((3, 3)))
+    with pytest.raises(hnav.HnavValueError, match="every = 0"):
+        ins.smooth([0], np.zeros((1, 3)), np.ones((1, 3)), every=0)
