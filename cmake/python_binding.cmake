@@ -8,10 +8,11 @@ if(SKBUILD)
 endif()
 set(HNAV_PYTHON ${hnav_python_default} CACHE FILEPATH "Python with cffi, which makes the binding of the package")
 
+file(GLOB_RECURSE read CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/c_src/include/hnav/*.h)
 set(reader ${PROJECT_SOURCE_DIR}/python/hnav/native/headers.py)
 add_custom_command(OUTPUT ${binding}
   COMMAND ${HNAV_PYTHON} ${reader} --compiler ${CMAKE_C_COMPILER} --include ${PROJECT_SOURCE_DIR}/c_src/include
-          --output ${binding} --depfile ${CMAKE_CURRENT_BINARY_DIR}/python_binding.d
-  DEPENDS ${reader} DEPFILE ${CMAKE_CURRENT_BINARY_DIR}/python_binding.d VERBATIM
+          --output ${binding}
+  DEPENDS ${reader} ${read} VERBATIM
   COMMENT "Python binding from the C headers")
 add_custom_target(python_binding DEPENDS ${binding})

@@ -15,20 +15,21 @@ from cffi import FFI
 SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi knows their types by itself
 
 
-def declarations(include: Path, compiler: str = "cc", *more: str) -> str:
-    """What the headers in include/hnav declare, without comments, macros and the system's headers; more: for the compiler."""
-    source = "\n".join(f"#include <hnav/{header.name}>" for header in sorted((include / "hnav").glob("*.h")))
+def declarations(include: Path, compiler: str = "cc") -> str:
+    """What the headers in include/hnav declare, without comments, macros and the system's headers."""
+    headers = [f"-include{header.resolve()}" for header in sorted((include / "hnav").glob("*.h"))]
     with tempfile.TemporaryDirectory() as empty:
         for name in SYSTEM_HEADERS:
             Path(empty, name).touch()
-        command = [compiler, "-E", "-P", "-nostdinc", "-isystem", empty, *more, "-I", str(include), "-"]
-        return subprocess.run(command, input=source, stdout=subprocess.PIPE, text=True, check=True).stdout
+        # -I, because zig has folders of its own before those of -isystem; from a file, if an empty one, because it takes no pipe.
+        command = [compiler, "-E", "-P", "-nostdinc", "-I", empty, "-I", str(include), *headers, "-x", "c", "/dev/null"]
+        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
-def write_binding(include: Path, output: Path, compiler: str, *more: str) -> None:
+def write_binding(include: Path, output: Path, compiler: str) -> None:
     """The declarations as a Python module that opens libraries without a parser (cffi, out-of-line ABI mode)."""
     builder = FFI()
-    builder.cdef(declarations(include, compiler, *more))
+    builder.cdef(declarations(include, compiler))
     builder.set_source("hnav.native._hnav", None)
     builder.emit_python_code(str(output))
     output.touch()  # cffi leaves a file with equal content alone; a build wants it newer than the headers
@@ -40,10 +41,8 @@ def main() -> None:
     parser.add_argument("--compiler", default="cc")
     parser.add_argument("--include", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--depfile", type=Path, help="where to say, in make's words, which headers were read")
     chosen = parser.parse_args()
-    more = ["-MMD", "-MF", str(chosen.depfile), "-MT", str(chosen.output)] if chosen.depfile else []
-    write_binding(chosen.include, chosen.output, chosen.compiler, *more)
+    write_binding(chosen.include, chosen.output, chosen.compiler)
 
 
 if __name__ == "__main__":

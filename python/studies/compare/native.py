@@ -6,8 +6,6 @@ one that begins with its size gets it; so neither the names of types nor their l
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
 import weakref
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -17,6 +15,7 @@ import numpy as np
 from cffi import FFI, CDefError, FFIError
 from numpy.typing import NDArray
 
+from hnav.native.headers import declarations
 from studies.compare.names import Names
 
 MESSAGE_BYTES = 400
@@ -32,17 +31,6 @@ class Refused(Exception):
     def __init__(self, status: int, message: str):
         self.status = status
         super().__init__(f"status {status}: {message}")
-
-
-def declarations(include: Path) -> str:
-    """The headers in include/hnav without comments, macros and what the system's headers declare."""
-    headers = sorted((include / "hnav").glob("*.h"))
-    source = "\n".join(f"#include <hnav/{header.name}>" for header in headers)
-    with tempfile.TemporaryDirectory() as empty:
-        for name in ("stddef.h", "stdint.h", "stdbool.h"):  # cffi knows their types by itself
-            (Path(empty) / name).touch()
-        command = ["cc", "-E", "-P", "-nostdinc", "-I", empty, "-I", str(include), "-"]
-        return subprocess.run(command, input=source, capture_output=True, text=True, check=True).stdout
 
 
 class Library:
