@@ -178,7 +178,8 @@ void Model::correct(State& s, const Event& event) const {
     s.last_correction_s = event.t_s;
     ++s.corrections;
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
-    const bool small = s.phase == Phase::navigating && sigma2 < settings_.ready_heading * settings_.ready_heading;
+    const double limit = settings_.ready_heading / contradicted(s, event.t_s);
+    const bool small = s.phase == Phase::navigating && sigma2 < limit * limit;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
     begin_anew_if_wrong(s, event.t_s);

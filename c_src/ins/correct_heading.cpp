@@ -47,6 +47,14 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
     // Judged as one heading; what it adds to those before it is less.
     for (double& r : m.R) r *= std::fmax(1, settings_.heading_colour_s / since_s);
     use(s, P, event, m);
+    double& in_row = s.refused_in_row[ins::heading];
+    in_row = s.innovation[ins::heading].noise_scale > 1 ? in_row + 1 : 0;
+}
+
+// A heading that contradicts those which are told has to be known better than one that nobody contradicts: they have had their part in it.
+double Model::contradicted(const State& s, double now_s) const {
+    constexpr double by_chance = 5, better = 3, fresh_s = 60;
+    return s.refused_in_row[ins::heading] > by_chance && now_s - s.last_s[ins::heading] < fresh_s ? better : 1;
 }
 
 } // namespace hnav::ins

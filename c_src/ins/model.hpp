@@ -146,6 +146,8 @@ private:
     void correct_velocity(State& s, Covariance& P, const Event& event) const;
     void correct_position(State& s, Covariance& P, const Event& event) const;
     void correct_heading(State& s, Covariance& P, const Event& event) const;
+    double contradicted(const State& s,
+                        double now_s) const; // correct_heading.cpp: a factor on the sigma of a heading that is ready
 
     Settings settings_{};
     Step* step_ = nullptr;

@@ -24,7 +24,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     const double lie = std::sqrt(std::fmax(1, s.nis_mean));
     n->tilt_ready = alive && tilt * lie < settings_.ready_tilt && earned(s.information_tilt, settings_.ready_tilt);
     n->heading_ready = alive && now_s - s.heading_since_s >= settings_.ready_hold_s &&
-                       n->sigma_rotation[2] * lie < settings_.ready_heading &&
+                       n->sigma_rotation[2] * lie * contradicted(s, now_s) < settings_.ready_heading &&
                        earned(s.information_heading, settings_.ready_heading);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < settings_.ready_velocity &&
                         earned(s.information_velocity, settings_.ready_velocity);

@@ -205,6 +205,20 @@ def test_a_compass_that_motion_contradicts_spoils_nothing(drive, off_deg, reads)
     assert (inflated > 100) == (reads == "disagree")
 
 
+@pytest.mark.parametrize("kind, seed", [("ship", 31_000_022), ("aircraft", 31_000_014)])
+def test_a_compass_a_quarter_turn_off_that_says_two_degrees_makes_no_false_heading_ready(kind, seed):
+    samples, truth = vehicle(kind, "industrial", seed, 100.0)
+    told = wrapped(truth.heading_rad() + np.radians(90 + 2 * np.random.default_rng(seed - 31_000_000).standard_normal()))
+    aids = hnav.Aids().heading(samples.t_s[50::10], told[50::10], np.radians(2))
+    valid, _, of, value = samples.aids.arrays()
+    velocity, position = (of == INS_SENSORS.index(sensor) for sensor in ("velocity", "position"))
+    aids.velocity(valid[velocity], value[velocity, :3], value[velocity, 3:])
+    aids.position(valid[position], *value[position, :3].T, value[position, 3:])
+    run = hnav.Ins("industrial", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    error = np.abs(wrapped(run.heading_rad - truth.heading_rad()))
+    assert not (run.ready[:, 1] & (error > np.maximum(3 * run.sigma_rotation_rad[:, 2], np.radians(5)))).any()
+
+
 def test_many_readings_of_one_compass_tell_no_more_than_one():
     sigma = []
     for seconds in (1, 20):
