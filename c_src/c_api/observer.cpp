@@ -80,17 +80,11 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     e.queue_capacity = options.queue_capacity + 2;
     e.fingerprint = o->problem->fingerprint(fingerprint);
     o->work->trouble = {};
-    o->work->asked = false;
     const hnav::observer::Model model(*o->plant, *o->problem, *o->work, settings);
     const bool made = o->filter.create(model, e);
     if (made && (!model.may_be_stiff() || model.make_stiff_solver(o->stiff, options.max_steps))) return HNAV_OK;
     if (!made && o->work->trouble.any)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
-    if (!made && o->work->asked && model.crosses())
-        return caller.fail(
-            HNAV_ERROR_SOLVER,
-            "the first millisecond from the start takes more than max_steps = %d steps: the plant is stiff, and has events",
-            options.max_steps);
     return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer with N = %d and queue_capacity = %d", o->problem->N,
                        options.queue_capacity);
 }
@@ -103,7 +97,7 @@ void each_holder(const void* context, void (*seen)(void*, const double*), void* 
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });
     for (int i = 0; i < hnav::observer::max_branches; ++i) seen(visitor, o->work->branch(i) + at.memory);
-    for (const double* part : {o->work->segment, o->work->point}) seen(visitor, part + at.memory);
+    for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
     for (const hnav::observer::Passage* e : {&o->work->newest, &o->work->present}) {
         seen(visitor, e->memory);
         seen(visitor, e->memory_after);
@@ -160,8 +154,8 @@ hnav_status no_estimate(const hnav_observer* o, double t_s) {
     if (!trouble.any)
         return o->fail(HNAV_ERROR_SOLVER,
                        "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
-                       "max_steps steps of the solver%s",
-                       t_s, o->filter.model().crosses() ? ", as a stiff plant with events needs" : "");
+                       "max_steps steps of the solver",
+                       t_s);
     const char* names[] = {"derivatives", "outputs", "indicators", "events"};
     const char* what = names[int(trouble.function)];
     if (trouble.function == Function::event && trouble.answer == Answer::ok)

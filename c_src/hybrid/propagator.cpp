@@ -396,11 +396,12 @@ struct Propagator::Solver {
             }
             const bool flow_failed = rc == ARK_UNREC_RHSFUNC_ERR || rc == ARK_FIRST_RHSFUNC_ERR || rc == ARK_REPTD_RHSFUNC_ERR;
             tried_s *= 0.5;
-            if (!flow_failed || !(tried_s > smallest * whole_s)) return rc;
+            if (!flow_failed) return rc;
+            if (!(tried_s > smallest * whole_s)) return ARK_RHSFUNC_FAIL;
             std::memcpy(data(y), x, owner->nx_ * sizeof(double));
-            if (begin_again() < 0) return -1;
+            if (begin_again() < 0) return ARK_RHSFUNC_FAIL;
         }
-        return -1;
+        return ARK_TOO_MUCH_WORK;
     }
 
     // As many equal steps as the turn of the interval needs; 0 where that is unknown or too many.
@@ -501,7 +502,9 @@ bool Propagator::begin(const void* context, double interval_s, const double* x) 
 }
 
 bool Propagator::step(double* reached_s, double* x) {
-    if (solver_->next_step(x) < 0) return false;
+    const int rc = solver_->next_step(x);
+    out_of_steps_ = rc < 0 && rc != ARK_RHSFUNC_FAIL;
+    if (rc < 0) return false;
     *reached_s = solver_->reached_s;
     return true;
 }

@@ -57,7 +57,7 @@ public:
     bool step(double* reached_s, double* x);
     bool between(double s, double* x);
 
-    // Whether the newest integrate has failed for another reason than that the flow had no answer.
+    // Whether the newest integrate or step has failed for another reason than that the flow had no answer.
     bool out_of_steps() const { return out_of_steps_; }
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }

@@ -1,4 +1,5 @@
 // An interval of the filter with events of the plant in it: each part flows to the next guard or time, has its event, and goes on.
+#include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -31,6 +32,7 @@ bool Model::cross_part(const Run& run, double* part) const {
     const Layout at = layout();
     const double begin_s = run.s.x()[at.t];
     int events = 0;
+    if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->beginning);
     if (!begin_part(run, part, &events)) return false;
     for (;;) {
         const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
@@ -58,6 +60,7 @@ bool Model::begin_part(const Run& run, double* part, int* events) const {
     work_->newest.is_newest = false;
     work_->passed = 0;
     work_->derivable = true;
+    work_->went_stiffly = false;
     plant_->recall(part + at.memory);
     expected(part, work_->x);
     if (!indicators(run.s, run.s.x()[at.t] + part[at.elapsed], work_->x, work_->z)) return false;
@@ -159,8 +162,11 @@ bool Model::indicators_at(const State& s, const double* x, double* z) const {
 
 Model::Stop Model::flow_until(const Run& run, double* part, double length_s) const {
     work_->part = part;
+    work_->stiff_step_s = 0;
+    for (double* z : {work_->z_first, work_->z_inside}) std::copy_n(work_->z, problem_->sizes.indicators, z);
     Stop stop = Stop::end;
     if (length_s < shortest_s) stop = move(run.s, part, length_s) ? Stop::end : Stop::failed;
+    else if (is_stiff(run.s)) stop = go_stiffly(run, part, length_s);
     else stop = go_step_by_step(run, part, length_s);
     work_->part = nullptr;
     return stop;
@@ -178,11 +184,10 @@ Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s
     double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
     std::copy_n(part, numbers, x);
     if (!run.propagator->begin(run.context, length_s, x)) return Stop::failed;
-    std::copy_n(work_->z, problem_->sizes.indicators, work_->z_inside);
     while (to_s < length_s) {
         from_s = to_s;
         std::copy_n(x, numbers, work_->step_from);
-        if (!run.propagator->step(&to_s, x)) return Stop::failed;
+        if (!run.propagator->step(&to_s, x)) return go_after_failure(run, part, length_s);
         const Stop stop = look_between(run, part, from_s, to_s, &low_s, &high_s);
         if (stop == Stop::failed || stop == Stop::missed) return stop;
         if (stop == Stop::guard) {
@@ -200,6 +205,21 @@ Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s
     }
     std::copy_n(x, numbers, part);
     return Stop::end;
+}
+
+// Where the explicit solver has run out of steps the plant is stiff.
+Model::Stop Model::go_after_failure(const Run& run, double* part, double length_s) const {
+    if (!run.propagator->out_of_steps()) return Stop::failed;
+    std::copy_n(work_->z_first, problem_->sizes.indicators, work_->z_inside);
+    return go_stiffly(run, part, length_s);
+}
+
+// Within the newest step; of a stiff one S and Qd are those of its beginning.
+bool Model::between(const Run& run, const double* part, double s, double* x) const {
+    if (!run.stiffly) return run.propagator->between(s, x);
+    std::copy_n(part, nx(), x);
+    x[layout().clock] = s;
+    return work_->stiff->between(s, x);
 }
 
 Model::Stop Model::end_of_step(const Run& run, const double* part) const {
@@ -220,7 +240,7 @@ Model::Stop Model::look_between(const Run& run, const double* part, double from_
         *high_s = quarter < 4 ? from_s + 0.25 * quarter * (to_s - from_s) : to_s;
         const double* x = work_->step_to;
         if (quarter < 4) {
-            if (!run.propagator->between(*high_s, work_->inside)) return Stop::failed;
+            if (!between(run, part, *high_s, work_->inside)) return Stop::failed;
             x = work_->inside;
         }
         if (!look(run, part, x)) return Stop::failed;
@@ -244,7 +264,7 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
         if (!(middle * bend > 0 && std::fabs(rise) <= std::fabs(bend))) continue;
         const double turn = quarter - 1 - rise / bend, at_s = std::min(to_s, from_s + turn * quarter_s);
         if (work_->states_alone && (middle - 0.5 * rise * rise / bend) * middle > 0) continue;
-        if (!run.propagator->between(at_s, work_->inside) || !look(run, part, work_->inside)) return Stop::failed;
+        if (!between(run, part, at_s, work_->inside) || !look(run, part, work_->inside)) return Stop::failed;
         if (first_changed(part) >= 0) {
             *low_s = from_s + std::floor(turn) * quarter_s;
             *high_s = at_s;
@@ -283,9 +303,7 @@ bool Model::narrow(const Run& run, const double* part, double* low_s, double* hi
     const int count = problem_->sizes.indicators;
     const double enough_s = 1e-6 * (*high_s - *low_s);
     double *low = work_->z_low, *z = work_->z;
-    const auto look_at = [&](double at_s) {
-        return run.propagator->between(at_s, work_->inside) && look(run, part, work_->inside);
-    };
+    const auto look_at = [&](double at_s) { return between(run, part, at_s, work_->inside) && look(run, part, work_->inside); };
     int guard = first_changed(part);
     double z_high = z[guard];
     if (!look_at(*low_s)) return false;

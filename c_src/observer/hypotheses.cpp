@@ -30,7 +30,24 @@ bool Model::split_near_guard(const Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
     const Passage& e = work_->newest;
     const bool uncertain = e.is_newest && work_->passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
+    if (work_->went_stiffly) return doubt_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
+}
+
+// A stiff plant goes nowhere along its slope: where another would be split, points go from the beginning of the interval.
+bool Model::doubt_stiffly(const Run& run, const double* part, bool uncertain) const {
+    const Problem& p = *problem_;
+    Passage& e = work_->present;
+    if (!uncertain) {
+        const double now_s = run.s.x()[layout().t] + run.interval_s;
+        expected(part, e.X);
+        unpack_upper(part + layout().P, p.N, 1, e.P);
+        if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
+        if (next_guard(part, e.P) < 0) return true;
+    }
+    std::copy_n(work_->beginning, work_->branch_numbers, work_->segment);
+    give_up(-1, -1);
+    return true;
 }
 
 // The event has come, but may not have: the part as it was before it, carried to now as if there was no guard.

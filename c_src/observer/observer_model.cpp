@@ -38,10 +38,12 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       z_low(arena.doubles(p.sizes.indicators)),
       z_above(arena.doubles(p.sizes.indicators)),
       z_inside(arena.doubles(5 * p.sizes.indicators)),
+      z_first(arena.doubles(p.sizes.indicators)),
       gradients(arena.doubles(p.sizes.indicators * p.N)),
       rates(arena.doubles(p.sizes.indicators)),
       probe(arena.doubles(2 * p.N)),
       slope_here(arena.doubles(p.N)),
+      beginning(arena.doubles(Layout(p).part_numbers)),
       segment(arena.doubles(Layout(p).part_numbers)),
       segment_S(arena.doubles(p.moving * p.N)),
       point(arena.doubles(Layout(p).part_numbers)),
@@ -117,7 +119,6 @@ Point Model::point_of(const State& s, double t_s, const double* X) const {
 int Model::flow(const State& s, const double* x, double* dx) const {
     const Problem& p = *problem_;
     const Layout at = layout();
-    work_->asked = true;
     for (int i = 0; i < p.moving; ++i)
         if (!std::isfinite(x[i])) return int(Answer::elsewhere);
     const Point here = point(s, work_->part ? work_->part : s.x(), x);
@@ -237,6 +238,11 @@ void Model::collect(const State& s, double* part) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     covariance(s, part, part + at.P, work_->P);
+    // A mode that has died leaves a variance of nothing but rounding.
+    for (int i = 0; i < p.N; ++i) {
+        double& variance = work_->P[i * p.N + i];
+        if (variance < 0 && variance > -1e-12 * p.scale[i] * p.scale[i]) variance = 0;
+    }
     pack_upper(work_->P, p.N, part + at.P);
     std::fill(part + at.S, part + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) part[at.S + i * p.N + i] = 1;

@@ -14,6 +14,7 @@
 #include "observer/linearisation.hpp"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace hnav {
 class StiffSolver;
@@ -64,17 +65,19 @@ public:
     double *x, *u, *A, *Qd, *product, *H, *y, *nu, *variance, *gain, *P;
 
     // Of a plant with events: parts that an interval makes; points of a step; values of indicators at both ends of a bracket and
-    // anywhere, and at five places of a step; their gradients and rates.
-    double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *gradients, *rates, *probe,
-        *slope_here;
-    // Where no derivative exists: the part as it was after its newest event, its S since, a point that is sent from there, pairs of
+    // anywhere, at five places of a step, and at the beginning; their gradients and rates.
+    double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *z_first, *gradients, *rates,
+        *probe, *slope_here;
+    // Where no derivative exists: the part as it was at the beginning of the interval, and after its newest event, its S since, a point that is sent from there, pairs of
     // numbers for all of them, gradients of two guards there, and the mean.
-    double *segment, *segment_S, *point, *plane, *guards, *spread_mean;
+    double *beginning, *segment, *segment_S, *point, *plane, *guards, *spread_mean;
     double* first_memory; // what the plant remembers at the start
     // Five matrices N x N; the solver for stiff intervals and a state to make it with.
     double *matrices, *stiff_start;
     bool states_alone = false; // flow and events without matrices: a sigma point does
     bool derivable = true; // what has been met in the present piece of an interval
+    double stiff_step_s = 0; // of the newest step of the implicit solver that has come to a guard
+    bool went_stiffly = false; // the present interval
     bool from_outside = false; // an integrator outside has met it: points cannot go back
     bool step_wants_event = false; // of the newest step of an integrator outside
     StiffSolver* stiff = nullptr;
@@ -89,7 +92,6 @@ public:
         Answer answer; // ok: a number that is not finite
         double t_s;
     } trouble{};
-    bool asked = false; // a flow has been asked for
 };
 
 class Model {
@@ -126,7 +128,7 @@ public:
     bool indicators_at(const State& s, const double* x, double* z) const;
     // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
     static constexpr long max_explicit_steps = 500;
-    bool may_be_stiff() const { return !crosses(); }
+    bool may_be_stiff() const { return true; }
     bool by_points() const { return settings_.sigma_points; }
     bool flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const;
     bool is_stiff(const State& s) const;
@@ -159,6 +161,7 @@ private:
         double interval_s;
         Propagator* propagator; // null: nothing flows
         const void* context;
+        bool stiffly = false; // by the implicit solver
     };
 
     // An interval of a stiff plant, for the functions that its solver asks.
@@ -168,12 +171,20 @@ private:
 
         const Model* model;
         const State* s;
+        const double* part;
         double begin_s;
     };
 
     // stiff.cpp
     int stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const;
-    bool add_matrices(double* part, double by_s) const;
+    bool add_matrices(double* part, double by_s, double usual_s) const;
+    bool flow_one_point(State& s, double interval_s, Propagator& propagator, const void* context, double* x) const;
+    bool add_step(const StiffRun& run, double* part, double from_s, double to_s) const;
+    void judge_stiffness(double* s, std::uint64_t taken, double length_s) const;
+    bool go_until(const StiffRun& run, double* part, double length_s, bool with_matrices, double* x) const;
+    Stop go_stiffly(const Run& run, double* part, double length_s) const;
+    bool go_to_guard(const Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const;
+    bool close_in(const Run& run, const StiffRun& of, const double* part, double from_s, double low_s, double* high_s) const;
     double fastest_rate_of_A() const;
 
     // observer_model.cpp
@@ -213,6 +224,8 @@ private:
     Stop flow_piece(const Run& run, double* part, double length_s) const;
     Stop flow_until(const Run& run, double* part, double length_s) const;
     Stop go_step_by_step(const Run& run, double* part, double length_s) const;
+    Stop go_after_failure(const Run& run, double* part, double length_s) const;
+    bool between(const Run& run, const double* part, double s, double* x) const;
     Stop end_of_step(const Run& run, const double* part) const;
     Stop look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s, double* high_s) const;
     bool narrow(const Run& run, const double* part, double* low_s, double* high_s) const;
@@ -261,6 +274,7 @@ private:
 
     // hypotheses.cpp
     bool split_near_guard(const Run& run, double* part) const;
+    bool doubt_stiffly(const Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(const Run& run, double* part) const;
     bool split_at_next(const Run& run, double* part) const;
     bool reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const;

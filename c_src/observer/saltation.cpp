@@ -126,17 +126,23 @@ bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e
     const Problem& p = *problem_;
     const double usual_s = s.x()[layout().usual], back_s = 1e-3 * usual_s, step_s = rate_step * usual_s;
     const double z = work_->z[guard], rate = work_->rates[guard], *g = work_->gradients + guard * p.N;
-    double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, variance = 0;
-    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] - back_s * e.slope[i];
-    if (!slope(s, t_s - back_s, X, dX)) return false;
-    for (const double sign : {1.0, -1.0}) {
-        for (int i = 0; i < p.N; ++i) moved[i] = X[i] + sign * step_s * dX[i];
-        if (!indicators(s, t_s - back_s + sign * step_s, moved, work_->z_above)) return false;
-        before += sign * work_->z_above[guard] / (2 * step_s);
-    }
-    work_->z[guard] = z;
-    const double bend = (rate - before) / back_s;
+    double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, variance = 0, bend = 0;
     *beyond_sigma = HUGE_VAL;
+    if (is_stiff(s) || work_->stiff_step_s > 0) {
+        // Slopes of a stiff plant change with its rounding: the step that has come here tells how the indicator bends.
+        const double step = work_->stiff_step_s;
+        if (step > 0) bend = 2 * (rate - (z - work_->z_inside[guard]) / step) / step;
+    } else {
+        for (int i = 0; i < p.N; ++i) X[i] = e.X[i] - back_s * e.slope[i];
+        if (!slope(s, t_s - back_s, X, dX)) return false;
+        for (const double sign : {1.0, -1.0}) {
+            for (int i = 0; i < p.N; ++i) moved[i] = X[i] + sign * step_s * dX[i];
+            if (!indicators(s, t_s - back_s + sign * step_s, moved, work_->z_above)) return false;
+            before += sign * work_->z_above[guard] / (2 * step_s);
+        }
+        work_->z[guard] = z;
+        bend = (rate - before) / back_s;
+    }
     if (!(rate * bend < 0)) return true;
     for (int i = 0; i < p.N; ++i)
         for (int j = 0; j < p.N; ++j) variance += g[i] * e.P[i * p.N + j] * g[j];

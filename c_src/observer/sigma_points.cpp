@@ -1,5 +1,6 @@
 // An interval by sigma points, for plants whose derivatives do not exist or say little: tables, relays without indicators, strong
 // curves. 2N cubature points of equal weight, so that P is positive semidefinite by form; half of the noise enters before, half after.
+#include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -37,6 +38,24 @@ void moments(int rows, int n, const double* points, double* mean, double* P) {
 
 } // namespace
 
+// By the implicit solver where the plant is stiff: it is the same for all points of an interval.
+bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, const void* context, double* x) const {
+    double* v = s.x();
+    const Layout at = layout();
+    if (v[at.stiff] == 0) {
+        if (propagator.integrate(context, interval_s, x)) return true;
+        if (!propagator.out_of_steps()) return false;
+        std::copy_n(work_->stiff_start, problem_->moving, x);
+        v[at.stiff] = 1;
+    }
+    const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
+    StiffSolver& solver = *work_->stiff;
+    const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
+    const bool whole = go_until(run, x, interval_s, false, x);
+    propagator.set_counts(propagator.rhs_evals() + solver.evaluations - evaluations, propagator.steps() + solver.steps - steps);
+    return whole;
+}
+
 bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const {
     const Problem& p = *problem_;
     const Layout at = layout();
@@ -56,7 +75,8 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, 
         std::copy_n(work_->step_from, nx(), x);
         std::copy_n(X, p.moving, x);
         std::copy_n(X + p.moving, p.sizes.parameters, v + at.parameters);
-        whole = propagator.integrate(context, interval_s, x);
+        std::copy_n(X, p.moving, work_->stiff_start);
+        whole = flow_one_point(s, interval_s, propagator, context, x);
         std::copy_n(x, p.moving, X);
     }
     work_->states_alone = false;

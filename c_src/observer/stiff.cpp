@@ -64,7 +64,7 @@ int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx
         if (!std::isfinite(x[i])) return int(Answer::elsewhere);
     double* X = work_->slope_here;
     std::copy_n(x, p.moving, X);
-    std::copy_n(run.s->x() + layout().parameters, p.sizes.parameters, X + p.moving);
+    std::copy_n(run.part + layout().parameters, p.sizes.parameters, X + p.moving);
     const Point here = point_of(*run.s, run.begin_s + s, X);
     double* out = dx ? dx : work_->A;
     const Answer answer = dx ? plant_->evaluate(Function::derivatives, here, dx)
@@ -90,41 +90,134 @@ bool Model::make_stiff_solver(StiffSolver& solver, long max_steps) const {
     RuntimeState& first = *reinterpret_cast<RuntimeState*>(work_->stiff_start);
     std::fill_n(first.x(), at.numbers, 0.0);
     begin(first);
-    const StiffRun run{this, &first, 0};
+    const StiffRun run{this, &first, first.x(), 0};
     StiffSolver::Settings settings{settings_.rtol, atol, max_steps};
     work_->stiff = &solver;
     return solver.create(p.moving, StiffRun::flow, StiffRun::jacobian, settings, &run, first.x());
 }
 
 bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const {
-    const Problem& p = *problem_;
     const Layout at = layout();
     double *v = s.x(), *x = work_->gain;
+    const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
     StiffSolver& solver = *work_->stiff;
-    const StiffRun run{this, &s, v[at.t] + v[at.elapsed] + v[at.clock]};
     const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
-    if (!solver.begin(&run, interval_s, v)) return false;
-    bool whole = true;
-    for (double from_s = 0, to_s = 0; whole && to_s < interval_s; from_s = to_s) {
-        whole = solver.step(&to_s, x);
-        for (const double share : {0.125, 0.375, 0.625, 0.875})
-            whole = whole && solver.between(from_s + share * (to_s - from_s), work_->probe) &&
-                    stiff_flow(run, from_s + share * (to_s - from_s), work_->probe, nullptr, nullptr) == 0 &&
-                    add_matrices(v, 0.25 * (to_s - from_s));
-    }
-    const std::uint64_t taken = solver.steps - steps;
-    counts.set_counts(counts.rhs_evals() + solver.evaluations - evaluations, counts.steps() + taken);
+    const bool whole = go_until(run, v, interval_s, true, x);
+    counts.set_counts(counts.rhs_evals() + solver.evaluations - evaluations, counts.steps() + solver.steps - steps);
     if (!whole) return false;
-    std::copy_n(x, p.moving, v);
+    std::copy_n(x, problem_->moving, v);
     v[at.clock] += interval_s;
-    const bool pays = static_cast<double>(taken) < worth_while * max_explicit_steps && fastest_rate_of_A() * interval_s > calm;
-    v[at.stiff] = pays;
+    judge_stiffness(v, solver.steps - steps, interval_s);
     return true;
+}
+
+// From the moving numbers of the part to x.
+bool Model::go_until(const StiffRun& run, double* part, double length_s, bool with_matrices, double* x) const {
+    StiffSolver& solver = *work_->stiff;
+    bool whole = solver.begin(&run, length_s, part);
+    for (double from_s = 0, to_s = 0; whole && to_s < length_s; from_s = to_s)
+        whole = solver.step(&to_s, x) && (!with_matrices || add_step(run, part, from_s, to_s));
+    return whole;
+}
+
+// Phi and Qd over the newest step.
+bool Model::add_step(const StiffRun& run, double* part, double from_s, double to_s) const {
+    bool whole = true;
+    for (const double share : {0.125, 0.375, 0.625, 0.875})
+        whole = whole && work_->stiff->between(from_s + share * (to_s - from_s), work_->probe) &&
+                stiff_flow(run, from_s + share * (to_s - from_s), work_->probe, nullptr, nullptr) == 0 &&
+                add_matrices(part, 0.25 * (to_s - from_s), run.s->x()[layout().usual]);
+    return whole;
+}
+
+// Whether the next interval is to begin with the implicit solver.
+void Model::judge_stiffness(double* s, std::uint64_t taken, double length_s) const {
+    const bool few = static_cast<double>(taken) < worth_while * max_explicit_steps;
+    s[layout().stiff] = few && fastest_rate_of_A() * length_s > calm;
+}
+
+// The same to a guard, for a plant with events: a step is looked into before its matrices count.
+Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double length_s) const {
+    const Layout at = layout();
+    Run run = explicit_run;
+    run.stiffly = work_->went_stiffly = true;
+    const StiffRun of{this, &run.s, part, run.s.x()[at.t] + part[at.elapsed] + part[at.clock]};
+    StiffSolver& solver = *work_->stiff;
+    const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
+    const bool with_matrices = !work_->states_alone;
+    double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
+    Stop stop = Stop::end;
+    std::copy_n(part, nx(), x);
+    bool whole = solver.begin(&of, length_s, part);
+    while (whole && stop == Stop::end && to_s < length_s) {
+        from_s = to_s;
+        std::copy_n(x, problem_->moving, work_->step_from);
+        whole = solver.step(&to_s, x);
+        x[at.clock] = to_s;
+        if (whole) stop = look_between(run, part, from_s, to_s, &low_s, &high_s);
+        if (!whole || stop == Stop::failed || stop == Stop::missed) break;
+        if (stop == Stop::guard) {
+            to_s = high_s;
+            whole = narrow(run, part, &low_s, &to_s) && go_to_guard(run, of, part, from_s, low_s, &to_s);
+        } else {
+            whole = !with_matrices || add_step(of, part, from_s, to_s);
+            stop = end_of_step(run, part);
+            const int count = problem_->sizes.indicators;
+            std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
+        }
+    }
+    run.propagator->set_counts(run.propagator->rhs_evals() + solver.evaluations - evaluations,
+                               run.propagator->steps() + solver.steps - steps);
+    if (!whole) return Stop::failed;
+    if (stop == Stop::failed || stop == Stop::missed) return stop;
+    std::copy_n(x, problem_->moving, part);
+    part[at.clock] = to_s;
+    if (with_matrices) judge_stiffness(run.s.x(), solver.steps - steps, length_s);
+    return stop;
+}
+
+// Again from the beginning of the step, to the guard and with the matrices.
+bool Model::go_to_guard(const Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const {
+    if (!close_in(run, of, part, from_s, low_s, to_s)) return false;
+    work_->stiff_step_s = *to_s - from_s;
+    std::copy_n(work_->step_from, problem_->moving, part);
+    const StiffRun rest{this, of.s, part, of.begin_s + from_s};
+    return go_until(rest, part, *to_s - from_s, !work_->states_alone, work_->step_to);
+}
+
+// What lies within a step goes by a polynomial: the flow itself may cross a little earlier or later.
+bool Model::close_in(const Run& run, const StiffRun& of, const double* part, double from_s, double low_s, double* high_s) const {
+    const Layout at = layout();
+    double* x = work_->inside;
+    double width_s = std::max(*high_s - low_s, 1e-9 * (*high_s - from_s));
+    const StiffRun rest{this, of.s, part, of.begin_s + from_s};
+    const auto crossed = [&](double to_s, bool* is) {
+        std::copy_n(part, nx(), x);
+        std::copy_n(work_->step_from, problem_->moving, x);
+        x[at.clock] = to_s;
+        if (to_s > from_s && !go_until(rest, x, to_s - from_s, false, x)) return false;
+        if (!look(run, part, x)) return false;
+        *is = first_changed(part) >= 0;
+        return true;
+    };
+    bool before = true, after = false;
+    for (int k = 0; k < 12; ++k, width_s *= 4) {
+        const double end_s = *high_s;
+        if (!crossed(end_s, &after)) return false;
+        if (!after) {
+            *high_s += width_s;
+            continue;
+        }
+        if (!crossed(std::max(from_s, end_s - width_s), &before)) return false;
+        if (!before || end_s - width_s <= from_s) return true;
+        *high_s = end_s - width_s;
+    }
+    return after;
 }
 
 // Phi and Qd go on by a time in which A is what the workspace has: Taylor's series over a piece in which little happens, doubled until
 // it is the whole.
-bool Model::add_matrices(double* part, double by_s) const {
+bool Model::add_matrices(double* part, double by_s, double usual_s) const {
     const Problem& p = *problem_;
     const Layout at = layout();
     const int N = p.N, all = N * N;
@@ -141,7 +234,7 @@ bool Model::add_matrices(double* part, double by_s) const {
     std::fill_n(term, all, 0.0);
     std::fill_n(next, all, 0.0);
     for (int i = 0; i < N; ++i) {
-        next[i * N + i] = piece_s * p.noise[i] / part[at.usual];
+        next[i * N + i] = piece_s * p.noise[i] / usual_s;
         Phi[i * N + i] = term[i * N + i] = 1;
     }
     for (int k = 1; k <= terms; ++k) {

@@ -466,6 +466,39 @@ TEST(ObserverEvents, AnInputMayBeAnEvent) {
     EXPECT_NEAR(observer.x()[0], -3 + 8 * std::exp(-1), 1e-6);
 }
 
+// A thermostat whose thermometer follows within ten microseconds: beside one that reads the temperature itself.
+TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
+    Heater slow, lagging;
+    Given plain = slow.given(), stiff = lagging.given();
+    stiff.plant.n_states = 2;
+    stiff.start = {0, 0};
+    stiff.start_sigma = {0.3, 0.3};
+    stiff.noise = {0.1, 0};
+    stiff.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
+        Heater::flow(c, t_s, x, u, p, dx);
+        dx[1] = 1e5 * (x[0] - x[1]);
+        return 0;
+    };
+    stiff.plant.indicators = [](void* c, double t_s, const double* x, const double* u, const double* p, double* z) {
+        return Heater::to_switch(c, t_s, x + 1, u, p, z);
+    };
+    stiff.plant.event = [](void* c, double t_s, const double* x, const double* u, const double* p, double* after) {
+        return Heater::switch_over(c, t_s, x + 1, u, p, after);
+    };
+    Observer reference(plain), observer(stiff);
+    const Numbers y = temperatures(4, 60);
+    for (int k = 0; k < 60; ++k) {
+        use(reference, 0.1 * (k + 1), y[k]);
+        use(observer, 0.1 * (k + 1), y[k]);
+        // Near a guard points go in place of the two parts of the other.
+        EXPECT_NEAR(observer.x()[0], reference.x()[0], 0.25 * reference.sigma()[0]) << k;
+        EXPECT_NEAR(observer.sigma()[0] / reference.sigma()[0], 1, 0.15) << k;
+    }
+    EXPECT_GT(observer.info().plant_events, 2u);
+    EXPECT_EQ(observer.info().plant_events, reference.info().plant_events);
+    EXPECT_EQ(observer.info().dropped, 0u);
+}
+
 // ------------------------------------------------------------------------------------------------ where events have no end
 
 TEST(ObserverEvents, AChatteringPlantIsFollowedOrDropped) {

@@ -7,6 +7,7 @@ from scipy.linalg import expm
 
 import hnav
 from hnav.filters.observer import Observer
+from hnav.filters.observer_findings import findings
 
 MU = 1000.0
 NOISE = np.array([1e-3, 1e-3])
@@ -57,6 +58,56 @@ def test_a_start_on_the_slow_motion_is_followed():
     assert np.abs((run.x["x"] - truth.y[0]) / run.sigma["x"]).max() < 4
     # An explicit method needs 1000 steps a second.
     assert observer.info().steps < 4000
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_points_go_with_a_plant_that_jumps_and_derivatives_are_told_not_to():
+    """At 807 s it jumps within milliseconds, at a time that derivatives take to be certain."""
+    t_s = np.arange(1, 101) * 10.0
+    truth = solve_ivp(lambda t, x: slope(t, x, 0, 0), (0, t_s[-1]), [2, 0], method="Radau", rtol=1e-9, atol=1e-12, t_eval=t_s)
+    y = truth.y[0] + 0.05 * np.random.default_rng(0).standard_normal(len(t_s))
+    runs = {}
+    for propagation in ("derivatives", "sigma_points"):
+        runs[propagation] = Observer(plan_of_oscillator(), propagation=propagation).run(t_s, {"x": y})
+    assert 0.6 < runs["sigma_points"].nis["x"].mean() < 1.4 and runs["sigma_points"].dropped == 0
+    assert findings(runs["sigma_points"], plan_of_oscillator()) == []
+    assert runs["derivatives"].nis["x"].max() > 100
+    (told,) = findings(runs["derivatives"], plan_of_oscillator())
+    assert 'jumps of a stiff plant propagation = "sigma_points"' in told.sentence() and 800 <= told.start_s <= 820
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_guard_on_the_slow_motion_is_found():
+    """Where x has come down to 1.9 it is set back to 2: a fast transient each time."""
+    plan = hnav.Plan(
+        hnav.Plant(
+            slope, lambda t, x, u, p: x[0], states={"x": 2.0, "v": 0.0}, sensors=["x"], jacobian=jacobian,
+            indicators=lambda t, x, u, p: x[0] - 1.9, event=lambda t, x, u, p: (2.0, 0.0) if x[0] <= 1.9 else x,
+        )
+    ).sensor("x", noise=0.05)  # fmt: skip
+    plan.state("x", start_sigma=0.01).state("v", start_sigma=1e-5, nominal=1e-2)
+    observer = Observer(plan, start_mode="given")
+
+    def guard(t, x):
+        return x[0] - 1.9
+
+    guard.terminal = True
+    legs, t, x = [], 0.0, [2.0, 0.0]
+    for _ in range(3):
+        leg = solve_ivp(lambda t, x: slope(t, x, 0, 0), (t, t + 500), x, method="Radau", rtol=1e-9, atol=1e-12, events=guard)
+        t, x = leg.t[-1], [2.0, 0.0]
+        legs.append(t)
+    observer.advance(0)
+    observer.push("x", legs[1] + 50, 1.96)
+    observer.advance(legs[1] + 50)
+    expected = solve_ivp(lambda t, x: slope(t, x, 0, 0), (0, 50), [2.0, 0.0], method="Radau", rtol=1e-9, atol=1e-12).y[:, -1]
+    info = observer.info()
+    assert (info.plant_events, info.parts, info.dropped) == (2, 1, 0)
+    assert info.steps < 4000
+    assert observer.estimate()[0]["x"] == pytest.approx(expected[0], abs=0.005)
+    # What is late at the guard by a time is behind by it now: sigma is that of the start over its slope, times the slope here.
+    slow = [x / (MU * (1 - x * x)) for x in (2.0, expected[0])]
+    assert observer.estimate()[1]["x"] == pytest.approx(0.01 * slow[1] / slow[0], rel=0.06)
 
 
 @pytest.mark.filterwarnings("ignore:overflow")

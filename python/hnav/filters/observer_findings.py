@@ -23,6 +23,7 @@ SURE = 5.0  # that it has to reach: of thousands of samples some are beyond 3 si
 WINDOW = 50  # samples of a mean of NIS, as the observer's own
 MAX_MEAN = 1.79  # 99.9 % of such means lie below
 LARGE = 10.8  # 99.9 % of NIS lie below
+HUGE = 100.0  # ten sigma
 _REST = 20  # samples in between end an interval of single ones
 _CLOCK_S = 1e8  # times beyond are those of a clock since 1970
 _SPREAD = 1.4826  # sigma of a Gaussian over its median deviation
@@ -109,6 +110,17 @@ def _groups(rows: npt.NDArray[np.intp], used: npt.NDArray[np.bool_]) -> Iterator
             yield group
 
 
+def _single(run: ObserverRun, rows: npt.NDArray[np.intp], names: list[str]) -> str:
+    """What may help where a few are beyond 10 sigma and most of those around them fit; "" elsewhere."""
+    around = slice(max(0, rows[0] - WINDOW), rows[-1] + WINDOW)
+    for name in names:
+        nis = run.nis[name][around]
+        nis = nis[np.isfinite(nis)]
+        if len(nis) and nis.max() > HUGE and np.median(nis) < 2:
+            return '; most around fit: outliers want gate_nis, jumps of a stiff plant propagation = "sigma_points"'
+    return ""
+
+
 def _large(run: ObserverRun, names: list[str]) -> Iterator[Finding]:
     """Where the mean of WINDOW squares is larger than 99.9 % of such means: the large ones among them, of all sensors."""
     hits, worst = np.zeros(len(run.t_s), bool), np.zeros(len(run.t_s))
@@ -130,5 +142,5 @@ def _large(run: ObserverRun, names: list[str]) -> Iterator[Finding]:
     for rows in _groups(np.flatnonzero(hits), np.ones(len(hits), bool)):
         inside = slice(rows[0], rows[-1] + 1)
         who = ", ".join(name for name in names if of[name][inside].any())
-        what = f"{who}: innovations larger than told (mean NIS of {WINDOW} up to {worst[inside].max():.1f})"
+        what = f"{who}: innovations larger than told (mean NIS of {WINDOW} up to {worst[inside].max():.1f}{_single(run, rows, names)})"
         yield Finding(who, "larger than told", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), what)
