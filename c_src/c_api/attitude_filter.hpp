@@ -40,7 +40,7 @@ struct EveryFilter : KeptMessage<256> {
     virtual double stamp_of(double time_s) const = 0;
     virtual double late_limit_s() const = 0;
     virtual Estimate estimate(At) const = 0;
-    virtual Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
+    virtual Vector3 rotation_variances(At) const = 0; // about the user's navigation axes
     virtual Vector3 bias_variances(At) const = 0;
     virtual ErrorCovariance error_covariance() const = 0;
     virtual const InnovationOf<Scalar>& innovation(int channel) const = 0;
@@ -69,6 +69,7 @@ struct WholeFilter : EveryFilter {
     // Parts of the estimate.
     virtual bool started(At) const = 0;
     virtual Quaternion attitude(At) const = 0;
+    virtual Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
 
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
@@ -138,10 +139,14 @@ public:
             e.tilt_ready = e.heading_ready = false;
         return e;
     }
-    Matrix3 rotation_covariance(At at) const override {
-        Matrix3 C = model().rotation_covariance(state(at));
-        if (at == At::shown) C.diagonal().array() += silence_variance();
-        return C;
+    Vector3 rotation_variances(At at) const override {
+        if constexpr (!small_build)
+            if (frames.same_navigation) {
+                Vector3 v = model().rotation_variances(state(at));
+                if (at == At::shown) v.array() += silence_variance();
+                return v;
+            }
+        return frames.variances_to_user<Scalar>(rotation_covariance_at(at).template cast<Scalar>()).template cast<double>();
     }
     Vector3 bias_variances(At at) const override { return model().bias_variances(state(at)); }
     ErrorCovariance error_covariance() const override {
@@ -194,6 +199,11 @@ public:
     }
 
 protected:
+    Matrix3 rotation_covariance_at(At at) const {
+        Matrix3 C = model().rotation_covariance(state(at));
+        if (at == At::shown) C.diagonal().array() += silence_variance();
+        return C;
+    }
     double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }
     const Model& model() const { return filter_.model(); }
     const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
@@ -227,6 +237,7 @@ public:
     double newest_time_s() const override { return filter_.newest_time_s(); }
     bool started(At at) const override { return state(at).started != 0; }
     Quaternion attitude(At at) const override { return model().attitude(state(at)); }
+    Matrix3 rotation_covariance(At at) const override { return this->rotation_covariance_at(at); }
 
     std::size_t state_size() const override { return filter_.state_size(); }
     void save(void* buffer) const override { filter_.save(buffer); }

@@ -28,9 +28,13 @@ bool push_whole_row(hnav_filter* f, double t_s, const double* rate, const double
     const double* const rows[] = {rate, force, field};
     for (const int c : {gyro, accel, mag}) {
         const double* v = rows[c];
-        if (is_missing(v)) continue;
+        if (!v) continue;
         const double size = std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]);
-        if (!(size <= max_reading) || !(c == gyro || size > 3 * min_direction_length)) return false;
+        if (!(size <= max_reading)) { // NaN too
+            if (is_missing(v)) continue;
+            return false;
+        }
+        if (!(c == gyro || size > 3 * min_direction_length)) return false;
         event.present |= std::uint64_t{1} << c;
         store(f->frames.to_body(v), event.value[c]);
     }
@@ -136,13 +140,12 @@ public:
 
     void write(std::size_t i, const PassEstimate& e) const {
         const Quaternion q = filter_->frames.to_user(e.q_bn);
-        const Vector3 variance = rotation_variances(filter_, e.rotation_covariance);
         if (output_.q_nb) store(q, output_.q_nb + 4 * i);
         if (output_.euler_rad) store(roll_pitch_yaw(q), output_.euler_rad + 3 * i);
-        if (output_.sigma_rad) store(Vector3(variance.cwiseSqrt()), output_.sigma_rad + 3 * i);
+        if (output_.sigma_rad)
+            store(sigmas(filter_->frames.variances_to_user<double>(e.rotation_covariance)), output_.sigma_rad + 3 * i);
         if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
-        if (output_.gyro_bias_sigma_rad_s)
-            store(Vector3(honest_variances(e.bias_variance).cwiseSqrt()), output_.gyro_bias_sigma_rad_s + 3 * i);
+        if (output_.gyro_bias_sigma_rad_s) store(sigmas(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
         if (output_.accel_nis) output_.accel_nis[i] = nis_after(filter_, accel, before_s_);
         if (output_.mag_nis) output_.mag_nis[i] = nis_after(filter_, mag, before_s_);
         if (output_.health)

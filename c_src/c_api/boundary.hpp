@@ -36,9 +36,9 @@ inline void store(const Vector3& v, double* out) {
 inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; }
 
 inline hnav_status check_time(const hnav_filter* f, double t_s) {
+    if (std::fabs(t_s) <= max_time_s) return HNAV_OK;
     if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (std::fabs(t_s) > max_time_s) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    return HNAV_OK;
+    return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
 }
 
 // ------------------------------------------------------------------------------------------------ samples
@@ -114,19 +114,13 @@ inline Vector3 angles_of(const Quaternion& q) { return roll_pitch_yaw<Scalar>(q.
 
 inline bool near_singular(const Quaternion& q) { return std::fabs(angles_of(q)[1]) > near_singular_pitch; }
 
+inline Vector3 sigmas(const Vector3& variances) {
+    return honest_variances(variances.cast<Scalar>()).cwiseSqrt().template cast<double>();
+}
+
 // Of the rotation about the user's navigation axes.
-inline Vector3 rotation_variances(const hnav_filter* f, const Matrix3& internal) {
-    return honest_variances(f->frames.variances_to_user<Scalar>(internal.cast<Scalar>())).template cast<double>();
-}
+inline void rotation_sigma(const hnav_filter* f, At at, double* sigma) { store(sigmas(f->rotation_variances(at)), sigma); }
 
-inline Vector3 sigmas(const Vector3& variances) { return variances.cast<Scalar>().cwiseSqrt().template cast<double>(); }
-
-inline void rotation_sigma(const hnav_filter* f, At at, double* sigma) {
-    store(sigmas(rotation_variances(f, f->rotation_covariance(at))), sigma);
-}
-
-inline void bias_sigma(const hnav_filter* f, At at, double* sigma) {
-    store(sigmas(honest_variances(f->bias_variances(at))), sigma);
-}
+inline void bias_sigma(const hnav_filter* f, At at, double* sigma) { store(sigmas(f->bias_variances(at)), sigma); }
 
 } // namespace hnav::boundary

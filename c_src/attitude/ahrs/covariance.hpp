@@ -2,7 +2,7 @@
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
-#include "base/small.hpp"
+#include "maths/unroll.hpp"
 
 namespace hnav {
 
@@ -18,7 +18,7 @@ struct AhrsModelOf<R>::Turned {
     Eigen::Matrix<R, errors, 3> columns; // covariance of the error before with the rotation after
     Matrix3R rotation;
 
-    Turned(const Covariance& P, const Matrix3R& G, const Matrix39R& L) {
+    Turned(const Covariance& P, const Matrix3R& G, const Eigen::Map<const Matrix39R>& L) {
         // Column by column, here and below: Eigen would send products of this size through code for large matrices.
         for (int i = 0; i < 3; ++i) {
             Vector column = P.col(Row::rotation + i);
@@ -32,80 +32,120 @@ struct AhrsModelOf<R>::Turned {
     }
 };
 
-// The rotation error of now by the errors of before that it depends on: theta - L dS - G db.
+// The rotation error of now, by the errors of before that it depends on: theta - L dS - G db.
 template <class R>
-struct AhrsModelOf<R>::RotationNow {
-    using Vector9R = Eigen::Matrix<R, 9, 1>;
-    Eigen::Matrix<R, 9, 3> by_calibration; // -L', one column for each angle
-    Matrix3R by_bias;                      // -G'
+class AhrsModelOf<R>::RotationNow {
+public:
+    // The turn since the last event went on under one rate.
+    explicit RotationNow(const State& s) : P_(s.P), G_(s.x + 4), L_(&s.rate_moment) {
+        if (s.x[13] == s.turned_s) return;
+        std::memcpy(shown_, s.rate_moment, sizeof shown_);
+        add_turn(s, shown_);
+        L_ = &shown_;
+    }
+    RotationNow(const RotationNow&) = delete;
+    RotationNow& operator=(const RotationNow&) = delete;
 
-    RotationNow(const Matrix3R& G, const Moment& moment) : by_bias(-G.transpose()) {
-        for (int l = 0; l < 3; ++l)
-            for (int j = 0; j < 3; ++j)
-                for (int k = 0; k < 3; ++k) by_calibration(3 * l + j, k) = -moment[j][3 * l + k];
+    Vector3R variances() const {
+        Vector3R v;
+        for (int k = 0; k < 3; ++k) v[k] = 2 * times(k, half_of(k)) + P_[packed(rotation + k, rotation + k)];
+        return v;
     }
 
-    // M + M' with M = a' (P_SS a / 2 + P_Sb g + P_S theta) + g' (P_bb g / 2 + P_b theta) + P_theta theta / 2, where a and g are
-    // what stands above: each pair of errors is met once.
-    Matrix3R covariance(const R* P) const {
-        Matrix3R M;
-        for (int k = 0; k < 3; ++k) {
-            Vector9R of_S = half_of(P, by_calibration.col(k), std::make_integer_sequence<int, 9>());
-            of_S += upper<9>(P, calibration, rotation + k) + by_bias(0, k) * upper<9>(P, calibration, bias) +
-                    by_bias(1, k) * upper<9>(P, calibration, bias + 1) + by_bias(2, k) * upper<9>(P, calibration, bias + 2);
-            Vector3R of_b;
-            for (int j = 0; j < 3; ++j) of_b[j] = P[packed(rotation + k, bias + j)];
-            of_b += R(0.5) * bias_block(P) * by_bias.col(k);
-            for (int i = 0; i < 3; ++i)
-                M(i, k) = by_calibration.col(i).dot(of_S) + by_bias.col(i).dot(of_b) + R(0.5) * at(P, rotation + i, rotation + k);
-        }
-        return M + M.transpose();
+    Matrix3R covariance() const {
+        const Half half[] = {half_of(0), half_of(1), half_of(2)};
+        Matrix3R C;
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i <= k; ++i)
+                C(i, k) = C(k, i) = times(i, half[k]) + times(k, half[i]) + P_[packed(rotation + i, rotation + k)];
+        return C;
     }
 
     // Rotation by bias.
-    Matrix3R with_bias(const R* P) const {
+    Matrix3R with_bias() const {
+        const Matrix3R of_bias = bias_block(P_);
         Matrix3R C;
-        for (int k = 0; k < 3; ++k) {
-            const auto of_S = upper<9>(P, calibration, bias + k);
-            const Vector3R of_b = bias_block(P).col(k);
-            for (int i = 0; i < 3; ++i)
-                C(i, k) = by_calibration.col(i).dot(of_S) + by_bias.col(i).dot(of_b) + P[packed(rotation + i, bias + k)];
-        }
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 3; ++i) {
+                R sum = P_[packed(rotation + i, bias + k)];
+                for (int j = 0; j < 9; ++j) sum -= L(i, j) * P_[packed(calibration + j, bias + k)];
+                for (int j = 0; j < 3; ++j) sum -= G(i, j) * of_bias(j, k);
+                C(i, k) = sum;
+            }
         return C;
     }
 
     static Matrix3R bias_block(const R* P) {
         Matrix3R B;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) B(i, j) = at(P, bias + i, bias + j);
+        for (int j = 0; j < 3; ++j)
+            for (int i = 0; i <= j; ++i) B(i, j) = B(j, i) = P[packed(bias + i, bias + j)];
         return B;
     }
 
 private:
-    static R at(const R* P, int i, int j) { return P[i < j ? packed(i, j) : packed(j, i)]; }
+    using Pair = Eigen::Array<R, 2, 1>;
 
-    // n elements of column j from row i on.
-    template <int n>
-    static Eigen::Map<const Eigen::Matrix<R, n, 1>> upper(const R* P, int i, int j) {
-        return Eigen::Map<const Eigen::Matrix<R, n, 1>>(P + packed(i, j));
+    // With a = (L, G) and p the errors of calibration and bias, the covariance is M + M' + P_theta, M = a (U a' - P_ptheta) where
+    // P_pp = U + U': each pair of errors is met once. Half is one column of the bracket; the numbers of the calibration go two by
+    // two, which is how processors take them, and the ninth alone.
+    struct Half {
+        Pair of_S[4];
+        R of_S8, of_b[3];
+    };
+
+    Half half_of(int k) const {
+        constexpr int S8 = calibration + 8;
+        const R *a = (*L_)[k], *with_theta = P_ + packed(0, rotation + k);
+        Pair of_S[4];
+        HNAV_UNROLL
+        for (int p = 0; p < 4; ++p) of_S[p] = -Eigen::Map<const Pair>(with_theta + calibration + 2 * p);
+        R of_S8 = R(0.5) * a[8] * P_[packed(S8, S8)] - with_theta[S8], of_b[3];
+        HNAV_UNROLL
+        for (int j = 0; j < 3; ++j) {
+            const R g = G(k, j);
+            HNAV_UNROLL
+            for (int p = 0; p < 4; ++p) of_S[p] += g * two(calibration + 2 * p, bias + j);
+            of_S8 += g * P_[packed(S8, bias + j)];
+            of_b[j] = R(0.5) * g * P_[packed(bias + j, bias + j)] - P_[packed(rotation, bias + j) + k];
+            HNAV_UNROLL
+            for (int i = 0; i < j; ++i) of_b[i] += g * P_[packed(bias + i, bias + j)];
+        }
+        HNAV_UNROLL
+        for (int j = 0; j < 9; ++j) {
+            HNAV_UNROLL
+            for (int p = 0; p < j / 2; ++p) of_S[p] += a[j] * two(calibration + 2 * p, calibration + j);
+            if (j == 8) continue;
+            // Down to the diagonal, which counts by half; below it stands what is no part of this column.
+            const Pair last = two(calibration + j / 2 * 2, calibration + j);
+            of_S[j / 2] += a[j] * (j % 2 ? Pair(1, R(0.5)) : Pair(R(0.5), 0)) * last;
+        }
+        return {{of_S[0], of_S[1], of_S[2], of_S[3]}, of_S8, {of_b[0], of_b[1], of_b[2]}};
     }
 
-    // What a' P_SS a is half of, if multiplied by a': columns of the upper triangle with half of the diagonal, times a.
-    template <class Column, int... j>
-    static Vector9R half_of(const R* P, const Column& a, std::integer_sequence<int, j...>) {
-        Vector9R half;
-        ((half[j] = upper<j + 1>(P, calibration, calibration + j).dot(a.template head<j + 1>()) -
-                    R(0.5) * a[j] * P[packed(calibration + j, calibration + j)]),
-         ...);
-        return half;
+    R times(int i, const Half& h) const {
+        const R* a = (*L_)[i];
+        Pair sum = Eigen::Map<const Pair>(a) * h.of_S[0];
+        HNAV_UNROLL
+        for (int p = 1; p < 4; ++p) sum += Eigen::Map<const Pair>(a + 2 * p) * h.of_S[p];
+        return sum[0] + sum[1] + a[8] * h.of_S8 + G(i, 0) * h.of_b[0] + G(i, 1) * h.of_b[1] + G(i, 2) * h.of_b[2];
     }
+
+    R L(int i, int j) const { return (*L_)[i][j]; }
+    R G(int i, int j) const { return G_[3 * j + i]; }
+    // Elements i and i + 1 of column j.
+    Pair two(int i, int j) const { return Eigen::Map<const Pair>(P_ + packed(i, j)); }
+
+    const R* P_;
+    const R* G_;
+    const Moment* L_;
+    Moment shown_; // where the turn has gone on
 };
 
 // P <- Phi P Phi' + Q over the time since the last correction.
 template <class R>
 void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
-    const Matrix39R L = by_calibration(s.rate_moment);
+    const Eigen::Map<const Matrix39R> L(s.rate_moment[0]);
     const Turned turned(P, G, L);
 
     // v_N -= g T theta_E, v_E += g T theta_N, with the mean of theta before and after; and dv = -int R_bn df - swept dl.

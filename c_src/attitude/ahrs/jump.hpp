@@ -19,11 +19,11 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
     if (!s.started) {
         start(s, event);
     } else {
-        gather(s, event);
+        const R rate_s = s.has(event, gyro) ? interval(s, gyro, event.t_s) : 0;
+        gather(s, event, rate_s);
         // At the sample nearest to the interval, whatever its jitter.
-        const double half_sample_s = s.has(event, gyro) ? 0.5 * double(interval(s, gyro, event.t_s)) : 0;
         const double since_s = event.t_s - s.last_correction_s;
-        if (since_s + half_sample_s >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
+        if (since_s + 0.5 * double(rate_s) >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
         if ((believed >> c) & 1) s.note_time(c, event.t_s);

@@ -88,6 +88,7 @@ public:
     Quaternion attitude(const State& s) const; // of the estimate
     Estimate estimate(const State& s) const;
     Matrix3 rotation_covariance(const State& s) const;
+    Vector3 rotation_variances(const State& s) const; // its diagonal
     Vector3 bias_variances(const State& s) const;
     // Of the rotation about an axis, when the estimate is shown so long after the newest event.
     R silence_variance(const State& s, double silence_s) const {
@@ -198,8 +199,8 @@ private:
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
 
     // outputs.hpp
-    struct RotationNow;
-    static RotationNow rotation_now(const State& s);
+    class RotationNow;
+    R noise_now(const State& s) const;
     Matrix3R rotation_covariance(const State& s, const RotationNow& now) const;
 
     // preintegration.hpp
@@ -207,10 +208,9 @@ private:
     static void forget_window(State& s);
     using Moment = decltype(State::rate_moment);
     static void add_turn(const State& s, Moment& moment);
-    static Matrix39R by_calibration(const Moment& moment);
     static void take_turn(State& s);
     R gap_variance(const State& s, const Event& event) const;
-    void gather(State& s, const Event& event) const;
+    void gather(State& s, const Event& event, R rate_s) const; // rate_s: the interval of the sample of rate, if there is one
     void gather_force(State& s, const Event& event, const Matrix3R& R_bn) const;
     void gather_field(State& s, const Event& event, const Matrix3R& R_bn) const;
 

@@ -25,22 +25,17 @@ Estimate AhrsModelOf<R>::estimate(const State& s) const {
     return e;
 }
 
-// The turn since the last event went on under one rate.
+// Variance about each axis that has nothing to do with the errors of P, but that of the hold.
 template <class R>
-typename AhrsModelOf<R>::RotationNow AhrsModelOf<R>::rotation_now(const State& s) {
-    const Eigen::Map<const Matrix3R> G(s.x + 4);
-    if (s.x[13] == s.turned_s) return {G, s.rate_moment};
-    Moment moment;
-    std::memcpy(moment, s.rate_moment, sizeof moment);
-    add_turn(s, moment);
-    return {G, moment};
+R AhrsModelOf<R>::noise_now(const State& s) const {
+    return rotation_noise(s) + settings_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
 }
 
 template <class R>
 typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const State& s, const RotationNow& now) const {
-    Matrix3R C = now.covariance(s.P);
+    Matrix3R C = now.covariance();
     if (!s.started) return C;
-    C.diagonal().array() += rotation_noise(s) + settings_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
+    C.diagonal().array() += noise_now(s);
     C(2, 2) += heading_doubt(s);
     const Vector3R by_hold = hold_error(s);
     for (int k = 0; k < 3; ++k) C.col(k) += by_hold[k] * by_hold;
@@ -49,13 +44,26 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
 
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::hold_error(const State& s) const {
-    const R interval_s = std::sqrt(s.wrong_hold) * s.spacing_s[gyro];
-    return rotation_matrix<R>(QuaternionR(s.x).normalized()) * rate(s) * interval_s;
+    const QuaternionR q(s.x);
+    const Vector3R u = turn_rate(s) - Vector3R(s.coning);
+    const R interval_s = std::sqrt(s.wrong_hold) * R(s.spacing_s[gyro]);
+    return rotation_matrix<R>(q) * u * (interval_s / q.squaredNorm()); // whatever the length of the quaternion
 }
 
 template <class R>
 Matrix3 AhrsModelOf<R>::rotation_covariance(const State& s) const {
-    return rotation_covariance(s, rotation_now(s)).template cast<double>();
+    return rotation_covariance(s, RotationNow(s)).template cast<double>();
+}
+
+template <class R>
+Vector3 AhrsModelOf<R>::rotation_variances(const State& s) const {
+    Vector3R v = RotationNow(s).variances();
+    if (s.started) {
+        v.array() += noise_now(s);
+        v[2] += heading_doubt(s);
+        v += hold_error(s).cwiseAbs2();
+    }
+    return v.template cast<double>();
 }
 
 template <class R>
@@ -67,8 +75,8 @@ Vector3 AhrsModelOf<R>::bias_variances(const State& s) const {
 
 template <class R>
 ErrorCovariance AhrsModelOf<R>::error_covariance(const State& s) const {
-    const RotationNow now = rotation_now(s);
-    const Matrix3R rotation_bias = now.with_bias(s.P);
+    const RotationNow now(s);
+    const Matrix3R rotation_bias = now.with_bias();
     Square<6, R> C;
     block<3, 3>(C, 0, 0) = rotation_covariance(s, now);
     block<3, 3>(C, 0, 3) = rotation_bias;

@@ -33,19 +33,18 @@ void AhrsModelOf<R>::forget_window(State& s) {
 // The turn since the last event, which went on under one rate.
 template <class R>
 void AhrsModelOf<R>::add_turn(const State& s, Moment& moment) {
-    using Numbers = Eigen::Matrix<R, 9, 1>;
-    const Numbers turn = Eigen::Map<const Numbers>(s.x + 4) - Eigen::Map<const Numbers>(s.turned);
-    for (int j = 0; j < 3; ++j) Eigen::Map<Numbers>(moment[j]) += s.rate[j] * turn;
-}
-
-// L: the error of S_lj turns the body by column l of int R_bn y_j.
-template <class R>
-typename AhrsModelOf<R>::Matrix39R AhrsModelOf<R>::by_calibration(const Moment& moment) {
-    Matrix39R L;
-    for (int l = 0; l < 3; ++l)
-        for (int j = 0; j < 3; ++j)
-            for (int i = 0; i < 3; ++i) L(i, 3 * l + j) = moment[j][3 * l + i];
-    return L;
+    using Pair = Eigen::Array<R, 2, 1>;
+    const R* y = s.rate;
+    const Pair y01(y[0], y[1]), y20(y[2], y[0]), y12(y[1], y[2]);
+    for (int i = 0; i < 3; ++i) {
+        R *row = moment[i], turn[3];
+        for (int l = 0; l < 3; ++l) turn[l] = s.x[4 + 3 * l + i] - s.turned[3 * l + i];
+        Eigen::Map<Pair>(row + 0) += turn[0] * y01;
+        Eigen::Map<Pair>(row + 2) += Pair(turn[0], turn[1]) * y20;
+        Eigen::Map<Pair>(row + 4) += turn[1] * y12;
+        Eigen::Map<Pair>(row + 6) += turn[2] * y01;
+        row[8] += turn[2] * y[2];
+    }
 }
 
 template <class R>
@@ -66,9 +65,9 @@ R AhrsModelOf<R>::gap_variance(const State& s, const Event& event) const {
 }
 
 template <class R>
-void AhrsModelOf<R>::gather(State& s, const Event& event) const {
+void AhrsModelOf<R>::gather(State& s, const Event& event, R rate_s) const {
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
-    if (s.has(event, gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), interval(s, gyro, event.t_s));
+    if (s.has(event, gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), rate_s);
     if (s.has(event, accel)) gather_force(s, event, R_bn);
     if (!s.has(event, mag)) return;
     if (s.has_reference) gather_field(s, event, R_bn);

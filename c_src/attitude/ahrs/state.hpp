@@ -108,8 +108,8 @@ struct AhrsState {
     R turning[3]; // the constant rate that turns the body as far: from the rate without its errors, and coning
     R force_turn[3]; // rotation vector since the last sample of force
     RateChange<R> rate_change;
-    // Since the last correction: int R_bn y_j dt of each component of the rate, column by column, int |u|^2, both up to the last
-    // event, G and clock there, the gathered samples.
+    // Since the last correction: L = int R_bn (x) y' dt, a row for each axis, int |u|^2, both up to the last event, G and clock there,
+    // the gathered samples.
     R rate_moment[3][9], rate_power, turned[9], turned_s;
     R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
     R swept_velocity[2]; // what an interval of latency does to the velocity

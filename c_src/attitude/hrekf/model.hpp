@@ -80,6 +80,7 @@ public:
     ErrorCovariance error_covariance(const State& s) const;
     Vector3Of<R> hold_error(const State&) const { return Vector3Of<R>::Zero(); } // the hold is taken as told
     Matrix3 rotation_covariance(const State& s) const;
+    Vector3 rotation_variances(const State& s) const { return rotation_covariance(s).diagonal(); }
     Vector3 bias_variances(const State& s) const;
     double bias_walk(const State& s) const; // root of the mean power of the bias walk in use, adapted or not
     double decay_rate(const State& s) const;
