@@ -21,24 +21,27 @@ public:
     static constexpr bool has_ring = Sizes::states > 0;
 
     static std::size_t bytes(const Sizes& sizes, int capacity) {
-        return static_cast<std::size_t>(capacity) * (sizes.event_bytes() + sizeof(int)) +
-               static_cast<std::size_t>(states_for(capacity)) * (sizes.state_bytes() + sizeof(std::uint64_t));
+        return static_cast<std::size_t>(capacity) * sizes.event_bytes() +
+               static_cast<std::size_t>(states_for(capacity)) * (sizes.state_bytes() + sizeof(std::uint64_t)) +
+               static_cast<std::size_t>(places_for(capacity)) * sizeof(unsigned char*);
     }
 
     // memory: so many bytes, aligned for doubles; stays the caller's.
     void create(void* memory, const Sizes& sizes, int capacity) {
         static_cast<Sizes&>(*this) = sizes;
-        slots_ = static_cast<unsigned char*>(memory);
-        ring_ = slots_ + static_cast<std::size_t>(capacity) * slot_bytes();
+        auto* const slots = static_cast<unsigned char*>(memory);
+        ring_ = slots + static_cast<std::size_t>(capacity) * slot_bytes();
         tags_ = reinterpret_cast<std::uint64_t*>(ring_ + Sizes::states * this->state_bytes());
+        order_ = reinterpret_cast<unsigned char**>(tags_ + Sizes::states);
         capacity_ = capacity;
-        order_ = reinterpret_cast<int*>(tags_ + states_for(capacity));
-        for (int i = 0; i < capacity; ++i) order_[i] = i;
-        for (int i = 0; i < states_for(capacity); ++i) tags_[i] = 0;
+        last_place_ = places_for(capacity) - 1;
+        first_ = 0;
+        for (int i = 0; i < capacity; ++i) order_[i] = slots + static_cast<std::size_t>(i) * slot_bytes();
         clear();
+        for (int i = 0; i < states_for(capacity); ++i) tag(i) = 0;
     }
 
-    void clear() { first_ = size_ = solved_ = first_state_ = 0; }
+    void clear() { size_ = solved_ = first_state_ = 0; }
 
     const Sizes& sizes() const { return *this; }
     int size() const { return size_; }
@@ -52,7 +55,7 @@ public:
     // A number of the state after an event that stays with its slot, for the caller's use; 0 at first.
     std::uint64_t& tag(int i) {
         if constexpr (has_ring) return tags_[ring_index(i)];
-        else return tags_[order_[index(i)]];
+        else return *reinterpret_cast<std::uint64_t*>(state_place(i) + this->state_bytes());
     }
 
     void mark_solved() { ++solved_; }
@@ -90,7 +93,7 @@ public:
 
     // The freed slot is the next to be opened, while it is still in the cache.
     void remove_first() {
-        const int freed = order_[first_];
+        unsigned char* const freed = order_[first_];
         first_ = index(1);
         if constexpr (has_ring) first_state_ = ring_index(1);
         --size_;
@@ -100,7 +103,7 @@ public:
     }
 
     void remove(int place) {
-        const int freed = order_[index(place)];
+        unsigned char* const freed = order_[index(place)];
         for (int i = place; i + 1 < size_; ++i) order_[index(i)] = order_[index(i + 1)];
         order_[index(size_ - 1)] = freed;
         --size_;
@@ -109,8 +112,15 @@ public:
 
 private:
     static int states_for(int capacity) { return has_ring ? Sizes::states : capacity; }
-    std::size_t slot_bytes() const { return this->event_bytes() + (has_ring ? 0 : this->state_bytes()); }
-    unsigned char* slot(int i) const { return slots_ + static_cast<std::size_t>(order_[index(i)]) * slot_bytes(); }
+    // A power of two, so that an index that runs over begins again by leaving a bit out.
+    static int places_for(int capacity) {
+        int places = 1;
+        while (places < capacity) places *= 2;
+        return places;
+    }
+    // An event, and where states are as many the state and its tag behind it.
+    std::size_t slot_bytes() const { return this->event_bytes() + (has_ring ? 0 : this->state_bytes() + sizeof(std::uint64_t)); }
+    unsigned char* slot(int i) const { return order_[index(i)]; }
 
     int ring_index(int i) const { return (first_state_ + i) % Sizes::states; }
     unsigned char* state_place(int i) const {
@@ -118,24 +128,21 @@ private:
         else return slot(i) + this->event_bytes();
     }
 
-    int index(int i) const {
-        const int k = first_ + i;
-        return k < capacity_ ? k : k - capacity_;
-    }
+    int index(int i) const { return (first_ + i) & last_place_; }
 
-    // Moves slot numbers, never slots: an insertion costs a few integers.
+    // Moves pointers, never slots.
     void open(int place) {
-        const int fresh = order_[index(size_)];
+        unsigned char* const fresh = order_[index(size_)];
         for (int i = size_; i > place; --i) order_[index(i)] = order_[index(i - 1)];
         order_[index(place)] = fresh;
         ++size_;
     }
 
-    unsigned char* slots_ = nullptr;
     unsigned char* ring_ = nullptr; // of states, if there is one
-    std::uint64_t* tags_ = nullptr;
-    int* order_ = nullptr; // ring of slot numbers in the order of time, then free ones
+    std::uint64_t* tags_ = nullptr; // of its states
+    unsigned char** order_ = nullptr; // ring of slots in the order of time, then free ones
     int capacity_ = 0;
+    int last_place_ = 0; // in order_
     int first_ = 0;
     int first_state_ = 0; // of the base, in the ring
     int size_ = 0;

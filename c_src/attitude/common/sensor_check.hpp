@@ -50,7 +50,7 @@ struct SensorCheck {
     std::uint64_t outliers_in_row;
     std::uint64_t repeated; // bit i: axis i repeated its value once; quantised noise does that all the time
     std::uint64_t running;  // an axis goes on repeating
-    std::uint64_t at_ease;  // nothing of what follows is there to be looked at again
+    std::uint64_t at_ease;  // nothing is there to be watched from sample to sample
     std::uint64_t axes;    // bit i: axis i is at fault
     SensorFault fault;     // of the newest sample
     std::uint64_t outliers, stuck, saturated, left_out; // samples so far
@@ -84,8 +84,10 @@ struct SensorCheck {
         }
         Eigen::Map<Vector3Of<R>> kept(last);
         kept = y;
-        // No axis repeats its value, and none did.
-        if (at_ease && change.prod() != 0) return false;
+        if (at_ease && change.prod() != 0) { // no axis repeats its value
+            repeated = 0;
+            return false;
+        }
         return look_closer(settings, y, change, interval_s, t_s, moves, noisy);
     }
 
@@ -127,7 +129,7 @@ private:
         const bool again = (repeats & repeated) != 0;
         repeated = repeats;
         if (again || is_watched(settings)) look_at_axes(settings, y, change, interval_s, moves, noisy);
-        at_ease = !(repeated || is_watched(settings));
+        at_ease = !is_watched(settings);
         if (fault != before) since_s = t_s;
         return fault != SensorFault::none;
     }
