@@ -6,7 +6,6 @@
 #include "hybrid/sundials_names.hpp"
 #include "maths/unroll.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -270,20 +269,19 @@ struct Propagator::Solver {
     }
 
     bool create_erkstep(const Settings& settings, N_Vector atol) {
-        erk = create_erk(settings.looks_inside);
+        // No output between events: the constant interpolant spares an evaluation of f at the stop time. Where there is one it has
+        // to be Hermite's: Lagrange's needs a history, and each interval begins without.
+        erk = settings.looks_inside ? create_erk(ARK_INTERP_HERMITE, 3) : create_erk(ARK_INTERP_LAGRANGE, 0);
         return erk && ERKStepSetTableNum(erk, method) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
                sundials::erk_set_max_steps(erk, settings.max_steps) == 0;
     }
 
-    void* create_erk(bool looks_inside) {
+    void* create_erk(int interpolant, int degree) {
         void* memory = ERKStepCreate(rhs, 0, y, context);
         if (!memory) return nullptr;
         sundials::silence_erk(memory);
-        // No output between events: the constant interpolant spares an evaluation of f at the stop time. Where there is one it has
-        // to be Hermite's: Lagrange's needs a history, and each interval begins without.
-        const int type = looks_inside ? ARK_INTERP_HERMITE : ARK_INTERP_LAGRANGE;
-        const bool ok = sundials::erk_set_interpolant_type(memory, type) == 0 &&
-                        sundials::erk_set_interpolant_degree(memory, looks_inside ? 3 : 0) == 0 &&
+        const bool ok = sundials::erk_set_interpolant_type(memory, interpolant) == 0 &&
+                        sundials::erk_set_interpolant_degree(memory, degree) == 0 &&
                         sundials::erk_set_user_data(memory, this) == 0;
         if (!ok) sundials::free_erk(&memory);
         return memory;
@@ -295,7 +293,11 @@ struct Propagator::Solver {
         constexpr double error_of_turn = 97.0 / 120000, largest_turn = 0.5;
         max_turn = std::fmin(largest_turn, std::pow(settings.rtol / error_of_turn, 0.2));
         ARKodeButcherTable table = without_error_estimate();
-        equal_steps = create_erk(false);
+        // Its vectors are copies of y, and take over what y can do.
+        const auto norm = y->ops->nvwrmsnorm;
+        y->ops->nvwrmsnorm = no_norm;
+        equal_steps = create_erk(sundials::unused_interpolant, 0);
+        y->ops->nvwrmsnorm = norm;
         const bool ok = table && equal_steps && ERKStepSetTable(equal_steps, table) == 0 &&
                         sundials::erk_set_fixed_step(equal_steps, 1) == 0 && sundials::erk_weights(equal_steps, no_weights) == 0;
         ARKodeButcherTable_Free(table);
@@ -314,8 +316,9 @@ struct Propagator::Solver {
         return table;
     }
 
-    // Where no error is estimated none is weighed: they stay the zeros that they were made as.
+    // Where no error is estimated none is weighed: weights stay the zeros that they were made as, and what they weigh is 0.
     static int no_weights(N_Vector, N_Vector, void*) { return 0; }
+    static real no_norm(N_Vector, N_Vector) { return 0; }
 
     bool create_adams(const Settings& settings, N_Vector atol) {
         cv = CVodeCreate(CV_ADAMS, context);
@@ -408,7 +411,7 @@ struct Propagator::Solver {
     int count_of_steps(double turn) const {
         constexpr int most = 8; // beyond, error control finds out
         if (!equal_steps || !(turn <= most * max_turn)) return 0;
-        return std::max(1, static_cast<int>(std::ceil(turn / max_turn)));
+        return turn <= max_turn ? 1 : static_cast<int>(std::ceil(turn / max_turn));
     }
 
     // Each begins anew: without its last stage the method has no slope to hand on.

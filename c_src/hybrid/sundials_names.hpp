@@ -41,6 +41,7 @@ constexpr auto erk_weights = ARKodeWFtolerances;
 constexpr auto erk_steps = ARKodeGetNumSteps;
 constexpr auto erk_next_step = ARKodeGetCurrentStep;
 constexpr auto erk_between = ARKodeGetDky;
+constexpr int unused_interpolant = ARK_INTERP_LAGRANGE; // the cheapest: Hermite's evaluates the flow at the end of a step
 inline void silence_ark(void*) {}
 inline void free_ark(void** memory) { ARKodeFree(memory); }
 constexpr auto ark_tolerances = ARKodeSVtolerances;
@@ -80,6 +81,7 @@ constexpr auto erk_weights = ERKStepWFtolerances;
 constexpr auto erk_steps = ERKStepGetNumSteps;
 constexpr auto erk_next_step = ERKStepGetCurrentStep;
 constexpr auto erk_between = ERKStepGetDky;
+constexpr int unused_interpolant = ARK_INTERP_HERMITE; // the cheapest: it copies two vectors, and what they hold is there
 inline void silence_ark(void* memory) { ARKStepSetErrHandlerFn(memory, ignore_error, nullptr); }
 inline void free_ark(void** memory) { ARKStepFree(memory); }
 constexpr auto ark_tolerances = ARKStepSVtolerances;
