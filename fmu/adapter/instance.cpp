@@ -371,20 +371,27 @@ Status Instance::check_value(const Variable& v, double value) const {
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
     const T* value = in;
+    const Slot* const slots = slots_;
     bool inputs = false;
     for (std::size_t i = 0; i < n; ++i) {
         if (!names(references[i], type) && !row_of(references[i], type)) return Status::error;
-        const Slot& slot = slots_[references[i]];
-        inputs = inputs || slot.is_input;
+        const Slot& slot = slots[references[i]];
         // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
-        for (int k = 0; k < slot.rows && !slot.is_input; ++k)
-            if (check_value(table_[references[i] + k], static_cast<double>(value[k])) != Status::ok) return Status::error;
+        if (slot.is_input) inputs = true;
+        else
+            for (int k = 0; k < slot.rows; ++k)
+                if (check_value(table_[references[i] + k], static_cast<double>(value[k])) != Status::ok) return Status::error;
         value += slot.rows;
     }
     if (inputs && !allowed(Call::set_input)) return Status::error;
     // All or nothing: a refused call has changed no value.
-    for (std::size_t i = 0; i < n; ++i)
-        for (int k = 0; k < slots_[references[i]].rows; ++k) values_[references[i] + k] = static_cast<double>(*in++);
+    double* const values = values_;
+    for (std::size_t i = 0; i < n; ++i) {
+        double* const to = values + references[i];
+        const int rows = slots[references[i]].rows;
+        *to = static_cast<double>(*in++); // most have one row
+        for (int k = 1; k < rows; ++k) to[k] = static_cast<double>(*in++);
+    }
     return Status::ok;
 }
 

@@ -4,7 +4,7 @@
 #include "adapter/model.hpp"
 #include "adapter/sampling_clock.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 
@@ -38,7 +38,7 @@ struct SampledInputs {
     // When the next one of all is due; clocks that were never set are due never.
     double next_s() const {
         double next_s = std::numeric_limits<double>::infinity();
-        for (const SamplingClock& each : clock) next_s = std::fmin(next_s, each.next_s());
+        for (const SamplingClock& each : clock) next_s = std::min(next_s, each.next_s());
         return next_s;
     }
 

@@ -3,6 +3,7 @@
 
 #include "adapter/variable.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,7 +13,7 @@ namespace hnav::fmu {
 // stays a small part, also for a clock that counts from 1970.
 inline double time_tolerance(double t_s, double scale_s) {
     const double size = std::fabs(t_s), rounding = 4 * std::numeric_limits<double>::epsilon() * size;
-    return std::fmax(rounding, std::fmin(1e-9 * std::fmax(1, size), 1e-3 * scale_s));
+    return std::max(rounding, std::min(1e-9 * std::max(1.0, size), 1e-3 * scale_s));
 }
 
 // Periods that are shorter are none: an importer that is sent to each of them does not get on.

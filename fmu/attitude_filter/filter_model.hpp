@@ -82,7 +82,7 @@ public:
         double next = no_bound;
         // In Model Exchange a sample stamped later than it came waits for its time.
         if (memory_.model_exchange != 0) hnav_filter_next_event_s(object_, &next);
-        return std::fmin(next, memory_.sampled.next_s());
+        return std::min(next, memory_.sampled.next_s());
     }
 
     bool can_hold() const override { return true; }
