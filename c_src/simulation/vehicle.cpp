@@ -318,26 +318,27 @@ Vehicle::Seen Vehicle::seen(double t_s, const State& x) const {
     const Matrix3 R_nb = b.axes_n.transpose() * b.axes_b;
     seen.q_nb = quaternion_from_matrix(R_nb);
     seen.field_b = R_nb.transpose() * field_n_;
-    if (mean_over_s_ > 0) {
-        mean(body(t_s - mean_over_s_, carry(t_s, x, t_s - mean_over_s_)), b, &seen);
+    seen.rate_b = seen.force_b = Vector3::Zero();
+    if (!(mean_over_s_ > 0)) {
+        feel(b, 1, &seen);
         return seen;
     }
-    seen.rate_b = b.axes_b.transpose() * (earth_rate + b.rate);
-    seen.force_b = b.axes_b.transpose() * (b.acceleration + 2 * earth_rate.cross(b.velocity) - earth::gravity_at(b.position));
+    // By Gauss with three instants, which leaves 2e-4 of a vibration of 44 Hz over 10 ms. What sensors integrate is short of the turn
+    // by its coning, which filters add.
+    constexpr double instants[][2] = {
+        {0.5 - 0.3872983346207417, 5.0 / 18}, {0.5, 8.0 / 18}, {0.5 + 0.3872983346207417, 5.0 / 18}};
+    for (const auto& [back, weight] : instants) {
+        const double then_s = t_s - back * mean_over_s_;
+        feel(body(then_s, carry(t_s, x, then_s)), weight, &seen);
+    }
     return seen;
 }
 
-void Vehicle::mean(const Body& before, const Body& now, Seen* seen) const {
-    const double T = mean_over_s_;
-    const auto earth_turn = [](double for_s) { return rotation_matrix(rotation_quaternion(earth_rate * for_s)); };
-    const Matrix3 turn = before.axes_b.transpose() * earth_turn(T) * now.axes_b;
-    seen->rate_b = rotation_vector(quaternion_from_matrix(turn)) / T;
-    const Vector3 gravity = 0.5 * (earth::gravity_at(before.position) + earth::gravity_at(now.position));
-    const Vector3 gained = now.velocity - before.velocity + T * (earth_rate.cross(before.velocity + now.velocity) - gravity);
-    // What a force that is held in the turning body comes to, in the axes of the Earth at the middle of the interval.
-    const Matrix3 held = earth_turn(-T / 2) * before.axes_b * HeldTurn<>(seen->rate_b, T).integral;
-    const Vector3 a = held.col(0), b = held.col(1), c = held.col(2);
-    seen->force_b = Vector3(gained.dot(b.cross(c)), gained.dot(c.cross(a)), gained.dot(a.cross(b))) / a.dot(b.cross(c));
+// What sensors read at an instant, added with a weight.
+void Vehicle::feel(const Body& b, double weight, Seen* seen) const {
+    seen->rate_b += weight * (b.axes_b.transpose() * (earth_rate + b.rate));
+    seen->force_b +=
+        weight * (b.axes_b.transpose() * (b.acceleration + 2 * earth_rate.cross(b.velocity) - earth::gravity_at(b.position)));
 }
 
 } // namespace hnav

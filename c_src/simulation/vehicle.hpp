@@ -78,8 +78,7 @@ private:
     Vector3 level_rate(const earth::Place& place, const Matrix3& axes_n, const Vector3& velocity_e) const;
     Body body(double t_s, const State& x) const;
     Body body_on_way(double t_s) const;
-    // Rate and force that, held from the one body to the other, bring the motion about.
-    void mean(const Body& before, const Body& now, Seen* seen) const;
+    void feel(const Body& body, double weight, Seen* seen) const;
 
     hnav_vehicle_kind kind_;
     std::uint64_t seed_;

@@ -103,6 +103,18 @@ def test_vibration_is_as_strong_as_told_and_turns_nothing_away():
     assert np.abs(turned.as_rotvec()).max() < 2e-4 and np.ptp(drive.place[:, 2]) < 0.02
 
 
+def test_integrating_sensors_read_the_rate_and_not_the_turn_of_a_coning():
+    """Roll and pitch that sway out of step turn a body further than the mean of its rate tells."""
+    told = {"kind": "ship", "sway": 20, "seed": 2}
+    t_s = np.linspace(30, 30.5, 5001)
+    fine, mean = Vehicle(**told).run(t_s), Vehicle(**told, mean_over_s=0.5).run(t_s[-1:])
+    integral = (fine.rate_b_rad_s[0] / 2 + fine.rate_b_rad_s[1:-1].sum(axis=0) + fine.rate_b_rad_s[-1] / 2) / (len(t_s) - 1)
+    body = attitude_e(fine)
+    turn = (body[0].inv() * Rotation.from_rotvec(EARTH_E * 0.5) * body[-1]).as_rotvec() / 0.5
+    np.testing.assert_allclose(mean.rate_b_rad_s[0], integral, atol=1e-6)
+    assert np.abs(turn - integral).max() > 1e-4
+
+
 def test_no_place_is_special():
     """Over a pole and the date line a car moves as elsewhere: its height stays, and its own rates are the same."""
     t_s = np.arange(0, 60, 0.1)

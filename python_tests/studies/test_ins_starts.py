@@ -1,8 +1,13 @@
 """Starts of the navigation filter: what the study tells the filter is what it simulates."""
 
 import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
 
+from hnav.reference import earth
+from hnav.simulation.vehicle import Vehicle
 from studies.ins.experiment import experiment, figures
+from studies.ins.vehicles import Truth, ideal
 
 
 def test_a_telephone_is_told_how_slow_and_large_the_error_of_its_satellites_is():
@@ -10,3 +15,22 @@ def test_a_telephone_is_told_how_slow_and_large_the_error_of_its_satellites_is()
     # 24 starts of three axes: a mean of 72 squares of standard deviation 0.17, and errors of one start hang together.
     assert 0.5 < told.position_z2 < 1.6
     assert told.false == 0 and np.isnan(told.median_s)
+
+
+@pytest.mark.parametrize(("kind", "grade"), [("swaying", "navigation"), ("vibrating", "navigation"), ("rest", "tactical")])
+def test_bodies_at_rest_find_north_as_well_as_they_say(kind, grade):
+    found = figures(list(experiment(kind, grade, 3, 1, 1)))
+    assert found.false == 0 and found.heading_z2 < 3
+    assert found.ready == (3 if grade == "navigation" else 0)
+
+
+def test_the_sensors_of_the_study_read_what_those_of_the_simulated_vehicles_read():
+    """Two simulations that share no code: one finds rate and force from successive places, the other from derivatives in closed form."""
+    drive = Vehicle(kind="aircraft", seed=4, mean_over_s=0.01).run(5 + np.arange(2000) / 100)
+    axes = earth.axes_at(drive.place)
+    attitude = Rotation.from_matrix(axes) * Rotation.from_quat(drive.q_nb, scalar_first=True)
+    velocity = np.einsum("nij,nj->ni", axes, drive.velocity_n_m_s)
+    rate, force = ideal(Truth(drive.t_s, earth.position_of(drive.place), velocity, attitude))
+    np.testing.assert_allclose(rate[10:], drive.rate_b_rad_s[10:], atol=1e-7)
+    # The study takes gravity and Coriolis at the begin of each interval.
+    np.testing.assert_allclose(force[10:], drive.force_b_m_s2[10:], atol=2e-4)

@@ -1,14 +1,18 @@
 """Does the navigation filter find its heading from any start, and does it say so only then? Simulated starts with exact truth.
 
-    ./run study ins --starts 200 [--kinds car,aircraft,ship,rest,straight,take_off,quadrotor,walker] [--grade industrial] [--workers 2] [--seed 1]
+    ./run study ins --starts 200 [--kinds car,aircraft,ship,straight,take_off,quadrotor,walker] [--grade industrial] [--workers 2] [--seed 1]
+    ./run study ins --gyrocompass --starts 200
     ./run study ins --flight FOLDER
     ./run study ins --faults --starts 50 [--kinds car,aircraft]
     ./run study ins --smooth --starts 100 [--kinds car,aircraft,ship] [--grade industrial]
 
 Every start has a random place, heading, motion, sensors and satellites, whose stamps are late by up to 0.1 s that nobody tells and of
 whose fixes one of a hundred lies far off. A start is false when, at the first instant of heading_ready, the error of the
-heading exceeds both 3 sigma and 5 deg. rest is the gyrocompass: the place is given, and nothing else. straight and take_off
+heading exceeds both 3 sigma and 5 deg. straight and take_off
 stand or gain speed straight ahead when they are switched on, quadrotor hovers and vibrates, walker is a telephone with fixes once a second.
+
+With --gyrocompass: bodies that stand and are told where, and nothing else: on a base that sways by millimetres (rest) or by a centimetre
+(swaying, which their filters are told), that vibrates as beside an engine, and ten degrees from the pole (polar).
 
 With --faults: cars and aircraft that navigate meet one fault each, and what becomes of it is told: whether it was gated or a flag of
 readiness fell, how often the errors stayed within 3 sigma from its begin to a minute after its end, how large they became.

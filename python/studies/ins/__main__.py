@@ -12,12 +12,15 @@ from rich.table import Table
 
 from hnav.cli.console import bar, show
 from hnav.cli.words import UsageError
-from hnav.filters.ins import INS_PRESETS
+from hnav.filters.ins import INS_PRESETS, InsOptions
+from hnav.reference import earth
 from studies.command import after, study
 from studies.ins import hindsight
-from studies.ins.experiment import KINDS, Figures, Start, experiment, figures
+from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
+from studies.ins.motions import AT_REST
+from studies.ins.vehicles import latitude_at_rest
 
 
 def command(
@@ -29,6 +32,9 @@ def command(
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
+    ] = False,
+    gyrocompass: Annotated[
+        bool, typer.Option("--gyrocompass", help="bodies at rest that find north by the rate of the Earth instead")
     ] = False,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
 ) -> None:
@@ -51,6 +57,9 @@ def command(
         return
     if smooth:
         show(hindsight_table(chosen, grade, runs, seed, workers), width=200)
+        return
+    if gyrocompass:
+        show(north_table(runs, seed, workers), width=120)
         return
     show(starts_table(chosen, grade, runs, seed, workers), width=150)
 
@@ -92,6 +101,33 @@ def table(rows: list[tuple[str, Figures]], title: str) -> Table:
             kind, str(f.runs), str(f.ready), after(f.median_s), after(f.late_s), str(f.false), f"{f.rms_end:.3g} deg",
             f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
             f"{f.early_tilt_z2:.2f}", f"{f.tilt_z2:.2f}",
+        )  # fmt: skip
+    return out
+
+
+def north_table(runs: int, seed: int, workers: int) -> Table:
+    """A row for each base and grade."""
+    title = f"{runs} starts each, seed {seed}, {DURATIONS_S['rest']:g} s at rest: north by the rate of the Earth"
+    out = Table(title=title, title_justify="left")
+    for column in ("base", "grade"):
+        out.add_column(column, no_wrap=True)
+    for column in (
+        "ready",
+        "median",
+        "false",
+        "heading rms at the end",
+        "stated",
+        "z2",
+        "bias over Earth's rate",
+        "rms over that",
+    ):
+        out.add_column(column, justify="right")
+    for kind, grade in (*((kind, "navigation") for kind in AT_REST), ("rest", "tactical")):
+        f = figures(list(experiment(kind, grade, runs, seed, workers)))
+        due = np.degrees(InsOptions(grade).start_sigma_gyro_bias_rad_s / (earth.RATE_RAD_S * np.cos(latitude_at_rest(kind))))
+        out.add_row(
+            kind, grade, f"{f.ready} of {f.runs}", after(f.median_s), str(f.false), f"{f.rms_end:.3g} deg", f"{f.stated_end:.3g} deg",
+            f"{f.heading_z2:.2f}", f"{due:.3g} deg", f"{f.rms_end / due:.2f}",
         )  # fmt: skip
     return out
 

@@ -13,13 +13,17 @@ from scipy.spatial.transform import Rotation
 from hnav.filters.ins import Ins, InsRun
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
+from studies.ins.motions import AT_REST
 from studies.ins.vehicles import Truth, receiver, vehicle
 
 DURATIONS_S = {
-    "car": 150.0, "aircraft": 150.0, "ship": 150.0, "rest": 400.0,
+    "car": 150.0, "aircraft": 150.0, "ship": 150.0,
     "straight": 100.0, "take_off": 100.0, "quadrotor": 120.0, "walker": 60.0,
+    **dict.fromkeys(AT_REST, 600.0),
 }  # fmt: skip
 KINDS = tuple(DURATIONS_S)
+REST_NOISE_M_S = 0.01
+"""What a filter is told of the velocity at rest, ten times a second; four times that on a base that sways by four times as much."""
 EARLY_S = 5.0
 """After the tilt is found."""
 EVERY = 10  # rows of the filter for one that is judged
@@ -57,11 +61,11 @@ def judged(kind: str, grade: str, seed: int) -> Start:
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
     colour_m = receiver(kind).colour_m
     given: dict[str, object] = {"position_colour_m": (colour_m, colour_m)}
-    if kind == "rest":
+    if kind in AT_REST:
         latitude, longitude, height = earth.place_of(truth.position_e[0])
         given |= dict(
             start_place="given", start_latitude_rad=latitude, start_longitude_rad=longitude, start_height_m=height,
-            rest_velocity_noise_m_s=0.01,
+            rest_velocity_noise_m_s=REST_NOISE_M_S * (4 if kind == "swaying" else 1),
         )  # fmt: skip
     ins = Ins(grade, solver="closed_form", **given)
     run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, every=EVERY)
@@ -81,7 +85,7 @@ def judged(kind: str, grade: str, seed: int) -> Start:
         np.nan if first is None else float(sigma[first]),
         float(error[-1]),
         float(sigma[-1]),
-        float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind != "rest" else np.nan,
+        float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind not in AT_REST else np.nan,
         (tilt_z2(run, truth, rows, int(np.searchsorted(run.t_s, found_s + EARLY_S))), tilt_z2(run, truth, rows, len(rows) - 1)),
     )
 

@@ -1,11 +1,16 @@
 """Motions of vehicles: velocity north-east-down and attitude over time, at random.
 
 velocity, attitude = MOTIONS["car"](numpy.random.default_rng(1), t_s)
+
+hnav.simulation.vehicle simulates vehicles too, and shares no line with this: it goes step by step, as FMUs do, and finds what sensors read
+from derivatives in closed form; here thousands of starts go through NumPy as arrays, with kinds that are not meant for users, and sensors
+follow from successive places and attitudes. That both agree is a test.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import convolve1d
@@ -14,6 +19,8 @@ from scipy.spatial.transform import Rotation
 from hnav.native.arrays import Array
 
 RATE_HZ = 100
+AT_REST = ("rest", "swaying", "vibrating", "polar")
+"""Kinds that stand where they are told; the last one at 80 degrees of latitude, the others at 45."""
 WARM_S = 20.0
 """The filter is switched on after so long, mostly in motion."""
 
@@ -144,16 +151,26 @@ def walker(rng: np.random.Generator, t: Array) -> Motion:
     return velocity, Rotation.from_euler("z", (course + looks)[:, None]) * held * Rotation.from_rotvec(np.stack(sways, 1))
 
 
-def rest(rng: np.random.Generator, t: Array) -> Motion:
-    """Stands on something that sways by millimetres."""
+def rest(rng: np.random.Generator, t: Array, swaying: float = 1.0, vibration_m_s2: float = 0.0) -> Motion:
+    """Stands on something that sways by so many millimetres, and perhaps vibrates as beside an engine."""
 
     def sway(size: float) -> Array:
         waves = [rng.standard_normal() * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in (0.15, 0.4, 1.1, 3.0)]
-        swayed: Array = size * np.sum(waves, axis=0)
+        swayed: Array = swaying * size * np.sum(waves, axis=0)
         return swayed
 
+    def shaken(order: int) -> Array:
+        """Its derivative of this order has the root mean square that is asked for."""
+        rates = 2 * np.pi * np.array([11.3, 19.7, 31.1, 43.9])
+        waves = [np.sin(w * t + rng.uniform(0, 6)) / w**order for w in rates]
+        shook: Array = vibration_m_s2 / np.sqrt(2) * np.sum(waves, axis=0)
+        return shook
+
     speed, roll, pitch = sway(2e-3), rng.uniform(-0.1, 0.1) + sway(3e-4), rng.uniform(-0.1, 0.1) + sway(3e-4)
-    return _along(speed, rng.uniform(-np.pi, np.pi) + sway(3e-4), 0 * t, roll, pitch)
+    heading = rng.uniform(-np.pi, np.pi) + sway(3e-4)
+    velocity, attitude = _along(speed + shaken(1), heading, 0 * t, roll + shaken(2), pitch + shaken(2))
+    velocity[:, 2] += shaken(1)
+    return velocity, attitude
 
 
 MOTIONS: dict[str, Callable[[np.random.Generator, Array], Motion]] = {
@@ -161,6 +178,9 @@ MOTIONS: dict[str, Callable[[np.random.Generator, Array], Motion]] = {
     "aircraft": aircraft,
     "ship": ship,
     "rest": rest,
+    "polar": rest,
+    "swaying": partial(rest, swaying=4.0),
+    "vibrating": partial(rest, vibration_m_s2=0.2),
     "straight": straight,
     "take_off": take_off,
     "quadrotor": quadrotor,

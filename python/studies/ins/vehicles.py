@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from hnav.filters.ins import Aids, InsOptions
 from hnav.native.arrays import Array
 from hnav.reference import earth
-from studies.ins.motions import MOTIONS, RATE_HZ, WARM_S
+from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
 OUTLIERS = 0.01
 """Share of the fixes that lie far off."""
@@ -39,6 +39,15 @@ RECEIVERS = {"walker": Receiver(1, 3.0, 2.0, 0.2, 0.1)}
 def receiver(kind: str) -> Receiver:
     """Of a vehicle of this kind. What its slow error is, its filter is told, as users tell it by position_colour_m."""
     return RECEIVERS.get(kind, Receiver())
+
+
+CONING = (113 / 840, -13 / 420, 1 / 280)
+"""Shares of the products with the three turns before, newest first: they leave of a steady coning its seventh order."""
+
+
+def latitude_at_rest(kind: str) -> float:
+    """Of a kind that stands, in rad."""
+    return float(np.radians(80.0 if kind == "polar" else 45.0))
 
 
 VIBRATION = {"quadrotor": (0.05, 3.0)}
@@ -87,6 +96,8 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tupl
     rng = np.random.default_rng([seed, 7])
     t = np.arange(int((duration_s + WARM_S) * RATE_HZ) + 1) / RATE_HZ
     place = np.array([rng.uniform(-1.2, 1.2), rng.uniform(-3, 3), 50.0])
+    if kind in AT_REST:
+        place[0] = latitude_at_rest(kind)
     velocity, attitude = MOTIONS[kind](rng, t)
     d = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) / RATE_HZ, axis=0)])
     axes = earth.axes_at(place)
@@ -97,7 +108,7 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tupl
         share = rng.uniform(0.1, 1)
         rate, force = (y + share * size * rng.standard_normal(y.shape) for y, size in zip((rate, force), VIBRATION[kind]))
     begin = int(WARM_S * RATE_HZ)
-    aids = satellites(rng, truth, begin, receiver(kind)) if kind != "rest" else Aids()
+    aids = satellites(rng, truth, begin, receiver(kind)) if kind not in AT_REST else Aids()
     kept = slice(begin, None)
     at = Truth(t[kept], truth.position_e[kept], truth.velocity_e[kept], truth.attitude_e[kept])
     return Samples(t[kept], rate[kept], force[kept], aids), at
@@ -107,14 +118,20 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tupl
 
 
 def ideal(truth: Truth) -> tuple[Array, Array]:
-    """Rate and force (n x 3) whose values, held over the interval before each time, bring the truth about."""
+    """Rate and force (n x 3) that sensors which integrate read: the means over the interval before each time."""
     T, earth_rate = 1 / RATE_HZ, np.array([0, 0, earth.RATE_RAD_S])
     before, after = truth.attitude_e[:-1], truth.attitude_e[1:]
     turn = (before.inv() * Rotation.from_rotvec(earth_rate * T) * after).as_rotvec()
     v = truth.velocity_e
     acceleration = np.diff(v, axis=0) / T - earth.gravity_at(truth.position_e[:-1]) + 2 * np.cross(earth_rate, v[:-1])
-    force = np.linalg.solve(_mean_turn(turn), before.inv().apply(acceleration)[..., None])[..., 0]
-    return np.vstack([turn[:1], turn]) / T, np.vstack([force[:1], force])
+    gain = T * np.linalg.solve(_mean_turn(turn), before.inv().apply(acceleration)[..., None])[..., 0]
+    # Turn and gain are what, held, brings the truth about; sensors miss of them what axes that move within the interval add.
+    coning, sculling = np.zeros_like(turn), np.zeros_like(gain)
+    for k, share in enumerate(CONING, 1):
+        coning[k:] += share * np.cross(turn[:-k], turn[k:])
+        sculling[k:] += share * (np.cross(turn[:-k], gain[k:]) + np.cross(gain[:-k], turn[k:]))
+    rate, force = (turn - coning) / T, (gain - sculling) / T
+    return np.vstack([rate[:1], rate]), np.vstack([force[:1], force])
 
 
 def _mean_turn(turn: Array) -> Array:
