@@ -357,6 +357,33 @@ def test_the_command_exports(little_fmu, tmp_path):
     assert over.returncode == 2 and "is read by this command" in over.stderr
 
 
+@versions
+def test_covariances_are_outputs_on_request(little_fmu, tmp_path, version):
+    outputs = {}
+    for wanted in (True, False, None):
+        path = tmp_path / f"{wanted}.fmu"
+        whole_plan(little_fmu).export(path, version, covariance=wanted)
+        assert_fits_the_standard(path, version)
+        names = [variable.name for variable in fmpy.read_model_description(str(path)).modelVariables]
+        outputs[wanted] = [name for name in names if name.startswith("cov[")]
+        assert "sigma.k" in names
+    assert len(outputs[True]) == len(outputs[None]) == 10 and outputs[False] == []
+
+
+def test_an_observer_of_many_numbers_has_covariances_too(little_fmu, tmp_path, monkeypatch):
+    monkeypatch.setattr("hnav.filters.observer_export.LARGEST_COVARIANCE", 3)
+    plan = whole_plan(little_fmu)
+    for wanted, count in ((None, 0), (True, 10)):
+        plan.export(tmp_path / "o.fmu", 2, covariance=wanted, period_s=STEP_S)
+        with Fmu(tmp_path / "o.fmu") as fmu:
+            fmu.initialise()
+            run(fmu, 3)
+            names = [name for name in fmu.variables if name.startswith("cov[")]
+            assert len(names) == count
+            for i, name in enumerate("xvdk" if count else ""):
+                assert fmu.get(f"cov[{i + 1},{i + 1}]") == pytest.approx(fmu.get(f"sigma.{name}") ** 2, rel=1e-12)
+
+
 def test_plants_of_others_are_exported(plants, tmp_path):
     for version in VERSIONS:
         plan = hnav.Plan(plants / f"fmi{version}" / "VanDerPol.fmu").sensor("x0", noise=0.05)

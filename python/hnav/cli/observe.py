@@ -59,6 +59,14 @@ def command(
     period_s: Annotated[
         float, typer.Option("--period", metavar="S", help="Sampling period of --export, where counters do not mark samples")
     ] = 0.01,
+    covariance: Annotated[
+        bool | None,
+        typer.Option(
+            "--covariance/--sigmas",
+            help="All of P among the outputs of --export, or sigmas alone",
+            show_default="of up to 16 numbers",
+        ),
+    ] = None,
 ) -> None:
     refuse(fmu, plan, data, tune or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
@@ -75,7 +83,7 @@ def command(
     if prove:
         tell_proof(observer)
     if export is not None:
-        write_fmu(observer, export, fmi, period_s)
+        write_fmu(observer, export, fmi, period_s, covariance)
     elif data is None and not prove:
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
     if data is not None and tune:
@@ -92,9 +100,9 @@ def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
 
 
-def write_fmu(observer: Observer, path: Path, version: int, period_s: float) -> None:
+def write_fmu(observer: Observer, path: Path, version: int, period_s: float, covariance: bool | None) -> None:
     """The observer as an FMU, and where it does not run."""
-    lost = observer.export(path, version, period_s=period_s)
+    lost = observer.export(path, version, period_s=period_s, covariance=covariance)
     say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
     if lost:
         say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")

@@ -326,14 +326,17 @@ class Observer(StatefulObject):
             dropped=self.info().dropped - before,
         )
 
-    def export(self, path: Path | str, fmi_version: int = 2, *, period_s: float = 0.01) -> list[str]:
+    def export(
+        self, path: Path | str, fmi_version: int = 2, *, period_s: float = 0.01, covariance: bool | None = None
+    ) -> list[str]:
         """Writes an FMU, FMI 2 or 3, Co-Simulation and Model Exchange, that estimates what this observer does, with the plant and its
         licences inside; noises, start and options are its parameters. period_s: of its samples, where nothing else marks them.
+        covariance: whether all of P is among the outputs, cov[i,j], beside sigmas; None: of up to 16 numbers.
         Answers the platforms that the plant has a binary for and hnav has none, so that the FMU does not run there. Raises HnavValueError
         for a plant of functions in Python, or where no platform is left."""
         from hnav.filters.observer_export import export
 
-        return export(self, path, fmi_version, period_s)
+        return export(self, path, fmi_version, period_s, covariance)
 
     def _index(self, name: str, names: Mapping[str, object], kind: str) -> int:
         if name not in names:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 IDENTIFIER = "Observer"
 PLANT = "resources/plant/"
 _INF = float("inf")
-LARGEST_COVARIANCE = 16  # numbers that are estimated: more have no rows for what they have in common
+LARGEST_COVARIANCE = 16  # numbers that are estimated: of more, what they have in common has rows on request
 _OWN_OPTIONS = ("start_time_s",)  # told by the importer
 _SECOND = Unit(1.0, 0.0, (0, 0, 1, 0, 0, 0, 0, 0))
 _PLATFORMS = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin"}  # FMI 2's names, and FMI 3's
@@ -40,8 +40,8 @@ _MODES = (
 )
 
 
-def export(observer: Observer, path: Path | str, fmi_version: int, period_s: float) -> list[str]:
-    """Writes the FMU. Answers the platforms of the plant that it does not run on. Raises HnavValueError with the cure."""
+def export(observer: Observer, path: Path | str, fmi_version: int, period_s: float, covariance: bool | None = None) -> list[str]:
+    """Writes the FMU; covariance: with all of P, None: of up to LARGEST_COVARIANCE numbers. Answers the platforms of the plant that it does not run on. Raises HnavValueError with the cure."""
     fmu = plant_of(observer)
     if fmi_version not in (2, 3):
         raise HnavValueError("option", f"fmi_version is {fmi_version}: it must be 2 or 3", "fmi_version")
@@ -54,7 +54,7 @@ def export(observer: Observer, path: Path | str, fmi_version: int, period_s: flo
                 "option", f"{fmu.path.name} has binaries for {', '.join(sorted(there))}, the observer for {', '.join(sorted(here))}: export the "
                 "plant for one of these", "fmu"
             )  # fmt: skip
-        contents = {name: text.encode() for name, text in texts(observer, fmi_version, period_s).items()}
+        contents = {name: text.encode() for name, text in texts(observer, fmi_version, period_s, covariance).items()}
         contents |= _taken(shell, ("documentation/licenses/", "terminalsAndIcons/icon", "model.png"), here & there)
         inside = _taken(plant, ("resources/", "documentation/licenses/", "licenses/"), here & there)
         contents |= {PLANT + name: content for name, content in inside.items()}
@@ -73,9 +73,9 @@ def plant_of(observer: Observer) -> ModelDescription:
     return observer.plan.plant
 
 
-def texts(observer: Observer, fmi_version: int, period_s: float) -> dict[str, str]:
+def texts(observer: Observer, fmi_version: int, period_s: float, covariance: bool | None = None) -> dict[str, str]:
     """All that depends on the plant, by path in the archive."""
-    fmu, rows = plant_of(observer), table(observer, period_s)
+    fmu, rows = plant_of(observer), table(observer, period_s, covariance)
     title = f"Observer of {fmu.name}"
     about = About(
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
@@ -131,11 +131,11 @@ def _saves(observer: Observer) -> bool:
 # --------------------------------------------------------------------------------------------- the table
 
 
-def table(observer: Observer, period_s: float) -> list[Row]:
+def table(observer: Observer, period_s: float, covariance: bool | None = None) -> list[Row]:
     """The variables, in the order of their value references. Raises HnavValueError where two have one name."""
     rows = [
         Row("time", 0, "time", "Simulation time", causality="independent", variability="continuous", unit="s"),
-        *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer), *_health(observer),
+        *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer, covariance), *_health(observer),
     ]  # fmt: skip
     rows = _with_states(observer, [*rows, *_indicators(observer)])
     seen = set[str]()
@@ -232,7 +232,7 @@ def _options(observer: Observer) -> Iterator[Row]:
                          choices=choices)  # fmt: skip
 
 
-def _outputs(observer: Observer) -> Iterator[Row]:
+def _outputs(observer: Observer, covariance: bool | None) -> Iterator[Row]:
     yield Row("post_t", 0, "post.t", "Time of the newest used sample; the start time before the first", unit="s")
     for prefix, role, text in (
         ("post", "post", "Estimate just after the newest used sample: the same bits whatever the steps"),
@@ -245,7 +245,7 @@ def _outputs(observer: Observer) -> Iterator[Row]:
             yield Row(role, k, f"{prefix}.{name}", text, unit=_unit(observer, name), is_difference="sigma" in role,
                       variability="continuous" if flows else "discrete")  # fmt: skip
     N = len(observer.names)
-    for i in range(N if N <= LARGEST_COVARIANCE else 0):
+    for i in range(N if covariance or (covariance is None and N <= LARGEST_COVARIANCE) else 0):
         for j in range(i, N):
             text = f"Covariance of {observer.names[i]} and {observer.names[j]}"
             yield Row("covariance", i * N + j, f"cov[{i + 1},{j + 1}]", text, variability="continuous")

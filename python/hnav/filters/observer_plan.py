@@ -184,11 +184,13 @@ class Plan:
         self.set_values[name] = float(value)
         return self
 
-    def export(self, path: str | Path, fmi_version: int = 2, *, period_s: float = 0.01) -> list[str]:
+    def export(
+        self, path: str | Path, fmi_version: int = 2, *, period_s: float = 0.01, covariance: bool | None = None
+    ) -> list[str]:
         """The observer of this plan as an FMU; see Observer.export."""
         from hnav.filters.observer import Observer
 
-        return Observer(self).export(path, fmi_version, period_s=period_s)
+        return Observer(self).export(path, fmi_version, period_s=period_s, covariance=covariance)
 
     def copy(self) -> Plan:
         """A plan of its own for the same plant."""
