@@ -26,6 +26,15 @@ OFFSET = 0.3  # in sigmas of the sensor, that is worth a word
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
 
+WithCovariance = Annotated[
+    bool | None,
+    typer.Option(
+        "--covariance/--sigmas",
+        help="All of P among the outputs of --export, or sigmas alone",
+        show_default="of up to 16 numbers",
+    ),
+]
+
 
 def command(
     fmu: Annotated[
@@ -59,14 +68,7 @@ def command(
     period_s: Annotated[
         float, typer.Option("--period", metavar="S", help="Sampling period of --export, where counters do not mark samples")
     ] = 0.01,
-    covariance: Annotated[
-        bool | None,
-        typer.Option(
-            "--covariance/--sigmas",
-            help="All of P among the outputs of --export, or sigmas alone",
-            show_default="of up to 16 numbers",
-        ),
-    ] = None,
+    covariance: WithCovariance = None,
 ) -> None:
     refuse(fmu, plan, data, tune or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
