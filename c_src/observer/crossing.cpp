@@ -146,7 +146,10 @@ bool Model::step_outside_done(const State& s, const double* x, bool* wants_event
     return true;
 }
 
-double Model::next_event_of_plant_s(const State& s) const { return flows(s) ? s.x()[layout().next_event] : HUGE_VAL; }
+// A plant may name a time at which nothing happens: without events of its own it is not asked.
+double Model::next_event_of_plant_s(const State& s) const {
+    return crosses() && flows(s) ? s.x()[layout().next_event] : HUGE_VAL;
+}
 
 // Of the first part; before the estimate has begun nothing moves.
 bool Model::indicators_at(const State& s, const double* x, double* z) const {
