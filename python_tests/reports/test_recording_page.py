@@ -195,7 +195,9 @@ def test_chromium_renders_the_page_of_a_recording(page, tmp_path):
     assert re.search(r'<output id="body-says">[\d.]+ s   roll -?[\d.]+°  pitch -?[\d.]+°  heading [\d.]+°</output>', document)
 
 
-OPERATE = """<script>addEventListener("load", () => {
+# The browser is given a time of its own, in which frames come or not: here they do.
+OPERATE = """<script>requestAnimationFrame = call => setTimeout(() => call(performance.now()), 16);
+addEventListener("load", () => {
   const said = [], says = document.getElementById("body-says"), time = document.getElementById("body-time");
   const canvas = document.getElementById("body-canvas"), button = document.getElementById("body-play");
   const note = () => said.push(says.textContent.split(" ")[0]);
