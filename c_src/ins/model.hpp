@@ -32,6 +32,12 @@ struct Navigation {
     bool tilt_ready, heading_ready, velocity_ready, position_ready;
 };
 
+// Place, velocity and attitude of a state whose axes to_earth turns to those of the Earth. Answers what turns them to
+// north-east-down of the place.
+Matrix3 show_motion(const State& s, const Matrix3& to_earth, Navigation* n);
+// Of a vector with the covariance P, along axes that a matrix turns to.
+Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P);
+
 class Model {
 public:
     static constexpr int nx = ins::nx;

@@ -36,6 +36,21 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                         (settings_.place_given || earned(s.information_position, settings_.ready_position));
 }
 
+Matrix3 show_motion(const State& s, const Matrix3& to_earth, Navigation* n) {
+    n->position_e = vec(s.anchor_e) + to_earth * vec(s.x);
+    n->velocity_e = to_earth * vec(s.x + 3);
+    n->place = earth::place_of(n->position_e);
+    const Matrix3 to_north = earth::axes_at(n->place).transpose() * to_earth;
+    n->velocity_n = to_north * vec(s.x + 3);
+    n->q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
+    return to_north;
+}
+
+Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P) {
+    const Vector3 variances = (to_axes * P * to_axes.transpose()).diagonal();
+    return variances.cwiseMax(0).cwiseSqrt();
+}
+
 Navigation Model::navigation(const State& s, double ahead_s, double now_s) const {
     const Covariance P = covariance_at(s, ahead_s);
     Navigation n{};
@@ -43,16 +58,8 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     const Quaternion turn = rotation_quaternion(Vector3(0, 0, is_free(s) ? s.circle.mode_rad : 0));
     const Matrix3 alpha = rotation_matrix(turn), T = mat(s.axes);
     const Matrix3 to_earth = T * alpha;
-    n.position_e = vec(s.anchor_e) + to_earth * vec(s.x);
-    n.velocity_e = to_earth * vec(s.x + 3);
-    n.place = earth::place_of(n.position_e);
-    const Matrix3 to_north = earth::axes_at(n.place).transpose() * to_earth;
-    n.velocity_n = to_north * vec(s.x + 3);
-    n.q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
-    const auto sigma = [&](int row) {
-        const Vector3 variances = (to_north * P.block(row, row) * to_north.transpose()).diagonal();
-        return Vector3(variances.cwiseMax(0).cwiseSqrt());
-    };
+    const Matrix3 to_north = show_motion(s, to_earth, &n);
+    const auto sigma = [&](int row) { return sigmas_along(to_north, P.block(row, row)); };
     n.sigma_position = sigma(row_d);
     n.sigma_velocity = sigma(row_v);
     n.sigma_rotation = sigma(row_phi);

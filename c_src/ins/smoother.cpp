@@ -554,18 +554,11 @@ void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsig
     State s = node;
     std::copy(row.x, row.x + nx, s.x);
     add(error, s);
-    const Matrix3 T = mat(s.axes);
     SmoothedRow out{};
     Navigation& n = out.navigation;
-    n.position_e = vec(s.anchor_e) + T * vec(s.x);
-    n.velocity_e = T * vec(s.x + 3);
-    n.place = earth::place_of(n.position_e);
-    const Matrix3 to_north = earth::axes_at(n.place).transpose() * T;
-    n.velocity_n = to_north * vec(s.x + 3);
-    n.q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
-    const auto sigma = [&](int first) {
-        const Matrix3 P = (1 - share) * now.P.block(first, first) + share * later.hindsight.P.block(first, first);
-        return Vector3((to_north * P * to_north.transpose()).diagonal().cwiseMax(0).cwiseSqrt());
+    const Matrix3 to_north = show_motion(s, mat(s.axes), &n);
+    const auto sigma = [&](int row) {
+        return sigmas_along(to_north, (1 - share) * now.P.block(row, row) + share * later.hindsight.P.block(row, row));
     };
     n.sigma_position = sigma(row_d);
     n.sigma_velocity = sigma(row_v);

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from driven import brought_about, missed_m
 from hnav import HnavValueError
-from hnav.filters.ins import Aids, Ins
 from hnav.reference import earth
 from hnav.simulation.vehicle import Drive, Vehicle
 
@@ -64,15 +64,8 @@ def test_velocity_rate_and_force_are_the_derivatives_of_what_they_move(kind, lat
 def test_means_of_rate_and_force_bring_the_motion_about_in_the_filter(kind):
     t_s = np.arange(6001) / 100
     drive = Vehicle(kind=kind, seed=3, mean_over_s=0.01).run(t_s)
-    latitude, longitude, height = drive.place[0]
-    ins = Ins(
-        "navigation", solver="closed_form", start="state", start_place="given", start_latitude_rad=latitude,
-        start_longitude_rad=longitude, start_height_m=height, start_q_nb=drive.q_nb[0], start_velocity_n_m_s=drive.velocity_n_m_s[0],
-        rest_duration_s=1000,
-    )  # fmt: skip
-    run = ins.run(t_s, drive.rate_b_rad_s, drive.force_b_m_s2, Aids())
-    off_m = earth.position_of(run.place[-1]) - earth.position_of(drive.place[-1])
-    assert np.linalg.norm(off_m) < 0.02
+    run = brought_about(drive)
+    assert missed_m(run, drive) < 0.02
     np.testing.assert_allclose(run.velocity_n_m_s[-1], drive.velocity_n_m_s[-1], atol=1e-3)
     np.testing.assert_allclose(
         run.euler_rad[-1], Rotation.from_quat(drive.q_nb[-1, [1, 2, 3, 0]]).as_euler("ZYX")[::-1], atol=1e-6

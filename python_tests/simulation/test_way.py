@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from driven import brought_about, missed_m
 from hnav import HnavValueError
-from hnav.filters.ins import Aids, Ins
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.reference import earth
 from hnav.simulation.vehicle import Drive, Vehicle, VehicleOptions
@@ -97,14 +97,7 @@ def test_a_straight_way_at_a_constant_speed_stays_one():
 def test_means_of_rate_and_force_bring_the_way_about_in_the_filter(place):
     t_s = np.arange(5001) / 100
     drive = at_place(*place, mean_over_s=0.01).run(t_s)
-    latitude, longitude, height = drive.place[0]
-    ins = Ins(
-        "navigation", solver="closed_form", start="state", start_place="given", start_latitude_rad=latitude,
-        start_longitude_rad=longitude, start_height_m=height, start_q_nb=drive.q_nb[0], start_velocity_n_m_s=drive.velocity_n_m_s[0],
-        rest_duration_s=1000,
-    )  # fmt: skip
-    run = ins.run(t_s, drive.rate_b_rad_s, drive.force_b_m_s2, Aids())
-    assert np.linalg.norm(earth.position_of(run.place[-1]) - earth.position_of(drive.place[-1])) < 0.02
+    assert missed_m(brought_about(drive), drive) < 0.02
 
 
 @pytest.mark.parametrize("version", (2, 3))
