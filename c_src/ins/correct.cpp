@@ -4,14 +4,7 @@
 
 namespace hnav::ins {
 
-void Model::apply(State& s, Covariance& P, const double* error) const {
-    // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise. Without it a tilt and the
-    // bias that looks like it would be told from each other by nothing but corrections.
-    const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
-    const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
-    if (step_) step_->add(error);
+void add_error(const double* error, State& s) {
     vec(s.x) += vec(error + row_d);
     vec(s.x + 3) += vec(error + row_v);
     quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
@@ -26,6 +19,17 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
         s.u[i] += error[row_u + i];
         s.mount[i] += error[row_mount + i];
     }
+}
+
+void Model::apply(State& s, Covariance& P, const double* error) const {
+    // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise. Without it a tilt and the
+    // bias that looks like it would be told from each other by nothing but corrections.
+    const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
+    const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
+    if (step_) step_->add(error);
+    add_error(error, s);
     if (!is_free(s)) return;
     const double h = earth::rate_rad_s * std::hypot(s.axes[6], s.axes[7]);
     s.earth_rate[0] = h * s.u[0];

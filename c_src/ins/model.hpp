@@ -32,6 +32,8 @@ struct Navigation {
     bool tilt_ready, heading_ready, velocity_ready, position_ready;
 };
 
+// A state that is off by an error no longer is.
+void add_error(const double* error, State& s);
 // Place, velocity and attitude of a state whose axes to_earth turns to those of the Earth. Answers what turns them to
 // north-east-down of the place.
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Navigation* n);

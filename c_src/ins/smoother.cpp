@@ -101,20 +101,6 @@ bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
 
 Quaternion turned(const double* phi, const Quaternion& q) { return multiply(rotation_quaternion(vec(phi)), q); }
 
-void add(const double* error, State& s) {
-    vec(s.x) += vec(error + row_d);
-    vec(s.x + 3) += vec(error + row_v);
-    quat(s.x + 6) = turned(error + row_phi, quat(s.x + 6)).normalized();
-    vec(s.gyro_bias) += vec(error + row_gyro);
-    vec(s.accel_bias) += vec(error + row_accel);
-    vec(s.gyro_scale) += vec(error + row_gyro_scale);
-    vec(s.colour) += vec(error + row_colour);
-    s.latency += error[row_latency];
-    s.offset += error[row_offset];
-    s.scale += error[row_scale];
-    for (int i = 0; i < 2; ++i) s.mount[i] += error[row_mount + i];
-}
-
 // Vectors of errors, and their covariance, in axes turned by C.
 void turn(const Matrix3& C, Hindsight& h) {
     for (const int row : {row_d, row_v, row_phi, row_colour}) {
@@ -448,7 +434,7 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     Place place;
     State begin, later = found.state;
     if (!find_begin(found.state, piece, &place, &begin)) return false;
-    add(hindsight.error, later);
+    add_error(hindsight.error, later);
     const Target target{later, hindsight.P};
     carry_back(later, found.row, begin.last_event_s);
     const double known_s = place_at_first_fix(later, place.aid) - begin.last_event_s;
@@ -553,7 +539,7 @@ void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsig
     for (int i = 0; i < errors; ++i) error[i] = now.error[i] + share * (later.hindsight.error[i] - now.error[i]);
     State s = node;
     std::copy(row.x, row.x + nx, s.x);
-    add(error, s);
+    add_error(error, s);
     SmoothedRow out{};
     Navigation& n = out.navigation;
     const Matrix3 to_north = show_motion(s, mat(s.axes), &n);

@@ -286,13 +286,12 @@ bool Model::turns_near(const Run& run, const double* part, int guard, bool* near
     const Layout at = layout();
     const double *x = work_->inside, *g = work_->gradients + guard * p.N;
     const double t_s = run.s.x()[at.t] + part[at.elapsed] + x[at.clock];
-    double *X = work_->present.X, variance = 0;
+    double* X = work_->present.X;
     std::copy_n(x, p.moving, X);
     std::copy_n(part + at.parameters, p.sizes.parameters, X + p.moving);
     if (!slope(run.s, t_s, X, work_->present.slope) || !gradients(run.s, t_s, X, work_->present.slope)) return false;
     covariance(run.s, x, part + at.P, work_->P);
-    for (int i = 0; i < p.N; ++i)
-        for (int j = 0; j < p.N; ++j) variance += g[i] * work_->P[i * p.N + j] * g[j];
+    const double variance = variance_along(g, work_->P, p.N);
     *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance;
     if (!*near) return true;
     note_guard(x + at.S, g, 0);

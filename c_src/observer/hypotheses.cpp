@@ -131,9 +131,7 @@ int Model::next_guard(const double* part, const double* P) const {
     for (int i = 0; i < p.sizes.indicators; ++i) {
         const double *g = work_->gradients + i * p.N, z = work_->z[i], rate = work_->rates[i];
         if (!(rate * z < 0) || (z > 0) != (part[layout().sides + i] > 0)) continue;
-        double variance = 0;
-        for (int j = 0; j < p.N; ++j)
-            for (int k = 0; k < p.N; ++k) variance += g[j] * P[j * p.N + k] * g[k];
+        const double variance = variance_along(g, P, p.N);
         if (!(z * z < near_sigma * near_sigma * variance) || !(-z / rate < soonest_s)) continue;
         soonest_s = -z / rate;
         first = i;
@@ -201,9 +199,7 @@ Model::Inside Model::put_inside(const State& s, double* part, double t_s, double
         std::fill_n(work_->slope_here, p.N, 0.0);
         if (!gradients(s, t_s, X, work_->slope_here)) return Inside::failed;
         const double* g = work_->gradients + guard * p.N;
-        double variance = 0;
-        for (int i = 0; i < p.N; ++i)
-            for (int j = 0; j < p.N; ++j) variance += g[i] * P[i * p.N + j] * g[j];
+        const double variance = variance_along(g, P, p.N);
         if (!(variance > 0)) break;
         const double aim = (part[layout().sides + guard] > 0 ? 1e-9 : -1e-9) * std::sqrt(variance);
         const double by = (work_->z[guard] - aim) / variance;

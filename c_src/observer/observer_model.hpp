@@ -294,6 +294,14 @@ private:
     ModelSettings settings_{};
 };
 
+// Of g'X, where X has the covariance P, n x n.
+inline double variance_along(const double* g, const double* P, int n) {
+    double variance = 0;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) variance += g[i] * P[i * n + j] * g[j];
+    return variance;
+}
+
 // Upper triangles, row by row.
 inline void unpack_upper(const double* upper, int n, double factor, double* full) {
     for (int i = 0; i < n; ++i)

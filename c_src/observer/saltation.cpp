@@ -111,10 +111,8 @@ int Model::coinciding(const State& s, const double* part, int guard, const Passa
         const double z = work_->z[i], rate = work_->rates[i], after_s = -z / rate;
         const bool changed = (z > 0) != (sides[i] > 0);
         if (i == guard || rate == 0 || (changed ? rate * z < 0 : !(after_s > 0))) continue;
-        double variance = 0;
         for (int j = 0; j < p.N; ++j) apart[j] = work_->gradients[i * p.N + j] / rate - e.gradient[j] / e.rate;
-        for (int j = 0; j < p.N; ++j)
-            for (int k = 0; k < p.N; ++k) variance += apart[j] * e.P[j * p.N + k] * apart[k];
+        const double variance = variance_along(apart, e.P, p.N);
         if (variance > least_s * least_s && after_s * after_s < hardly_sigma * hardly_sigma * variance) return i;
     }
     return -1;
@@ -126,7 +124,7 @@ bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e
     const Problem& p = *problem_;
     const double usual_s = s.x()[layout().usual], back_s = 1e-3 * usual_s, step_s = rate_step * usual_s;
     const double z = work_->z[guard], rate = work_->rates[guard], *g = work_->gradients + guard * p.N;
-    double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, variance = 0, bend = 0;
+    double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, bend = 0;
     *beyond_sigma = HUGE_VAL;
     if (is_stiff(s) || work_->stiff_step_s > 0) {
         // Slopes of a stiff plant change with its rounding: the step that has come here tells how the indicator bends.
@@ -144,10 +142,8 @@ bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e
         bend = (rate - before) / back_s;
     }
     if (!(rate * bend < 0)) return true;
-    for (int i = 0; i < p.N; ++i)
-        for (int j = 0; j < p.N; ++j) variance += g[i] * e.P[i * p.N + j] * g[j];
-    const double to_guard = rate < 0 ? z : -z;
-    *beyond_sigma = (0.5 * rate * rate / std::fabs(bend) - to_guard) / std::sqrt(variance);
+    const double to_guard = rate < 0 ? z : -z, sigma = std::sqrt(variance_along(g, e.P, p.N));
+    *beyond_sigma = (0.5 * rate * rate / std::fabs(bend) - to_guard) / sigma;
     return true;
 }
 
