@@ -7,6 +7,8 @@
 // taken in create alone.
 #pragma once
 
+#include "hybrid/propagator.hpp"
+
 #include <cstdint>
 
 namespace hnav {
@@ -44,6 +46,25 @@ private:
     struct Solver;
     Solver* solver_ = nullptr;
     void* reserved_ = nullptr; // what SUNDIALS made lies in it
+};
+
+// What a solver does while this is there is counted by the propagator that it stands in for.
+class CountedBy {
+public:
+    CountedBy(Propagator& propagator, const StiffSolver& solver)
+        : propagator_(propagator), solver_(solver), evaluations_(solver.evaluations), steps_(solver.steps) {}
+    ~CountedBy() {
+        propagator_.set_counts(propagator_.rhs_evals() + solver_.evaluations - evaluations_, propagator_.steps() + steps());
+    }
+    CountedBy(const CountedBy&) = delete;
+    CountedBy& operator=(const CountedBy&) = delete;
+
+    std::uint64_t steps() const { return solver_.steps - steps_; }
+
+private:
+    Propagator& propagator_;
+    const StiffSolver& solver_;
+    const std::uint64_t evaluations_, steps_;
 };
 
 } // namespace hnav

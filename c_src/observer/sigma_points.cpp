@@ -49,11 +49,8 @@ bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, 
         v[at.stiff] = 1;
     }
     const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
-    StiffSolver& solver = *work_->stiff;
-    const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
-    const bool whole = go_until(run, x, interval_s, false, x);
-    propagator.set_counts(propagator.rhs_evals() + solver.evaluations - evaluations, propagator.steps() + solver.steps - steps);
-    return whole;
+    const CountedBy counted(propagator, *work_->stiff);
+    return go_until(run, x, interval_s, false, x);
 }
 
 bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const {

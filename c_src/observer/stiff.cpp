@@ -100,14 +100,11 @@ bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const 
     const Layout at = layout();
     double *v = s.x(), *x = work_->gain;
     const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
-    StiffSolver& solver = *work_->stiff;
-    const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
-    const bool whole = go_until(run, v, interval_s, true, x);
-    counts.set_counts(counts.rhs_evals() + solver.evaluations - evaluations, counts.steps() + solver.steps - steps);
-    if (!whole) return false;
+    const CountedBy counted(counts, *work_->stiff);
+    if (!go_until(run, v, interval_s, true, x)) return false;
     std::copy_n(x, problem_->moving, v);
     v[at.clock] += interval_s;
-    judge_stiffness(v, solver.steps - steps, interval_s);
+    judge_stiffness(v, counted.steps(), interval_s);
     return true;
 }
 
@@ -143,7 +140,7 @@ Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double leng
     run.stiffly = work_->went_stiffly = true;
     const StiffRun of{this, &run.s, part, run.s.x()[at.t] + part[at.elapsed] + part[at.clock]};
     StiffSolver& solver = *work_->stiff;
-    const std::uint64_t evaluations = solver.evaluations, steps = solver.steps;
+    const CountedBy counted(*run.propagator, solver);
     const bool with_matrices = !work_->states_alone;
     double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
     Stop stop = Stop::end;
@@ -166,13 +163,11 @@ Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double leng
             std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
         }
     }
-    run.propagator->set_counts(run.propagator->rhs_evals() + solver.evaluations - evaluations,
-                               run.propagator->steps() + solver.steps - steps);
     if (!whole) return Stop::failed;
     if (stop == Stop::failed || stop == Stop::missed) return stop;
     std::copy_n(x, problem_->moving, part);
     part[at.clock] = to_s;
-    if (with_matrices) judge_stiffness(run.s.x(), solver.steps - steps, length_s);
+    if (with_matrices) judge_stiffness(run.s.x(), counted.steps(), length_s);
     return stop;
 }
 
