@@ -133,7 +133,8 @@ if(NOT hnav_sundials_built STREQUAL hnav_sundials_stamp)
                         "-DHNAV_SUNDIALS_SOURCE=..., or install one and give -DHNAV_SYSTEM_SUNDIALS=ON.")
   endif()
   message(STATUS "SUNDIALS: building ${hnav_sundials_source}")
-  set(flags "${hnav_sundials_flags} -ffile-prefix-map=${hnav_sundials_source}=sundials -include \"${hnav_sundials_memory}\"")
+  # Single quotes: version 7 writes the flags into a CMakeLists.txt between double ones.
+  set(flags "${hnav_sundials_flags} -ffile-prefix-map=${hnav_sundials_source}=sundials -include '${hnav_sundials_memory}'")
   # For another machine than this one the toolchain names the compiler.
   set(compiler "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}")
   if(CMAKE_TOOLCHAIN_FILE)
