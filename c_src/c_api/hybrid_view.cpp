@@ -1,24 +1,14 @@
 // The C boundary of an attitude filter for callers that bring their own integrator.
 #include "c_api/boundary.hpp"
+#include "c_api/callers_state.hpp"
 
 using hnav::Outcome;
 using namespace hnav::boundary;
 
 namespace {
 
-constexpr double max_state = 1e50; // of an integrator outside: beyond, products overflow
-
-// A state of the caller's. Every model has its quaternion in front, whose direction is the attitude.
-hnav_status check_state(const hnav_filter* f, const double* x) {
-    for (int i = 0; i < f->nx(); ++i) {
-        if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);
-        if (std::fabs(x[i]) > max_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], max_state);
-    }
-    const double square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3];
-    if (!(square > 1e-12))
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x holds a quaternion of length %g, which is no attitude", std::sqrt(square));
-    return HNAV_OK;
-}
+// Every model has its quaternion in front.
+hnav_status check_state(const hnav_filter* f, const double* x) { return hnav::check_callers_state(*f, x, f->nx(), 0); }
 
 } // namespace
 

@@ -215,6 +215,7 @@ hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, 
     if (made) {
         made->mounting = rotation_matrix(Quaternion(options->q_body_sensor).normalized());
         made->declination_rad = options->declination_rad;
+        made->goes_back = options->horizon_s > 0;
         if (made->filter.create(ins::Model(settings_of(*options)), engine_settings<ins::Model>(*options, ins_options))) {
             *object = made;
             return HNAV_OK;

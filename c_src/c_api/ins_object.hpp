@@ -11,6 +11,8 @@ struct hnav_ins : hnav::KeptMessage<320> {
     hnav::Filter<hnav::ins::Model> filter;
     hnav::Matrix3 mounting = hnav::Matrix3::Identity(); // sensor to body axes
     double declination_rad = 0;
+    bool goes_back = false; // late samples are taken
+    bool flows_outside = false; // by an integrator of the caller's
 };
 
 namespace hnav::ins_boundary {

@@ -12,7 +12,7 @@ void store(const Vector3& v, double* out) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
 }
 
-void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
+void fill_motion(const ins::Motion& n, hnav_navigation* out) {
     out->latitude_rad = n.place.latitude_rad;
     out->longitude_rad = n.place.longitude_rad;
     out->height_m = n.place.height_m;
@@ -21,6 +21,10 @@ void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
     store(roll_pitch_yaw(n.q_nb), out->euler_rad);
     store(n.position_e, out->position_e_m);
     store(n.velocity_e, out->velocity_e_m_s);
+}
+
+void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
+    fill_motion(n, out);
     store(Vector3(s.gyro_bias), out->gyro_bias_rad_s);
     store(Vector3(s.accel_bias), out->accel_bias_m_s2);
     store(Vector3(s.gyro_scale), out->gyro_scale);
@@ -70,10 +74,22 @@ hnav_status take_row(hnav_ins* f, const hnav_ins_run_input& in, std::size_t i, s
     return status == HNAV_OK ? advance(f, in.t_s[i]) : status;
 }
 
+// All that is told but the motion, which alone flows between events where an integrator outside moves it.
+struct Told {
+    const ins::State& state;
+    double ahead_s; // beyond its last event
+};
+
+Told told(const hnav_ins* f) {
+    if (f->flows_outside) return {f->filter.newest(), 0};
+    return {f->filter.shown(), f->filter.looked_ahead_s()};
+}
+
 hnav_navigation navigation_now(const hnav_ins* f) {
-    const auto& filter = f->filter;
-    hnav_navigation n = navigation(filter.model(), filter.shown(), filter.looked_ahead_s(), filter.event_now_s());
-    n.t_s = filter.now_s();
+    const Told at = told(f);
+    hnav_navigation n = navigation(f->filter.model(), at.state, at.ahead_s, f->filter.event_now_s());
+    n.t_s = f->filter.now_s();
+    if (f->flows_outside && at.state.started()) fill_motion(ins::motion_of(f->filter.shown()), &n);
     return n;
 }
 
@@ -146,10 +162,9 @@ hnav_status hnav_ins_navigation(const hnav_ins* object, hnav_navigation* to) {
 
 hnav_status hnav_ins_covariance(const hnav_ins* object, double covariance[225]) {
     REQUIRE(object, covariance);
-    const auto& filter = object->filter;
-    if (!filter.shown().started())
-        return object->fail(HNAV_ERROR_NOT_STARTED, "no tilt yet: the start waits for samples and a fix");
-    const ins::Covariance P = filter.model().covariance_at(filter.shown(), filter.looked_ahead_s());
+    const Told at = told(object);
+    if (!at.state.started()) return object->fail(HNAV_ERROR_NOT_STARTED, "no tilt yet: the start waits for samples and a fix");
+    const ins::Covariance P = object->filter.model().covariance_at(at.state, at.ahead_s);
     for (int i = 0; i < 15; ++i)
         for (int j = 0; j < 15; ++j) covariance[15 * i + j] = 0.5 * (P[i][j] + P[j][i]);
     return HNAV_OK;

@@ -20,15 +20,17 @@ Matrix3 twice_integrated(const Vector3& w, double T) {
     return 0.5 * T * T * Matrix3::Identity() + b * W + c * W * W;
 }
 
-// At d, from the place where it was computed: on a ball it falls off with the square of the distance from the centre.
-Vector3 gravity_near(const State& s, const Vector3& d) {
-    Vector3 g = vec(s.gravity);
-    const Vector3 off = d - vec(s.gravity_at);
+// What gravity changes by along a way: on a ball it falls off with the square of the distance from the centre.
+Vector3 gravity_along(const State& s, const Vector3& way) {
+    const Vector3 g = vec(s.gravity);
     const double strength = g.norm();
-    if (!(strength > 0)) return g;
+    if (!(strength > 0)) return Vector3::Zero();
     const Vector3 down = g / strength;
-    return g - strength / earth::equator_m * (off - 3 * down.dot(off) * down);
+    return -strength / earth::equator_m * (way - 3 * down.dot(way) * down);
 }
+
+// At d, from the place where it was computed.
+Vector3 gravity_near(const State& s, const Vector3& d) { return vec(s.gravity) + gravity_along(s, d - vec(s.gravity_at)); }
 
 } // namespace
 
@@ -65,6 +67,14 @@ void Model::flow(const State& s, const double* x, double* dx) const {
     vec(dx) = v;
     vec(dx + 3) = rotation_matrix(q) * specific_force(s) + gravity_near(s, vec(x)) - 2 * W.cross(v);
     quat(dx + 6) = Xi(q) * turn_rate(s) - 0.5 * across(q) * W;
+}
+
+void Model::flow_along(const State& s, const double* x, const double* direction, double* out) const {
+    const Vector3 d_along(direction), v_along(direction + 3), W = vec(s.earth_rate);
+    const Quaternion q(x + 6), q_along(direction + 6);
+    vec(out) = v_along;
+    vec(out + 3) = rotation_matrix_along(q, q_along) * specific_force(s) + gravity_along(s, d_along) - 2 * W.cross(v_along);
+    quat(out + 6) = Xi(q_along) * turn_rate(s) - 0.5 * across(q_along) * W; // linear in q
 }
 
 void Model::flow_exactly(State& s, double interval_s) const {

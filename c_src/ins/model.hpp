@@ -22,21 +22,32 @@
 namespace hnav::ins {
 
 // What is told of the body at one time, in north-east-down axes at the place.
-struct Navigation {
+struct Motion {
     earth::Place place;
     Vector3 velocity_n;
     Quaternion q_nb;
-    Vector3 sigma_position, sigma_velocity, sigma_rotation;
     Vector3 position_e, velocity_e;
+};
+struct Navigation : Motion {
+    Vector3 sigma_position, sigma_velocity, sigma_rotation;
     Circle circle;
     bool tilt_ready, heading_ready, velocity_ready, position_ready;
 };
 
+// What a motion changes by along a direction of x.
+struct MotionAlong {
+    earth::Place place;
+    Vector3 velocity_n, euler;
+    Quaternion q_nb;
+};
+
 // A state that is off by an error no longer is.
 void add_error(const double* error, State& s);
-// Place, velocity and attitude of a state whose axes to_earth turns to those of the Earth. Answers what turns them to
-// north-east-down of the place.
-Matrix3 show_motion(const State& s, const Matrix3& to_earth, Navigation* n);
+// The motion of a state whose axes to_earth turns to those of the Earth. Answers what turns them to north-east-down of the place.
+Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion);
+// The same by the likeliest heading.
+Motion motion_of(const State& s);
+MotionAlong motion_along(const State& s, const double* direction);
 // Of a vector with the covariance P, along axes that a matrix turns to.
 Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P);
 
@@ -64,6 +75,7 @@ public:
     void normalise(State& s) const;
     void nominal(double* x) const;
     void flow(const State& s, const double* x, double* dx) const;
+    void flow_along(const State& s, const double* x, const double* direction, double* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same inputs
     void before_flow(State& s, const Event& event) const;
@@ -112,8 +124,8 @@ private:
     // start.cpp
     void level(State& s, const Event& event) const;
     struct Tilt {
-        Vector3 down_b = Vector3(0, 0, 1);         // the vertical in the body now
-        Matrix3 variance_b = Matrix3::Zero();      // of it, as far as the motion of the window has left it open
+        Vector3 down_b = Vector3(0, 0, 1); // the vertical in the body now
+        Matrix3 variance_b = Matrix3::Zero(); // of it, as far as the motion of the window has left it open
         bool by_velocity = false;
     };
     double levelling_variance(const State& s, double window_s) const;

@@ -36,14 +36,48 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                         (settings_.place_given || earned(s.information_position, settings_.ready_position));
 }
 
-Matrix3 show_motion(const State& s, const Matrix3& to_earth, Navigation* n) {
-    n->position_e = vec(s.anchor_e) + to_earth * vec(s.x);
-    n->velocity_e = to_earth * vec(s.x + 3);
-    n->place = earth::place_of(n->position_e);
-    const Matrix3 to_north = earth::axes_at(n->place).transpose() * to_earth;
-    n->velocity_n = to_north * vec(s.x + 3);
-    n->q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
+Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {
+    motion->position_e = vec(s.anchor_e) + to_earth * vec(s.x);
+    motion->velocity_e = to_earth * vec(s.x + 3);
+    motion->place = earth::place_of(motion->position_e);
+    const Matrix3 to_north = earth::axes_at(motion->place).transpose() * to_earth;
+    motion->velocity_n = to_north * vec(s.x + 3);
+    motion->q_nb = multiply(quaternion_from_matrix(to_north), quat(s.x + 6)).normalized();
     return to_north;
+}
+
+namespace {
+
+// From the axes in which a state is held to those of the Earth, by the likeliest heading.
+Matrix3 to_earth_axes(const State& s) {
+    const Quaternion turn = rotation_quaternion(Vector3(0, 0, is_free(s) ? s.circle.mode_rad : 0));
+    return mat(s.axes) * rotation_matrix(turn);
+}
+
+} // namespace
+
+Motion motion_of(const State& s) {
+    Motion motion;
+    show_motion(s, to_earth_axes(s), &motion);
+    return motion;
+}
+
+// North, east and down turn while the body moves over the Earth.
+MotionAlong motion_along(const State& s, const double* direction) {
+    Motion now;
+    const Matrix3 to_north = show_motion(s, to_earth_axes(s), &now);
+    MotionAlong along;
+    along.place = earth::place_along(now.place, to_north * vec(direction));
+    const Vector3 turn_n = earth::turn_along(now.place, along.place);
+    along.velocity_n = to_north * vec(direction + 3) - turn_n.cross(now.velocity_n);
+
+    const double length = quat(s.x + 6).norm();
+    const Quaternion q = quat(s.x + 6) / length;
+    Quaternion change = quat(direction + 6) / length;
+    change -= q * q.dot(change); // only the direction of the quaternion is shown
+    along.q_nb = multiply(quaternion_from_matrix(to_north), change) - 0.5 * across(now.q_nb) * turn_n;
+    along.euler = roll_pitch_yaw_along(now.q_nb, along.q_nb);
+    return along;
 }
 
 Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P) {
@@ -54,11 +88,7 @@ Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P) {
 Navigation Model::navigation(const State& s, double ahead_s, double now_s) const {
     const Covariance P = covariance_at(s, ahead_s);
     Navigation n{};
-    // Out of the axes turned by -alpha, then north-east-down of the place itself.
-    const Quaternion turn = rotation_quaternion(Vector3(0, 0, is_free(s) ? s.circle.mode_rad : 0));
-    const Matrix3 alpha = rotation_matrix(turn), T = mat(s.axes);
-    const Matrix3 to_earth = T * alpha;
-    const Matrix3 to_north = show_motion(s, to_earth, &n);
+    const Matrix3 to_north = show_motion(s, to_earth_axes(s), &n);
     const auto sigma = [&](int row) { return sigmas_along(to_north, P.block(row, row)); };
     n.sigma_position = sigma(row_d);
     n.sigma_velocity = sigma(row_v);

@@ -50,6 +50,19 @@ inline Matrix3 axes_at(const Place& p) {
     return T;
 }
 
+// What a place changes by along a way, north, east and down. The longitude of a pole has no limit and is answered by 0.
+inline Place place_along(const Place& p, const Vector3& way_n_m) {
+    const double sine = std::sin(p.latitude_rad), cosine = std::cos(p.latitude_rad);
+    const double root2 = 1 - eccentricity2 * sine * sine, normal_m = equator_m / std::sqrt(root2);
+    const double meridian_m = normal_m * (1 - eccentricity2) / root2, axis_m = (normal_m + p.height_m) * cosine;
+    return {way_n_m[0] / (meridian_m + p.height_m), axis_m > 0 ? way_n_m[1] / axis_m : 0, -way_n_m[2]};
+}
+
+// The rotation of the axes at a place that changes so, in these axes.
+inline Vector3 turn_along(const Place& p, const Place& along) {
+    return {along.longitude_rad * std::cos(p.latitude_rad), -along.latitude_rad, -along.longitude_rad * std::sin(p.latitude_rad)};
+}
+
 // Level axes that are carried along: those of a start, as columns, turned the shortest way to where down points now. They have no pole
 // and no date line, but for the other side of the globe.
 inline Matrix3 carried_axes(const Matrix3& start, const Vector3& down) {

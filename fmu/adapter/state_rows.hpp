@@ -32,12 +32,12 @@ public:
         ++count_;
     }
 
-    // The attitude state.q[1] ... state.q[4], which flows by itself.
-    void add_attitude(const char* text) {
+    // The attitude state.q[1] ... state.q[4].
+    void add_attitude(const char* text, DependsOn depends_on = DependsOn::first_states) {
         char name[32];
         for (int i = 1; i <= 4; ++i) {
             std::snprintf(name, sizeof name, "state.q[%d]", i);
-            add(name, "", i == 1, DependsOn::first_states, text);
+            add(name, "", i == 1, depends_on, text);
         }
     }
 
@@ -46,6 +46,7 @@ private:
         if (!*unit) return "1/s";
         if (!std::strcmp(unit, "rad/s")) return "rad/s2";
         if (!std::strcmp(unit, "m")) return "m/s";
+        if (!std::strcmp(unit, "m/s")) return "m/s2";
         return ""; // of seconds
     }
 

@@ -1,6 +1,7 @@
 // The Ins FMU: position, velocity and attitude, aligned from any heading.
 #include "adapter/library_model.hpp"
 #include "adapter/sampled_inputs.hpp"
+#include "adapter/state_rows.hpp"
 #include "ins/inputs.hpp"
 #include "ins/outputs.hpp"
 
@@ -15,17 +16,20 @@ struct InsMemory {
     double reset_level;
     double force[3]; // of the newest sample of the accelerometer
     double has_force;
+    double was_reset; // in Model Exchange: the importer's states are still to be
+    double model_exchange;
 };
 
-class InsModel final : public LibraryModel<StatelessModel, InsCalls, InsMemory> {
+class InsModel final : public LibraryModel<Model, InsCalls, InsMemory> {
 public:
     void describe(Table& table) override {
         table.add(rows::time());
         in_.describe(table);
         out_.describe(table);
+        StateRows::add_to(table, describe_states);
     }
 
-    bool initialise(const double* values, double start_s, bool, Message* why) override {
+    bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
         const hnav_preset_info* preset = hnav_ins_preset_info(static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
         take_options(hnav_ins_option, in_.options, values, &options);
@@ -33,6 +37,7 @@ public:
             if (!check_period(InsInputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, hnav_ins_create, &options)) return false;
         memory_.reset_level = values[in_.reset];
+        memory_.model_exchange = model_exchange;
         for (int s = 0; s < ins_inputs; ++s)
             memory_.sampled.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
         return true;
@@ -45,6 +50,7 @@ public:
         if (rising(values[in_.reset], &memory_.reset_level)) {
             hnav_ins_reset(object_);
             memory_.has_force = 0;
+            memory_.was_reset = memory_.model_exchange;
             taken = true;
         }
         for (int s = 0; s < ins_inputs; ++s) {
@@ -58,7 +64,12 @@ public:
         return taken;
     }
 
-    double next_sample_s(const double*) const override { return memory_.sampled.next_s(); }
+    double next_sample_s(const double*) const override {
+        double next = no_bound;
+        // In Model Exchange a sample stamped later than it came waits for its time.
+        if (memory_.model_exchange != 0) hnav_ins_next_event_s(object_, &next);
+        return std::fmin(next, memory_.sampled.next_s());
+    }
 
     bool can_hold() const override { return true; }
     bool samples_inside() const override { return memory_.sampled.hold(); }
@@ -68,12 +79,43 @@ public:
     }
 
     bool advance(double t_s, Message* why) override { return done(hnav_ins_advance(object_, t_s), why); }
-    // Model Exchange: between events nothing is shown, so that an event brings the filter to its time.
-    bool jump(double t_s, double*, bool*, Message* why) override { return advance(t_s, why); }
 
     void refresh(double* values, unsigned groups) override { out_.refresh(object_, groups, memory_.sampled.missed, values); }
 
+    // ------------------------------------------------------------------------------------------------ Model Exchange
+
+    void get_states(double* x) const override { hnav_ins_get_x(object_, x); }
+    void get_nominals(double* nominals) const override { hnav_ins_nominal_x(object_, nominals); }
+    bool derivatives(double, const double* x, double* dx) const override {
+        return hnav_ins_derivative(object_, x, dx) == HNAV_OK;
+    }
+    bool derivatives_along(double, const double* x, const double* seed, double* out) const override {
+        return hnav_ins_derivative_along(object_, x, seed, out) == HNAV_OK;
+    }
+    bool jump(double t_s, double* x, bool* changed, Message* why) override {
+        if (memory_.was_reset != 0) hnav_ins_get_x(object_, x);
+        *changed = memory_.was_reset != 0;
+        memory_.was_reset = 0;
+        double next_s;
+        hnav_ins_next_event_s(object_, &next_s);
+        if (next_s > t_s) return true;
+        *changed = true;
+        return done(hnav_ins_jump(object_, t_s, x, x), why);
+    }
+    void show(double t_s, const double* x) override { hnav_ins_show(object_, t_s, x); }
+    void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
+
 private:
+    // While the heading is unknown the axes are turned about the vertical by what is unknown.
+    static void describe_states(StateRows& states) {
+        for (const char* name : {"state.displacement[1]", "state.displacement[2]", "state.displacement[3]"})
+            states.add(name, "m", 0, DependsOn::first_states,
+                       "Displacement from an anchor near the body, in its axes north-east-down");
+        for (const char* name : {"state.velocity[1]", "state.velocity[2]", "state.velocity[3]"})
+            states.add(name, "m/s", 0, DependsOn::all_states, "Velocity over the ground in the axes of the anchor");
+        states.add_attitude("Attitude, body to the axes of the anchor", DependsOn::all_states);
+    }
+
     // What is no sample is refused and counted by the filter; that is no reason to stop a simulation.
     void push(int s, double t_s, const double* value) {
         hnav_status status = HNAV_OK;
@@ -105,7 +147,7 @@ constexpr ModelInfo model_info = {
     HNAV_FMU_NAME,
     "Position, velocity and attitude from an inertial sensor, satellites, pressure and wheels, aligned from "
     "any heading, in motion or at rest, without a magnetometer",
-    Experiment{0.01, 60}, States{0, 0}};
+    Experiment{0.01, 60}, States{10, 6}};
 Model* make_model() { return new InsModel; }
 
 } // namespace hnav::fmu

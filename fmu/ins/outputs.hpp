@@ -46,6 +46,19 @@ public:
         });
     }
 
+    // Derivatives along a direction of the state, of the rows that flow.
+    void along(const hnav_ins* ins, const double* seed, double* rows) const {
+        auto a = hnav_sized<hnav_navigation_along>();
+        if (hnav_ins_navigation_along(ins, seed, &a) != HNAV_OK) return;
+        rows[place_] = a.latitude_rad;
+        rows[place_ + 1] = a.longitude_rad;
+        rows[place_ + 2] = a.height_m;
+        std::memcpy(rows + velocity_, a.velocity_n_m_s, sizeof a.velocity_n_m_s);
+        std::memcpy(rows + q_, a.q_nb, sizeof a.q_nb);
+        std::memcpy(rows + euler_, a.euler_rad, sizeof a.euler_rad);
+        rows[heading_] = a.euler_rad[2];
+    }
+
 private:
     enum Group { navigation_group, observed_group, innovation_group, count_group };
     static constexpr double anywhere_m = 1e7, any_speed_m_s = 1e4, any_bias = 1e3; // of what is not known
@@ -78,11 +91,15 @@ private:
     }
 
     void describe_navigation(Table& table) {
+        using namespace rows;
         using N = hnav_navigation;
-        show<&N::latitude_rad>(table, "nav.latitude", "rad", "deg", "Latitude of the inertial sensor");
-        show<&N::longitude_rad>(table, "nav.longitude", "rad", "deg", "Longitude");
-        show<&N::height_m>(table, "nav.height", "m", "", "Height above the ellipsoid of WGS 84");
-        show<&N::velocity_n_m_s>(table, "nav.velocity", "m/s", "", "Velocity north, east, down");
+        constexpr auto on_d_v = DependsOn::first_states;
+        place_ = navigation_.add<&N::latitude_rad>(table,
+                                                   flow("nav.latitude", "rad", "deg", on_d_v, "Latitude of the inertial sensor"));
+        navigation_.add<&N::longitude_rad>(table, flow("nav.longitude", "rad", "deg", on_d_v, "Longitude"));
+        navigation_.add<&N::height_m>(table, flow("nav.height", "m", "", on_d_v, "Height above the ellipsoid of WGS 84"));
+        velocity_ =
+            navigation_.add<&N::velocity_n_m_s>(table, flow("nav.velocity", "m/s", "", on_d_v, "Velocity north, east, down"));
         show<&N::sigma_position_m>(table, "nav.sigma_position", "m", "", "Standard deviation of the position north, east, down",
                                    anywhere_m);
         show<&N::sigma_velocity_m_s>(table, "nav.sigma_velocity", "m/s", "",
@@ -90,12 +107,16 @@ private:
     }
 
     void describe_attitude(Table& table) {
+        using namespace rows;
         using N = hnav_navigation;
-        const int q = show<&N::q_nb>(table, "att.q", "", "", "Attitude, body to north-east-down, scalar first");
-        table.row(q).start = 1;
-        show<&N::euler_rad>(table, "att.euler", "rad", "deg", "Roll, pitch, yaw (rotation order z y x); yaw is the true heading");
-        navigation_.add(table, rows::output("att.heading", "rad", "deg", "True heading of body x, clockwise from north"),
-                        [](const N& n, double* row) { *row = n.euler_rad[2]; });
+        constexpr auto on_all = DependsOn::all_states; // not on the velocity
+        q_ = navigation_.add<&N::q_nb>(table, flow("att.q", "", "", on_all, "Attitude, body to north-east-down, scalar first"));
+        table.row(q_).start = 1;
+        euler_ = navigation_.add<&N::euler_rad>(
+            table, flow("att.euler", "rad", "deg", on_all, "Roll, pitch, yaw (rotation order z y x); yaw is the true heading"));
+        heading_ =
+            navigation_.add(table, flow("att.heading", "rad", "deg", on_all, "True heading of body x, clockwise from north"),
+                            [](const N& n, double* row) { *row = n.euler_rad[2]; });
         show<&N::sigma_rotation_rad>(table, "att.sigma", "rad", "deg",
                                      "Standard deviation of the rotation about north, east, down; the third is heading, "
                                      "spread over the whole circle",
@@ -190,6 +211,7 @@ private:
         return phases[k];
     }
 
+    int place_ = 0, velocity_ = 0, q_ = 0, euler_ = 0, heading_ = 0; // rows
     Outputs<hnav_navigation, navigation_group, 32> navigation_;
     Outputs<hnav_observed, observed_group> observed_;
     Outputs<hnav_ins_innovation, innovation_group> innovation_[HNAV_INS_SENSOR_COUNT];

@@ -19,6 +19,7 @@ CASES = [
     ("Ahrs", 1e-5),
     ("Ahrs", 1e-2),
     ("Ahrs", 0.5),
+    ("Ins", 1.0),
     ("Turntable", 1.0),
     ("Pendulum", 1.0),
 ]
@@ -38,6 +39,8 @@ def parameters(name: str, size: float) -> dict[str, float]:
         return {"start.angle_rad": 0.4}
     if name == "Turntable":
         return {"yaw.motion": 2, "yaw.amplitude_rad": 0.5, "pitch.angle_rad": 0.3}
+    if name == "Ins":
+        return {"start.start": 1, "start.start_place": 1, "start.start_latitude_rad": 0.8, "start.start_longitude_rad": 0.2}
     common = {"frame.declination_rad": 0.1, "frame.navigation_frame": 1}
     if name == "Hrekf":
         return common
@@ -52,6 +55,9 @@ def random_states(name: str, size: float, x: np.ndarray) -> tuple[np.ndarray, np
     rng = np.random.default_rng(3)
     q = rng.normal(size=4)
     x = x.copy()
+    if name == "Ins":
+        sizes = np.array([1e4] * 3 + [10.0] * 3 + [1.0] * 4)
+        return np.concatenate([sizes[:6] * rng.normal(size=6), 1.02 * q / np.linalg.norm(q)]), sizes
     x[:4] = 1.02 * q / np.linalg.norm(q)  # an integrator does not keep the length
     sizes = np.ones(len(x))
     if name == "Hrekf":
@@ -81,8 +87,9 @@ class Pairs:
         for parameter, value in parameters(name, size).items():
             fmu.set(parameter, value)
         fmu.initialise()
-        for variable, value in SAMPLE.items() if name not in ("Turntable", "Pendulum") else ():
-            fmu.set(variable, value)
+        for variable, value in SAMPLE.items():
+            if variable in fmu.variables:
+                fmu.set(variable, value)
         fmu.update_discrete_states()
         fmu.call(fmu.fmu.enterContinuousTimeMode)
         fmu.call(fmu.fmu.setTime, 0.004)
@@ -180,6 +187,6 @@ def test_adjoint_derivatives_are_the_transposed_ones(name, size):
 
 
 def test_fmi3_says_that_it_has_adjoint_derivatives():
-    for name in ("Hrekf", "Ahrs", "Turntable", "Pendulum"):
+    for name in ("Hrekf", "Ahrs", "Ins", "Turntable", "Pendulum"):
         with Fmu(fmu_path(name, 3), model_exchange=True) as fmu:
             assert fmu.description.modelExchange.providesAdjointDerivatives

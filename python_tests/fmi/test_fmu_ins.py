@@ -1,4 +1,7 @@
-"""The FMU Ins: bit for bit the library, whatever the FMI version, interface and step; what it says before it knows."""
+"""The FMU Ins: bit for bit the library, whatever the FMI version and step; by an importer's solver the same to its tolerance;
+what it says before it knows."""
+
+import ctypes as C
 
 import fmpy
 import numpy as np
@@ -9,6 +12,7 @@ import hnav
 from hnav.errors import HnavError
 from hnav.filters.ins import INS_PRESETS, PHASES, InsOptions, ins_option_table
 from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.reference import earth
 from importing import assert_fits_the_standard
 from studies.ins.vehicles import vehicle
 
@@ -84,16 +88,21 @@ def driven(version, drive, every=1, late_rows=0, rows=LENGTH, **parameters):
         return shown(fmu), fmu.get("count.missed")
 
 
-def library(drive, rows=LENGTH, **options):
+def take_row(ins, drive, k, late_rows=0):
     samples, fixes = drive
+    ins.push_imu(samples.t_s[k], samples.rate_b_rad_s[k], samples.force_b_m_s2[k])
+    for name, (valid_s, values) in fixes.get(k - late_rows, {}).items():
+        if name == "gnss":
+            ins.push_position(valid_s, *values[:3], values[3:])
+        else:
+            ins.push_velocity(valid_s, values[:3], values[3:])
+
+
+def library(drive, rows=LENGTH, **options):
+    samples, _ = drive
     ins = hnav.Ins("industrial", solver="closed_form", **options)
     for k in range(rows):
-        ins.push_imu(samples.t_s[k], samples.rate_b_rad_s[k], samples.force_b_m_s2[k])
-        for name, (valid_s, values) in fixes.get(k, {}).items():
-            if name == "gnss":
-                ins.push_position(valid_s, *values[:3], values[3:])
-            else:
-                ins.push_velocity(valid_s, values[:3], values[3:])
+        take_row(ins, drive, k)
         ins.advance(samples.t_s[k + 1])
     return ins
 
@@ -116,23 +125,135 @@ def test_the_filter_is_the_library_bit_for_bit_on_every_communication_grid(drive
         assert driven(version, drive, every=3) == (expected(ins), 0)
 
 
-@versions
-def test_model_exchange_shows_at_events_what_co_simulation_shows_there(drive, version):
+def exchanged(fmu, drive, rows, rtol=1e-6, late_rows=0):
+    """Model Exchange by fmpy's CVODE: for each row, stops just after its event, and again just before the next."""
     samples, _ = drive
-    rows = 1000
-    ins = library(drive, rows)
-    ins.advance(samples.t_s[rows])
-    with opened(version, exchange=True) as fmu:
-        assert not any(v.derivative is not None for v in fmu.description.modelVariables)
-        fmu.initialise(float(samples.t_s[0]))
-        for k in range(rows):
-            set_samples(fmu, drive, k)
-            fmu.update_discrete_states()
-            fmu.call(fmu.fmu.enterContinuousTimeMode)
-            fmu.call(fmu.fmu.setTime, float(samples.t_s[k + 1]))
-            fmu.call(fmu.fmu.enterEventMode)
+    f = fmu.fmu
+    fmu.initialise(float(samples.t_s[0]))
+    solver = fmu.solver(float(samples.t_s[0]), rtol)
+    for k in range(rows):
+        begin, end = float(samples.t_s[k]), float(samples.t_s[k + 1])
+        set_samples(fmu, drive, k, late_rows)
         fmu.update_discrete_states()
-        assert shown(fmu) == expected(ins)
+        yield k, True
+        fmu.call(f.enterContinuousTimeMode)
+        solver.reset(begin)
+        fmu.call(solver.step, begin, end)
+        fmu.call(f.setTime, end)
+        fmu.call(f.completedIntegratorStep)
+        yield k, False
+        fmu.call(f.enterEventMode)
+
+
+MOTION = ("nav.latitude", "nav.longitude", "nav.height", *(f"nav.velocity[{i}]" for i in (1, 2, 3)),
+          *(f"att.euler[{i}]" for i in (1, 2, 3)))  # fmt: skip
+
+
+def off_in_sigmas(fmu, now):
+    """What an FMU shows of the motion, against the library: the largest difference, as a part of its sigma."""
+    metres = earth.EQUATOR_M * np.array([1, np.cos(now.latitude_rad)])
+    off = np.array([fmu.get(v) for v in MOTION]) - [
+        now.latitude_rad, now.longitude_rad, now.height_m, *now.velocity_n_m_s, *now.euler_rad
+    ]  # fmt: skip
+    off[:2] *= metres
+    return np.abs(off / [*now.sigma_position_m, *now.sigma_velocity_m_s, *now.sigma_rotation_rad]).max()
+
+
+@pytest.mark.parametrize("rtol, close", [(1e-8, 2e-3), (1e-11, 1e-5)])
+@versions
+def test_an_importers_solver_finds_what_co_simulation_finds_through_every_phase(drive, version, rtol, close):
+    samples, _ = drive
+    ins, phases = hnav.Ins("industrial", solver="erkstep", solver_rtol=1e-12, solver_atol=1e-12), set()
+    with opened(version, exchange=True) as fmu:
+        for k, at_event in exchanged(fmu, drive, LENGTH, rtol):
+            if at_event:
+                take_row(ins, drive, k)
+            elif k % 100:
+                continue
+            ins.advance(samples.t_s[k + (not at_event)])
+            now = ins.navigation()
+            phases.add(now.phase)
+            if k % 100 or now.phase in ("waiting", "levelling"):
+                continue
+            assert off_in_sigmas(fmu, now) < close, (k, at_event)
+            if at_event:
+                sigma = [fmu.get(f"{name}[{i}]") for name in ("nav.sigma_position", "att.sigma") for i in (1, 2, 3)]
+                np.testing.assert_allclose(sigma, [*now.sigma_position_m, *now.sigma_rotation_rad], rtol=close)
+                assert fmu.get("align.heading_ready") == now.heading_ready
+        seen = ins.diagnostics()
+        assert phases == {"levelling", "any_heading", "navigating"} and seen.used["position"] > 50
+        for name, sensor in (("imu", "imu"), ("gnss", "position"), ("gnssvel", "velocity")):
+            assert fmu.get(f"count.{name}_used") == seen.used[sensor]
+
+
+@versions
+def test_displacement_velocity_and_attitude_are_the_continuous_states_and_flow_between_events_alone(drive, version):
+    with opened(version, exchange=True) as fmu:
+        derivatives = [v for v in fmu.description.modelVariables if v.derivative is not None]
+        assert [v.derivative.name for v in derivatives] == [
+            *(f"state.displacement[{i}]" for i in (1, 2, 3)), *(f"state.velocity[{i}]" for i in (1, 2, 3)),
+            *(f"state.q[{i}]" for i in (1, 2, 3, 4)),
+        ]  # fmt: skip
+        nominals, states = (C.c_double * 10)(), (C.c_double * 10)()
+        sigma, before = [f"att.sigma[{i}]" for i in (1, 2, 3)] + [f"nav.sigma_velocity[{i}]" for i in (1, 2, 3)], None
+        for k, at_event in exchanged(fmu, drive, 700):
+            if k < 650:
+                continue
+            now = [fmu.get(name) for name in sigma]
+            assert at_event or now == before
+            before = now
+            fmu.fmu.getContinuousStates(states, 10)
+            assert [fmu.get(v.derivative.name) for v in derivatives] == list(states)
+            assert [fmu.get(f"der(state.displacement[{i}])") for i in (1, 2, 3)] == list(states)[3:6]
+        fmu.fmu.getNominalsOfContinuousStates(nominals, 10)
+        assert list(nominals) == [1.0] * 10 and np.linalg.norm(list(states)[6:]) == pytest.approx(1, abs=1e-6)
+
+
+@versions
+def test_in_model_exchange_late_fixes_are_waited_for_too_and_the_filter_integrates_inside(drive, version):
+    samples, _ = drive
+    late_rows, rows = round(100 * LATE_S), 1000
+    ins = hnav.Ins("industrial", solver="closed_form", horizon_s=0.2)
+    with opened(version, exchange=True, **{"timing.horizon_s": 0.2}) as fmu:
+        for k, at_event in exchanged(fmu, drive, rows, late_rows=late_rows):
+            if not at_event:
+                continue
+            take_row(ins, drive, k, late_rows)
+            ins.advance(samples.t_s[k])
+            if ins.navigation().phase not in ("waiting", "levelling"):
+                assert off_in_sigmas(fmu, ins.navigation()) == 0, k
+        assert fmu.get("count.late") == 0 and fmu.get("count.gnss_used") == ins.diagnostics().used["position"] > 20
+
+
+@versions
+def test_a_reset_in_model_exchange_brings_the_importers_states_back(drive, version):
+    with opened(version, exchange=True) as fmu:
+        for k, at_event in exchanged(fmu, drive, 702):
+            if at_event and k == 700:
+                assert fmu.get("align.phase") > 1 and fmu.get("state.velocity[1]") != 0
+                fmu.set("reset", True)
+                fmu.update_discrete_states()
+                states = (C.c_double * 10)()
+                fmu.fmu.getContinuousStates(states, 10)
+                assert list(states) == [0.0] * 6 + [1.0, 0.0, 0.0, 0.0]
+                assert fmu.get("count.imu_used") == 0 and fmu.get("att.sigma[3]") == np.pi
+
+
+@versions
+def test_a_sample_stamped_later_than_it_came_is_an_event_in_time(drive, version):
+    samples, _ = drive
+    with opened(version, exchange=True) as fmu:
+        fmu.initialise(0.0)
+        set_samples(fmu, drive, 0)
+        for name in ("gyro", "accel"):
+            fmu.set(f"{name}.t_meas", 0.25)
+        assert fmu.update_discrete_states() == 0.25
+        assert fmu.get("count.imu_used") == 0
+        fmu.call(fmu.fmu.enterContinuousTimeMode)
+        fmu.call(fmu.fmu.setTime, 0.25)
+        fmu.call(fmu.fmu.enterEventMode)
+        assert fmu.update_discrete_states() is None
+        assert fmu.get("count.imu_used") == 1
 
 
 @versions

@@ -202,6 +202,43 @@ HNAV_API hnav_status hnav_ins_run(hnav_ins* ins, size_t n, const hnav_ins_run_in
  * corrections or 1024 rows. Errors: as of run, OUT_OF_MEMORY. */
 HNAV_API hnav_status hnav_ins_smooth(hnav_ins* ins, size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
 
+/* ------------------------------------------------------------------------------------------------ hybrid view */
+
+/* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events, x+ = jump(x-) at an
+ * event. States in Earth-fixed axes, north-east-down at an anchor near the body: displacement from it in m 3, velocity in m/s 3,
+ * quaternion body to these axes 4. They flow from the tilt on; while the heading is unknown the axes are turned about the vertical
+ * by what is unknown, and an event may turn them or move the anchor. Between events navigation tells place, velocity and attitude
+ * of x, and all else as at the last event. With horizon_s above 0, when late samples are taken, the filter integrates inside from event
+ * to event as advance does, and x_plus is its estimate whatever x_minus is. Not to be mixed with advance, run or smooth. */
+HNAV_API hnav_status hnav_ins_nx(const hnav_ins* ins, int32_t* nx);
+/* The state just after the last jump. */
+HNAV_API hnav_status hnav_ins_get_x(const hnav_ins* ins, double* x);
+/* Sizes to scale tolerances by: 1. */
+HNAV_API hnav_status hnav_ins_nominal_x(const hnav_ins* ins, double* nominal_x);
+/* Pure: changes nothing. Smooth in x, also beyond the next event. */
+HNAV_API hnav_status hnav_ins_derivative(const hnav_ins* ins, const double* x, double* dx);
+/* Exact directional derivative of f: out = (df/dx) seed. Pure. */
+HNAV_API hnav_status hnav_ins_derivative_along(const hnav_ins* ins, const double* x, const double* seed, double* out);
+/* Time of the earliest waiting sample, infinity if none waits. */
+HNAV_API hnav_status hnav_ins_next_event_s(const hnav_ins* ins, double* t_s);
+/* Applies the waiting samples of times up to t_s to the state x_minus at t_s and commits. A rate that is the mean of the interval
+ * before it is put into that interval here. SOLVER: they led to no usable estimate and were dropped. */
+HNAV_API hnav_status hnav_ins_jump(hnav_ins* ins, double t_s, const double* x_minus, double* x_plus);
+/* Lets navigation show x at t_s. Errors of jump and show: NON_FINITE, OUT_OF_RANGE (beyond 1e50, or a quaternion of no length). */
+HNAV_API hnav_status hnav_ins_show(hnav_ins* ins, double t_s, const double* x);
+
+/* How what flows of hnav_navigation changes with x. */
+typedef struct hnav_navigation_along {
+    size_t size; /* of this struct; set by the caller */
+    double latitude_rad, longitude_rad, height_m;
+    double velocity_n_m_s[3];
+    double q_nb[4];
+    double euler_rad[3];
+} hnav_navigation_along;
+/* Exact derivatives along the direction `seed` of x, at the x that hnav_ins_show lets it show; 0 before there is a tilt. At a pole
+ * the longitude has none, and is answered by 0. Errors: SIZE. */
+HNAV_API hnav_status hnav_ins_navigation_along(const hnav_ins* ins, const double* seed, hnav_navigation_along* along);
+
 /* ------------------------------------------------------------------------------------------------ save and load */
 
 /* Numbers only; fits filters made with equal options, which go on bit for bit. */
