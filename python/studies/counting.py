@@ -1,4 +1,5 @@
-"""Instructions of one function of a program, counted by valgrind: they do not depend on what else the machine does."""
+"""Programs that are measured: built with the library of a checkout, timed, and their instructions counted by valgrind, which do not
+depend on what else the machine does."""
 
 from __future__ import annotations
 
@@ -34,6 +35,32 @@ def counted(function: str, command: Sequence[str | Path]) -> int:
     if done.returncode or not found:
         raise UsageError(f"{' '.join(map(str, command))} failed:\n{done.stderr[-1500:]}")
     return int(found.group(1))
+
+
+def run_compiler(command: Sequence[str | Path]) -> None:
+    """Raises UsageError with the end of what it said."""
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise UsageError(f"{command[0]} failed:\n{done.stderr[-1500:]}")
+
+
+def compile_program(
+    sources: Sequence[Path], program: Path, checkout: Path, folders: Sequence[Path] = (), objects: Sequence[Path] = ()
+) -> Path:
+    """A program of C++ sources and objects, with headers in these folders, linked with the library of a checkout. Raises UsageError."""
+    program.parent.mkdir(parents=True, exist_ok=True)
+    headers, library = [f"-I{folder}" for folder in (checkout / "c_src/include", *folders)], checkout / "build/c_src"
+    link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
+    run_compiler(["c++", "-std=c++17", "-O3", *headers, *sources, *objects, *link])
+    return program
+
+
+def times_ns(command: Sequence[str | Path]) -> list[float]:
+    """What a program prints, one number a line. Raises UsageError with what it complains about."""
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise UsageError(done.stderr.strip())
+    return [float(line) for line in done.stdout.split()]
 
 
 def write_samples(file: Path, rows: int) -> None:

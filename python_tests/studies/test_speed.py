@@ -1,13 +1,16 @@
-"""The cost of a sample beside the peers: the sources that the study has fetched are built and run."""
+"""The cost of a sample: of the attitude filters beside the peers, whose sources the study has fetched, and of the navigation filter."""
 
 import os
 import re
 
 import pytest
 
+from hnav.cli.words import UsageError
 from studies.compare.old_revision import TOP
-from studies.counting import write_samples
-from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources, times_ns
+from studies.counting import times_ns, write_samples
+from studies.ins_speed.__main__ import SOLVERS, words, write_drive
+from studies.ins_speed.__main__ import built as built_for_ins
+from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources
 
 needs_recordings = pytest.mark.skipif("BROAD_DIR" not in os.environ, reason="BROAD_DIR is not set: no BROAD recordings")
 needs_library = pytest.mark.skipif(not (TOP / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")
@@ -34,4 +37,16 @@ def test_all_run_over_the_same_samples(tmp_path):
     write_samples(samples, rows)
     program = built(TOP, fetched_sources())
     for *_, name, _ in CONTENDERS:
-        assert all(time > 0 for time in times_ns(program, samples, rows, name, 1)), name
+        assert all(time > 0 for time in times_ns([program, samples, str(rows), name, "1"])), name
+
+
+@needs_library
+def test_the_navigation_filter_is_timed_over_a_drive_at_whose_end_it_navigates(tmp_path):
+    drive = write_drive(tmp_path / "drive.bin", 60.0)
+    assert (drive.rows, drive.aids) == (6001, 600)
+    program = built_for_ins(tmp_path / "timing")
+    for solver in SOLVERS.values():
+        times = times_ns(words(program, drive, solver, drive.rows, 2))
+        assert len(times) == 2 and min(times) > 0
+    with pytest.raises(UsageError, match="DRIVE ends early"):
+        times_ns(words(program, drive._replace(aids=drive.aids + 1), 0, 1, 1))

@@ -143,6 +143,13 @@ SECTIONS = {
         "study speed",
         False,
     ),
+    "ins_speed": Section(
+        "Cost of a sample of the navigation filter",
+        "28 errors, and ten numbers that flow, over a simulated car at 100 Hz with five fixes of position and of velocity a second, from any heading, its start "
+        "included; corrections come ten times a second. Estimates are computed when they are asked for.",
+        "study ins_speed",
+        True,
+    ),
     "small": Section(
         "The small build on a Cortex-M4F",
         "AHRS and HREKF by their closed forms in memory of the caller's, beside VQF and Fusion, over 60 s of BROAD trial 07 in qemu. "

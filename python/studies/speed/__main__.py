@@ -16,7 +16,7 @@ from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from studies.command import study
 from studies.compare.old_revision import TOP
-from studies.counting import ROWS, counted, has_valgrind, write_samples
+from studies.counting import ROWS, compile_program, counted, has_valgrind, run_compiler, times_ns, write_samples
 
 HERE = Path(__file__).parent
 WORK = TOP / ".cache" / "speed"
@@ -65,30 +65,13 @@ def fetched_sources() -> dict[str, Path]:
 
 def built(checkout: Path, sources: dict[str, Path]) -> Path:
     """The program that runs any contender, linked with the library of a checkout."""
-    program, library = WORK / "timing", checkout / "build/c_src"
-    fusion: list[str | Path] = []
+    objects = []
     for file in sorted(sources["fusion"].glob("*.c")):
-        fusion.append(WORK / f"{file.stem}.o")
-        run_compiler(["cc", "-O3", "-c", file, "-o", fusion[-1]])
+        objects.append(WORK / f"{file.stem}.o")
+        run_compiler(["cc", "-O3", "-c", file, "-o", objects[-1]])
     own = [HERE / name for name in ("timing.cpp", "own.cpp", "peers.cpp")]
     peers = [sources["vqf"] / name for name in ("vqf.cpp", "basicvqf.cpp", "offline_vqf.cpp")]
-    folders = [f"-I{folder}" for folder in (HERE, checkout / "c_src/include", *sources.values())]
-    link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
-    run_compiler(["c++", "-std=c++17", "-O3", *folders, *own, *peers, *fusion, *link])
-    return program
-
-
-def run_compiler(command: list[str | Path]) -> None:
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-    if done.returncode:
-        raise UsageError(f"{command[0]} failed:\n{done.stderr[-1500:]}")
-
-
-def times_ns(program: Path, samples: Path, rows: int, name: str, runs: int) -> list[float]:
-    done = subprocess.run([program, samples, str(rows), name, str(runs)], capture_output=True, text=True)
-    if done.returncode:
-        raise UsageError(done.stderr.strip())
-    return [float(line) for line in done.stdout.split()]
+    return compile_program([*own, *peers], WORK / "timing", checkout, [HERE, *sources.values()], objects)
 
 
 def table_of(program: Path, samples: Path, rows: int) -> Table:
@@ -99,7 +82,7 @@ def table_of(program: Path, samples: Path, rows: int) -> Table:
         for name in {name for *_, name, _ in CONTENDERS}:
             counts[name] = counted("timed_run", [program, samples, str(rows), name, "1"]) / rows
     for label, outputs, name, peer in CONTENDERS:
-        times = times_ns(program, samples, rows, name, RUNS)
+        times = times_ns([program, samples, str(rows), name, str(RUNS)])
         count = [f"{counts[name]:.0f}", f"{counts[name] / counts[peer]:.2f}"] if counts else ["-", "-"]
         table.add_row(label, outputs, *count, f"{min(times):.0f}", f"{statistics.median(times):.0f}")
     return table
