@@ -1,14 +1,24 @@
-"""How a study becomes a command: arguments by typer, errors in one line, exit code 2, as those of hnav itself."""
+"""How a study becomes a command: arguments by typer, those that several studies take, errors in one line, exit code 2, as those of
+hnav itself."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+import os
+from collections.abc import Callable, Collection, Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
-from hnav.cli.words import answer
+from hnav.cli.words import UsageError, answer
+
+Workers = Annotated[int, typer.Option(min=1, help="Processes")]
+WORKERS = min(2, os.cpu_count() or 1)
+Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers")]
+Trials = Annotated[Path | None, typer.Argument(metavar="[DIR]", envvar="BROAD_DIR", help="BROAD trials")]
+Rows = Annotated[int, typer.Option(min=100, help="Of the recording")]
+Checkout = Annotated[Path, typer.Option(metavar="FOLDER", help="A checkout with its build instead of this one")]
 
 
 def study(name: str, command: Callable[..., Any]) -> Callable[..., None]:
@@ -20,6 +30,13 @@ def study(name: str, command: Callable[..., Any]) -> Callable[..., None]:
         answer(f"study {name}", app, arguments)
 
     return main
+
+
+def check_choices(option: str, chosen: Iterable[str | None], known: Collection[str]) -> None:
+    """None: nothing was chosen. Raises UsageError for the first name that is not known."""
+    for name in chosen:
+        if name is not None and name not in known:
+            raise UsageError(f"{option} {name}: choose from {', '.join(known)}")
 
 
 def after(time_s: float) -> str:

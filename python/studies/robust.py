@@ -20,10 +20,9 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 
 from hnav.cli.console import say, show
-from hnav.cli.words import UsageError
 from hnav.filters.attitude import Filter, Options
 from studies import larger_q
-from studies.command import study
+from studies.command import check_choices, study
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
 FIELD_N = 5e-5 * np.array([np.cos(1.1), 0, np.sin(1.1)])
@@ -232,8 +231,7 @@ def command(
     part: Annotated[str | None, typer.Option(help=", ".join(PARTS) + "; all without it")] = None,
 ) -> None:
     """Measures the robust law and the adaptation beside EKFs."""
-    if part is not None and part not in PARTS:
-        raise UsageError(f"--part {part}: choose one of {', '.join(PARTS)}")
+    check_choices("--part", [part], PARTS)
     for name, table in PARTS.items():
         if part in (None, name):
             show(table(seeds), width=120)

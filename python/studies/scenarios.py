@@ -19,7 +19,7 @@ from hnav.cli.montecarlo import means_table
 from hnav.cli.words import UsageError
 from hnav.systems.montecarlo import jobs, run_jobs
 from hnav.systems.turntable_scenarios import SCENARIOS
-from studies.command import study
+from studies.command import WORKERS, Workers, check_choices, study
 from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
@@ -43,15 +43,13 @@ def measured(chosen: list[str], runs: int, workers: int, stop_s: float | None = 
 
 def command(
     runs: Annotated[int, typer.Option(min=2, help="seeds of each scenario")] = 200,
-    workers: Annotated[int, typer.Option(min=1, help="processes")] = 2,
+    workers: Workers = WORKERS,
     scenarios: Annotated[str, typer.Option(metavar="A,B,...", help=", ".join(SCENARIOS))] = ",".join(SHOWN),
     stop: Annotated[float | None, typer.Option(help="seconds, instead of the system's 60")] = None,
 ) -> None:
     """Runs the scenarios with many seeds: errors, and whether the sigmas are right."""
     chosen = scenarios.split(",")
-    for name in chosen:
-        if name not in SCENARIOS:
-            raise UsageError(f"--scenarios {name}: choose from {', '.join(SCENARIOS)}")
+    check_choices("--scenarios", chosen, SCENARIOS)
     show(means_table(measured(chosen, runs, workers, stop)), width=230)
 
 

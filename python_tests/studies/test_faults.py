@@ -80,5 +80,5 @@ def test_a_damaged_recording_is_as_long_as_its_stamps(fault, moving):
 
 def test_what_cannot_be_is_refused_in_one_line(monkeypatch):
     monkeypatch.delenv("BROAD_DIR", raising=False)
-    assert "choose one of events, recordings" in answered(program.main, "--part", "all").stderr
+    assert "choose from events, recordings" in answered(program.main, "--part", "all").stderr
     assert "set BROAD_DIR" in answered(program.main, "--part", "recordings").stderr

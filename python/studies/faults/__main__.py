@@ -8,7 +8,6 @@ trials damaged on purpose (studies.faults.recordings); DIR is where the trials l
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +21,7 @@ from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
-from studies.command import study
+from studies.command import WORKERS, Trials, Workers, check_choices, study
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment
 from studies.faults.recordings import FAULTS
@@ -32,16 +31,15 @@ SHOWN_SHARE = 0.01  # what a sensor was for less of the time is not told
 
 
 def command(
-    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", envvar="BROAD_DIR", help="BROAD trials")] = None,
+    folder: Trials = None,
     seeds: Annotated[int, typer.Option(min=1, help="Simulated runs of each event")] = 100,
     filter: FilterName = "ahrs",
     settings: Settings = None,
     part: Annotated[str | None, typer.Option(help=" or ".join(PARTS))] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes")] = min(2, os.cpu_count() or 1),
+    workers: Workers = WORKERS,
 ) -> None:
     """Tells how long faults of sensors and stamps leave a filter wrong, and whether it says so."""
-    if part not in (None, *PARTS):
-        raise UsageError(f"--part {part}: choose one of {', '.join(PARTS)}")
+    check_choices("--part", [part], PARTS)
     if part == "recordings" and folder is None:
         raise UsageError("--part recordings: name the folder of the BROAD trials, or set BROAD_DIR")
     chosen = parse_settings(settings)

@@ -11,7 +11,7 @@ from rich.table import Column, Table
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
-from studies.command import study
+from studies.command import check_choices, study
 from studies.growth import measures
 from studies.growth.picture import draw_bars, draw_lines
 
@@ -77,8 +77,7 @@ def command(
     pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="also draw growth_PART.png into this folder")] = None,
 ) -> None:
     """Measures how time and memory grow."""
-    if part is not None and part not in PARTS:
-        raise UsageError(f"--part {part}: choose one of {', '.join(PARTS)}")
+    check_choices("--part", [part], PARTS)
     if not 1e4 <= most_rows <= 1e9:
         raise UsageError(f"--most-rows {most_rows:g}: must be 1e4 to 1e9")
     for name, measure in PARTS.items():

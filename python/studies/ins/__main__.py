@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,7 @@ from hnav.cli.console import bar, show
 from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS, InsOptions
 from hnav.reference import earth
-from studies.command import after, study
+from studies.command import WORKERS, Seed, Workers, after, check_choices, study
 from studies.ins import hindsight
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
@@ -24,11 +23,11 @@ from studies.ins.vehicles import latitude_at_rest
 
 
 def command(
-    runs: Annotated[int, typer.Option("--starts", "--runs", help="of each kind")] = 200,
+    runs: Annotated[int, typer.Option("--starts", "--runs", min=1, help="of each kind")] = 200,
     kinds: Annotated[str, typer.Option(help=f"any of {', '.join(KINDS)}, separated by commas")] = "car,aircraft,ship",
     grade: Annotated[str, typer.Option(help="preset of the filter and of the sensors")] = "industrial",
-    workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
-    seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    workers: Workers = WORKERS,
+    seed: Seed = 1,
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
@@ -39,14 +38,9 @@ def command(
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
 ) -> None:
     """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
-    for name, value in (("--starts", runs), ("--workers", workers)):
-        if value < 1:
-            raise UsageError(f"{name} {value}: must be 1 or more")
-    if grade not in INS_PRESETS:
-        raise UsageError(f"--grade {grade}: choose one of {', '.join(INS_PRESETS)}")
+    check_choices("--grade", [grade], INS_PRESETS)
     chosen = kinds.split(",")
-    if unknown := [kind for kind in chosen if kind not in KINDS]:
-        raise UsageError(f"--kinds {unknown[0]}: choose from {', '.join(KINDS)}")
+    check_choices("--kinds", chosen, KINDS)
     if flight is not None:
         if not (flight / "thor75.csv").is_file():
             raise UsageError(f"--flight {flight}: there is no thor75.csv")

@@ -13,7 +13,7 @@ from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-from studies.command import study
+from studies.command import Seed, study
 from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import PEERS, run_peer
 from studies.ins_error_table.comparison import FAULT, Result, run_filter, run_oracle
@@ -70,7 +70,7 @@ def scores_of(plane: Aircraft, case: Case, runs: int, seed: int) -> dict[str, Sc
 
 def command(
     runs: Annotated[int, typer.Option(min=2, help="flights in each case")] = 120,
-    seed: Annotated[int, typer.Option()] = 1,
+    seed: Seed = 1,
     only: Annotated[str, typer.Option(help="only the case of this name")] = "",
 ) -> None:
     """Filters against every kind of fault: errors over those of an oracle, NEES, false alarms."""

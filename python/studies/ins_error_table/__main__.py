@@ -14,7 +14,7 @@ from hnav.cli.console import say, show
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import Flight
 from hnav.systems.aircraft_file import models_folder, read_aircraft
-from studies.command import study
+from studies.command import Seed, study
 from studies.ins_error_table.comparison import (
     AFTER,
     BEFORE,
@@ -48,7 +48,7 @@ class Flown(NamedTuple):
 
 def command(
     runs: Annotated[int, typer.Option(min=2, help="flights for each aircraft and setting")] = 1000,
-    seed: Annotated[int, typer.Option()] = 1,
+    seed: Seed = 1,
     settings: Annotated[int, typer.Option(help="compare over so many random settings instead")] = 0,
 ) -> None:
     """Monte Carlo comparison in the form of the paper's Table 1."""

@@ -13,7 +13,7 @@ import typer
 
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
-from studies.command import study
+from studies.command import Checkout, Rows, study
 from studies.compare.names import Names
 from studies.compare.native import Library
 from studies.compare.old_revision import REVISION, TOP, old_revision
@@ -67,9 +67,9 @@ def count(program: Path, samples: Path, rows: int, case: tuple[str, ...]) -> int
 
 def command(
     only: Annotated[str, typer.Option(metavar="PATTERN", help="Cases whose names match, * and ? allowed")] = "*",
-    rows: Annotated[int, typer.Option(min=100, help="Of the recording")] = ROWS,
+    rows: Rows = ROWS,
     old: Annotated[Path | None, typer.Option(metavar="FOLDER", help=f"A checkout with its build instead of {REVISION}")] = None,
-    new: Annotated[Path, typer.Option(metavar="FOLDER", help="A checkout with its build instead of this one")] = TOP,
+    new: Checkout = TOP,
 ) -> None:
     """Instructions for each IMU sample, of two revisions."""
     if not has_valgrind():

@@ -8,13 +8,11 @@ Each fault (studies.plausibility.faults) is put into hand-held recordings and, a
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -27,7 +25,7 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.systems.sensors import GRADES
-from studies.command import study
+from studies.command import WORKERS, Trials, Workers, study
 from studies.plausibility.faults import FAULTS, Fault
 from studies.plausibility.good import MOTIONS, good_recording
 
@@ -35,9 +33,9 @@ SPOILT = 5  # recordings that each fault is put into
 
 
 def command(
-    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", envvar="BROAD_DIR", help="BROAD trials")] = None,
+    folder: Trials = None,
     seeds: Annotated[int, typer.Option(min=1, help="Recordings without a fault, of each motion")] = 100,
-    workers: Annotated[int, typer.Option(min=1, help="Processes")] = min(2, os.cpu_count() or 1),
+    workers: Workers = WORKERS,
 ) -> None:
     """Tells how often the checks of recordings alarm falsely, and which faults they name."""
     trials = [read(path) for path in find_trials(folder).values()] if folder else []

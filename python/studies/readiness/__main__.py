@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -16,19 +15,18 @@ from rich.table import Table
 
 from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
-from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
-from studies.command import after, study
+from studies.command import WORKERS, Seed, Workers, after, study
 from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
 
 
 def command(
-    starts: Annotated[int, typer.Option(help="how many starts; groups take turns")] = 1000,
+    starts: Annotated[int, typer.Option(min=1, help="how many starts; groups take turns")] = 1000,
     filter: FilterName = "ahrs",
     settings: Settings = None,
-    workers: Annotated[int, typer.Option(help="processes")] = min(2, os.cpu_count() or 1),
-    seed: Annotated[int, typer.Option(help="of the random numbers")] = 1,
+    workers: Workers = WORKERS,
+    seed: Seed = 1,
     hidden: Annotated[bool, typer.Option("--hidden", help="fields that are false in a way that no filter can know")] = False,
     every_error: Annotated[
         bool, typer.Option("--every-error", help="sensors with the errors too that the options allow for")
@@ -36,9 +34,6 @@ def command(
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
-    for name, value, least in (("--starts", starts, 1), ("--workers", workers, 1), ("--seed", seed, 0)):
-        if value < least:
-            raise UsageError(f"{name} {value}: must be {least} or more")
     done: list[Start] = []
     with bar() as progress:
         task = progress.add_task("starts", total=starts)

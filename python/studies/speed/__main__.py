@@ -7,14 +7,12 @@ import subprocess
 import sys
 import tarfile
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.table import Column, Table
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
-from studies.command import study
+from studies.command import Checkout, Rows, study
 from studies.compare.old_revision import TOP
 from studies.counting import ROWS, compile_program, counted, has_valgrind, run_compiler, times_ns, write_samples
 
@@ -89,8 +87,8 @@ def table_of(program: Path, samples: Path, rows: int) -> Table:
 
 
 def command(
-    rows: Annotated[int, typer.Option(min=100, help="Of the recording")] = ROWS,
-    checkout: Annotated[Path, typer.Option(metavar="FOLDER", help="One with its build instead of this one")] = TOP,
+    rows: Rows = ROWS,
+    checkout: Checkout = TOP,
 ) -> None:
     """Instructions and CPU time of a sample, beside VQF and Fusion, all in C or C++."""
     WORK.mkdir(parents=True, exist_ok=True)
