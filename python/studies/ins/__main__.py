@@ -17,7 +17,7 @@ from studies.command import WORKERS, Seed, Workers, after, check_choices, study
 from studies.ins import hindsight
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
-from studies.ins.flight import JUDGED_S, LENGTH_S, Flight
+from studies.ins.flight import JUDGED_S, LENGTH_S, STARTS, Flight
 from studies.ins.motions import AT_REST
 from studies.ins.vehicles import latitude_at_rest
 
@@ -44,7 +44,7 @@ def command(
     if flight is not None:
         if not (flight / "thor75.csv").is_file():
             raise UsageError(f"--flight {flight}: there is no thor75.csv")
-        show(flight_table(Flight(flight)))
+        show(flight_table(Flight(flight)), width=120)
         return
     if faults:
         show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
@@ -166,17 +166,25 @@ def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers:
 
 
 def flight_table(flight: Flight) -> Table:
-    """The figures of the starts in the air."""
-    starts = flight.starts()
-    rms = np.degrees([s.rms for s in starts])
-    ready = np.array([s.ready_s for s in starts])
-    out = Table(title=f"{len(starts)} starts in flight, {JUDGED_S:g} to {LENGTH_S:g} s after each", title_justify="left")
-    for column in ("rms median", "rms worst", "ready", "ready after: median", "false"):
+    """The figures of the starts in the air, and of one from the ground."""
+    told = (
+        f"from the ground, {JUDGED_S:g} s after take-off to the landing: {np.degrees(flight.from_the_ground()):.2f} deg; "
+        f"the reference is stamped {flight.late_s:.2f} s late"
+    )
+    title = f"{STARTS} starts in flight, {JUDGED_S:g} to {LENGTH_S:g} s after each"
+    out = Table(title=title, title_justify="left", caption=told, caption_justify="left")
+    out.add_column("latency of the satellites", no_wrap=True)
+    for column in ("rms median", "rms worst", "mean", "ready", "ready after: median", "false"):
         out.add_column(column, justify="right")
-    out.add_row(
-        f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", str(int(np.isfinite(ready).sum())), f"{np.nanmedian(ready):.0f} s",
-        str(sum(s.is_false for s in starts)),
-    )  # fmt: skip
+    none: dict[str, object] = {"start_sigma_latency_s": 0.0}
+    for name, options in (("estimated", {}), ("none, as its own filter has it", none)):
+        starts = flight.starts(**options)
+        rms, mean = (np.degrees([getattr(s, figure) for s in starts]) for figure in ("rms", "mean"))
+        ready = np.array([s.ready_s for s in starts])
+        out.add_row(
+            name, f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", f"{mean.mean():+.2f} deg", str(int(np.isfinite(ready).sum())),
+            f"{np.nanmedian(ready):.0f} s", str(sum(s.is_false for s in starts)),
+        )  # fmt: skip
     return out
 
 

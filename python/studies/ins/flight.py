@@ -6,12 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from hnav.filters.ins import Aids, Ins
+from scipy.spatial.transform import Rotation
+
+from hnav.filters.ins import Aids, Ins, InsRun
+from hnav.native.arrays import Array
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 
 FIRST_S, LAST_S, STARTS = 215.0, 485.0, 28
 LENGTH_S, JUDGED_S = 90.0, 60.0
+TAKE_OFF_S, LANDING_S = 212.0, 577.0
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,8 @@ class FlightStart:
     begin_s: float
     rms: float
     """Root mean square of the difference of headings from JUDGED_S to LENGTH_S after the start."""
+    mean: float
+    """Its mean."""
     ready_s: float
     error_then: float
     sigma_then: float
@@ -37,28 +44,61 @@ class Flight:
     def __init__(self, folder: Path):
         self.log = np.genfromtxt(folder / "thor75.csv", delimiter=",", names=True)
         self.onboard = np.genfromtxt(folder / "thor75_onboard.csv", delimiter=",", names=True)
+        self.late_s = self.reference_late_s()
+        self.onboard["t_s"] -= self.late_s
 
-    def start(self, begin_s: float, length_s: float = LENGTH_S, **options: object) -> FlightStart:
-        """Options: those of Ins that differ from the preset consumer."""
-        log = self.log[(self.log["t_s"] >= begin_s) & (self.log["t_s"] <= begin_s + length_s)]
+    def reference_late_s(self) -> float:
+        """By how many of its samples the reference is stamped later than the gyroscopes: its turns tell, whatever its heading is."""
+        t, interval_s = self.onboard["t_s"], float(np.median(np.diff(self.log["t_s"])))
+        flies = np.flatnonzero((t > TAKE_OFF_S) & (t < LANDING_S))
+        angles = np.stack([self.onboard[name] for name in ("heading", "pitch", "roll")], 1)
+        attitude = Rotation.from_euler("ZYX", angles)
+        turns = (attitude[flies[:-1]].inv() * attitude[flies[1:]]).as_rotvec()
+        turned = np.cumsum(np.stack([self.log["g" + axis] for axis in "xyz"], 1) * interval_s, axis=0)
+
+        def misfit(late_s: float) -> float:
+            at = np.stack([np.interp(t[flies] - late_s, self.log["t_s"], angle) for angle in turned.T], 1)
+            return float(np.var(turns - np.diff(at, axis=0), axis=0).sum())
+
+        return min((k * interval_s for k in range(-5, 6)), key=misfit)
+
+    def from_the_ground(self) -> float:
+        """Root mean square of the difference of headings, from JUDGED_S after take-off to the landing, switched on at the begin."""
+        run = self.run(self.log)
+        judged = (run.t_s > TAKE_OFF_S + JUDGED_S) & (run.t_s < LANDING_S)
+        return float(np.sqrt(np.mean(self.error(run)[judged] ** 2)))
+
+    def error(self, run: InsRun) -> Array:
+        """n: of the heading in rad, seen from the reference."""
+        onboard = np.interp(run.t_s, self.onboard["t_s"], np.unwrap(self.onboard["heading"]))
+        return wrapped(run.heading_rad - onboard)
+
+    @staticmethod
+    def run(log: npt.NDArray[np.void], **options: object) -> InsRun:
+        """Over some rows of the log, by the preset consumer with these options."""
         fix = log[np.isfinite(log["lat_deg"])]
         aids = Aids().velocity(fix["t_s"], np.stack([fix["vn"], fix["ve"], fix["vd"]], 1), 0.2)
         aids.position(fix["t_s"], np.radians(fix["lat_deg"]), np.radians(fix["lon_deg"]), fix["alt_m"], [2.0, 2.0, 4.0])
         rate, force = (np.stack([log[name + axis] for axis in "xyz"], 1) for name in "ga")
-        run = Ins("consumer", solver="closed_form", **options).run(log["t_s"], rate, force, aids)
-        onboard = np.interp(run.t_s, self.onboard["t_s"], np.unwrap(self.onboard["heading"]))
-        error, sigma = wrapped(run.heading_rad - onboard), run.sigma_rotation_rad[:, 2]
+        return Ins("consumer", solver="closed_form", **options).run(log["t_s"], rate, force, aids)
+
+    def start(self, begin_s: float, length_s: float = LENGTH_S, **options: object) -> FlightStart:
+        """Options: those of Ins that differ from the preset consumer."""
+        log = self.log[(self.log["t_s"] >= begin_s) & (self.log["t_s"] <= begin_s + length_s)]
+        run = self.run(log, **options)
+        error, sigma = self.error(run), run.sigma_rotation_rad[:, 2]
         ready = np.flatnonzero(run.ready[:, 1])
         first = ready[0] if len(ready) else None
         late = run.t_s >= begin_s + JUDGED_S
         return FlightStart(
             begin_s,
             float(np.sqrt(np.mean(error[late] ** 2))),
+            float(np.mean(error[late])),
             np.nan if first is None else float(run.t_s[first] - begin_s),
             np.nan if first is None else float(error[first]),
             np.nan if first is None else float(sigma[first]),
         )
 
-    def starts(self) -> list[FlightStart]:
+    def starts(self, **options: object) -> list[FlightStart]:
         """STARTS of them, evenly over the time in the air."""
-        return [self.start(begin) for begin in np.linspace(FIRST_S, LAST_S, STARTS)]
+        return [self.start(begin, LENGTH_S, **options) for begin in np.linspace(FIRST_S, LAST_S, STARTS)]

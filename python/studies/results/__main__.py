@@ -20,7 +20,7 @@ from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
 from studies.command import study
 from studies.results.page import Page, measured
-from studies.results.sections import SECTIONS, TRIALS, Section
+from studies.results.sections import FOLDERS, SECTIONS, Section
 
 PAGE = CHECKOUT / "docs" / "results.md"
 
@@ -37,8 +37,8 @@ def command(
     chosen = names or [name for name, section in SECTIONS.items() if section.quick or everything]
     for name in chosen:
         section = SECTIONS[name]
-        if section.needs_trials and not os.environ.get("BROAD_DIR"):
-            say(f"{name} is left out: BROAD_DIR is not set")
+        if missing := [variable for variable in section.needs if not os.environ.get(variable)]:
+            say(f"{name} is left out: {missing[0]} is not set")
             continue
         say(f"{name}: ./run {section.command}")
         body = measured(section.says, section.command, circumstances(), answer_of(section))
@@ -50,7 +50,7 @@ def command(
 
 def answer_of(section: Section) -> str:
     """What the command prints. Raises UsageError when it fails."""
-    words = [os.environ["BROAD_DIR"] if word == TRIALS else word for word in shlex.split(section.command)]
+    words = [os.environ[FOLDERS[word]] if word in FOLDERS else word for word in shlex.split(section.command)]
     # The build is that of ./run study, so the modules are called by themselves.
     modules = {"study": ["-m", f"studies.{words[1]}", *words[2:]], "hnav": ["-m", "hnav", *words[1:]]}
     done = subprocess.run([sys.executable, *modules[words[0]]], capture_output=True, text=True, cwd=CHECKOUT, check=False)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-# Stands for the folder of the BROAD trials, in BROAD_DIR.
-TRIALS = "DIR"
+TRIALS, FLIGHT = "DIR", "FLIGHT"
+FOLDERS = {TRIALS: "BROAD_DIR", FLIGHT: "HNAV_FLIGHT"}
+"""Words of a command that stand for a folder, and the variable of the environment that names it."""
 
 
 class Section(NamedTuple):
@@ -17,8 +18,9 @@ class Section(NamedTuple):
     quick: bool
 
     @property
-    def needs_trials(self) -> bool:
-        return TRIALS in self.command.split()
+    def needs(self) -> list[str]:
+        """Variables of the environment."""
+        return [FOLDERS[word] for word in self.command.split() if word in FOLDERS]
 
 
 SECTIONS = {
@@ -109,6 +111,15 @@ SECTIONS = {
         "the heading, of those from then on, and of ten seconds in the middle of the outage; z2 is the mean of the squared normalised errors.",
         "study ins --smooth --starts 100 --seed 3",
         False,
+    ),
+    "ins_flight": Section(
+        "A recorded flight",
+        "A small aeroplane, consumer preset, switched on in the air with nothing known of its heading: the difference from the heading of its own "
+        "filter, which knows of no latency of the satellites. Its turns tell by how much its rows are stamped later than the gyroscopes. In "
+        "circles of 30 deg/s a latency that nobody reckons with turns the heading by its angle: 0.06 s are estimated, and told of none the "
+        "filter differs from that other one to the other side. So the mean of these differences is the reference's, as far as one can tell.",
+        f"study ins --flight {FLIGHT}",
+        True,
     ),
     "ins_north": Section(
         "North by the rate of the Earth",
