@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Aids, Ins, InsRun
