@@ -30,6 +30,12 @@ ins::Settings settings_of(const hnav_ins_options& o) {
     s.pressure_colour_m = o.pressure_colour_m;
     s.pressure_colour_s = o.pressure_colour_s;
     s.heading_colour_s = o.heading_colour_s;
+    s.field_noise = o.field_noise;
+    s.field_colour_s = o.field_colour_s;
+    s.field_direction = o.field_direction_rad;
+    s.field_direction_s = o.field_direction_s;
+    s.sigma_iron = o.start_sigma_iron;
+    s.declination = o.declination_rad;
     s.sigma_velocity = o.start_sigma_velocity_m_s;
     s.sigma_gyro = o.start_sigma_gyro_bias_rad_s;
     s.sigma_gyro_scale = o.start_sigma_gyro_scale;
@@ -68,11 +74,11 @@ ins::Settings settings_of(const hnav_ins_options& o) {
 }
 
 const char* name_of(int sensor) {
-    static constexpr const char* names[] = {"imu", "rest", "speed", "pressure", "velocity", "position", "heading"};
+    static constexpr const char* names[] = {"imu", "rest", "speed", "pressure", "velocity", "position", "heading", "mag"};
     static_assert(sizeof names / sizeof *names == HNAV_INS_SENSOR_COUNT);
     return names[sensor];
 }
-static_assert(int(ins::imu) == HNAV_INS_IMU && int(ins::heading) == HNAV_INS_HEADING);
+static_assert(int(ins::imu) == HNAV_INS_IMU && int(ins::field) == HNAV_INS_MAG);
 static_assert(int(ins::channel_count) == HNAV_INS_SENSOR_COUNT);
 
 // How many values a sample of a sensor has, and from which on they are sigmas.
@@ -83,6 +89,7 @@ Shape shape_of(int sensor) {
     switch (sensor) {
     case ins::imu: return {6, 6};
     case ins::rest: return {1, 0};
+    case ins::field: return {3, 3};
     case ins::velocity:
     case ins::position: return {6, 3};
     default: return {2, 1};
@@ -120,6 +127,10 @@ hnav_status check_values(hnav_ins* f, double t_s, int sensor, const double* valu
         return out_of_range(f, t_s, sensor, "longitude", value[1], "in rad, -2 pi to 2 pi");
     if (sensor == ins::pressure && !(value[0] > 2e3 && value[0] < 2e5))
         return out_of_range(f, t_s, sensor, "pressure", value[0], "in Pa, 2e3 to 2e5");
+    if (sensor == ins::field && !(Vector3(value).squaredNorm() > 0)) {
+        ++f->filter.refused.non_finite;
+        return f->fail(HNAV_ERROR_ZERO_VECTOR, "mag sample at t = %g s is zero: leave it out while the sensor is off", t_s);
+    }
     if (sensor == ins::pressure && value[1] > 1e3) return out_of_range(f, t_s, sensor, "sigma", value[1], "in Pa, at most 1e3");
     return HNAV_OK;
 }
@@ -161,6 +172,9 @@ hnav_status sample_of(hnav_ins* f, double t_s, int sensor, const double* value, 
             sample->value[i] = rate[i];
             sample->value[3 + i] = force[i];
         }
+    } else if (sensor == ins::field) {
+        const Vector3 field = f->mounting * Vector3(value);
+        for (int i = 0; i < 3; ++i) sample->value[i] = field[i];
     } else if (sensor == ins::heading) {
         sample->value[0] = wrap_angle(value[0] + f->declination_rad);
     }
@@ -281,6 +295,12 @@ hnav_status hnav_ins_push_heading(hnav_ins* object, double t_s, double heading_r
     if (!object) return HNAV_ERROR_NULL_ARGUMENT;
     const double value[6] = {heading_rad, sigma_rad};
     return push(object, t_s, ins::heading, value);
+}
+
+hnav_status hnav_ins_push_mag(hnav_ins* object, double t_s, const double field_b[3]) {
+    REQUIRE(object, field_b);
+    const double value[6] = {field_b[0], field_b[1], field_b[2]};
+    return push(object, t_s, ins::field, value);
 }
 
 hnav_status hnav_ins_advance(hnav_ins* object, double t_s) { return object ? advance(object, t_s) : HNAV_ERROR_NULL_ARGUMENT; }

@@ -180,6 +180,7 @@ hnav_status hnav_ins_observed(const hnav_ins* object, hnav_observed* observed) {
     result.by_velocity = by[ins::velocity];
     result.by_position = by[ins::position];
     result.by_heading = by[ins::heading];
+    result.by_field = by[ins::field];
     hand_out(result, observed);
     return HNAV_OK;
 }

@@ -15,7 +15,7 @@ OnU regression(const Covariance& P) {
     for (int i = 0; i < 2; ++i)
         for (int j = 0; j < 2; ++j) on.S[i][j] = P[row_u + i][row_u + j];
     const double determinant = on.S[0][0] * on.S[1][1] - on.S[0][1] * on.S[1][0];
-    for (int i = 0; i < errors; ++i) {
+    for (int i = 0; i < P.n; ++i) {
         const double a = P[i][row_u], b = P[i][row_u + 1];
         on.G[i][0] = determinant > 0 ? (a * on.S[1][1] - b * on.S[1][0]) / determinant : 0;
         on.G[i][1] = determinant > 0 ? (b * on.S[0][0] - a * on.S[0][1]) / determinant : 0;
@@ -53,16 +53,16 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
     double HP[3][errors] = {}, HG[3][2] = {};
     for (int k = 0; k < m.rows; ++k) {
         r[k] = m.r[k];
-        for (int i = 0; i < errors; ++i) {
+        for (int i = 0; i < P.n; ++i) {
             if (m.H[k][i] == 0) continue;
-            for (int j = 0; j < errors; ++j) HP[k][j] += m.H[k][i] * P[i][j];
+            for (int j = 0; j < P.n; ++j) HP[k][j] += m.H[k][i] * P[i][j];
             for (int j = 0; j < 2; ++j) HG[k][j] += m.H[k][i] * on.G[i][j];
         }
     }
     for (int k = 0; k < m.rows; ++k)
         for (int l = 0; l < m.rows; ++l) {
             double sum = k == l ? m.R[k] : 0;
-            for (int i = 0; i < errors; ++i) sum += HP[k][i] * m.H[l][i];
+            for (int i = 0; i < P.n; ++i) sum += HP[k][i] * m.H[l][i];
             for (int j = 0; j < 2; ++j) sum -= HG[k][j] * HP[l][row_u + j];
             const double along[2] = {HG[k][0] * t.x + HG[k][1] * t.y, HG[l][0] * t.x + HG[l][1] * t.y};
             const double out[2] = {HG[k][0] * t.y - HG[k][1] * t.x, HG[l][0] * t.y - HG[l][1] * t.x};
@@ -93,8 +93,8 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
         s.circle = heading_on_circle(m, S);
     }
     const double off[2] = {std::cos(s.circle.mode_rad) - m[0], std::sin(s.circle.mode_rad) - m[1]};
-    double shift[errors];
-    for (int i = 0; i < errors; ++i) {
+    double shift[errors] = {};
+    for (int i = 0; i < P.n; ++i) {
         shift[i] = s.mean[i] + on.G[i][0] * off[0] + on.G[i][1] * off[1];
         s.mean[i] -= shift[i];
     }
@@ -108,7 +108,7 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     const OnU on = regression(P);
     const double c = std::cos(s.circle.mode_rad), t = std::sin(s.circle.mode_rad);
     double by[errors][2], GS[errors][2];
-    for (int i = 0; i < errors; ++i) {
+    for (int i = 0; i < P.n; ++i) {
         by[i][0] = on.G[i][0] * c + on.G[i][1] * t;
         by[i][1] = on.G[i][1] * c - on.G[i][0] * t;
         for (int k = 0; k < 2; ++k) GS[i][k] = P[i][row_u + k];
@@ -124,9 +124,9 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     turns(row_colour, s.colour);
     by[row_phi + 2][1] += 1;
     const double* square = s.circle.square;
-    for (int i = 0; i < errors; ++i) {
+    for (int i = 0; i < P.n; ++i) {
         const double x = by[i][0] * square[0] + by[i][1] * square[1], y = by[i][0] * square[1] + by[i][1] * square[2];
-        for (int j = 0; j < errors; ++j) P[i][j] += x * by[j][0] + y * by[j][1] - on.G[i][0] * GS[j][0] - on.G[i][1] * GS[j][1];
+        for (int j = 0; j < P.n; ++j) P[i][j] += x * by[j][0] + y * by[j][1] - on.G[i][0] * GS[j][0] - on.G[i][1] * GS[j][1];
     }
     P.forget(row_u);
     P.forget(row_u + 1);
@@ -157,8 +157,9 @@ void Model::collapse(State& s, Covariance& P) const {
 // biases stays; heading, velocity and displacement start anew, and nothing false is carried on.
 void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
     double tilt_and_biases[errors] = {};
-    for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale})
+    for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale, row_iron})
         for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
+    for (const int row : {row_strength, row_direction}) tilt_and_biases[row] = s.mean[row];
     apply(s, P, tilt_and_biases);
     for (double& e : s.mean) e = 0;
     const double* p = event.value[position];

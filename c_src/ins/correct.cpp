@@ -19,6 +19,9 @@ void add_error(const double* error, State& s) {
         s.u[i] += error[row_u + i];
         s.mount[i] += error[row_mount + i];
     }
+    vec(s.iron) += vec(error + row_iron);
+    s.strength += error[row_strength];
+    s.direction += error[row_direction];
 }
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
@@ -52,10 +55,10 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     for (int k = 0; k < m.rows; ++k) {
         i.value[k] = m.r[k];
         i.variance[k] = m.R[k];
-        for (int a = 0; a < errors; ++a) {
+        for (int a = 0; a < P.n; ++a) {
             if (m.H[k][a] == 0) continue;
             i.value[k] -= m.H[k][a] * mean[a];
-            for (int b = 0; b < errors; ++b) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
+            for (int b = 0; b < P.n; ++b) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
         }
     }
 }
@@ -85,7 +88,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (absolute) note_fit(s, event, m, c);
     if (is_free(s)) {
         for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
-        centre(s, P, absolute || m.channel == ins::heading);
+        centre(s, P, absolute || m.channel == ins::heading || m.channel == field);
     } else {
         apply(s, P, c.error);
     }
@@ -144,12 +147,13 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
     ++s.times_lost;
     // Motion that did not fit is the better witness against a compass.
     constexpr double more = 1e4, most = 1e8, fresh_s = 60;
-    if (!s.first_was_wrong && now_s - s.last_s[ins::heading] < fresh_s) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
+    const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
+    if (!s.first_was_wrong && now_s - compass_s < fresh_s) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
     s.first_was_wrong = 0;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();
     vec(s.gyro_scale).setZero();
-    Covariance P = Covariance::of(s.P);
+    Covariance P = Covariance::of(s);
     for (int i = 0; i < 3; ++i) {
         P.forget(row_gyro + i);
         P.forget(row_accel + i);
@@ -158,15 +162,18 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
         P[row_accel + i][row_accel + i] = settings_.sigma_accel * settings_.sigma_accel;
         P[row_gyro_scale + i][row_gyro_scale + i] = settings_.sigma_gyro_scale * settings_.sigma_gyro_scale;
     }
-    P.keep(s.P);
+    P.keep(s);
     begin_levelling(s);
 }
 
 void Model::correct(State& s, const Event& event) const {
-    Covariance P = Covariance::of(s.P);
+    Covariance P = Covariance::of(s);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
+    const bool sees_field = wants_field(s, event);
+    if (sees_field) begin_field(s, P, event);
     note_prediction(s, P);
+    s.direction *= direction_kept(s);
     for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
@@ -176,9 +183,10 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, velocity)) correct_velocity(s, P, event);
     if (has_new(s, event, position)) correct_position(s, P, event);
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
+    if (sees_field) correct_field(s, P, event);
     if (!is_free(s)) move_anchor(s, P);
     put_gravity(s);
-    P.keep(s.P);
+    P.keep(s);
     s.last_correction_s = event.t_s;
     ++s.corrections;
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);

@@ -118,17 +118,18 @@ Transition transition(const State& s) {
 
 // P <- M P M', mean <- M mean.
 void carry(const Transition& t, Covariance& P, double* mean) {
+    const int n = P.n;
     double rows[moved][errors] = {}, turned[moved] = {};
     for (int i = 0; i < moved; ++i)
         for (int k = 0; k < movers; ++k) {
             const double m = t.M[i][k];
             if (m == 0) continue;
-            for (int j = 0; j < errors; ++j) rows[i][j] += m * P[k][j];
+            for (int j = 0; j < n; ++j) rows[i][j] += m * P[k][j];
             turned[i] += m * mean[k];
         }
     for (int i = 0; i < moved; ++i) {
         mean[i] = turned[i];
-        for (int j = moved; j < errors; ++j) P[i][j] = P[j][i] = rows[i][j];
+        for (int j = moved; j < n; ++j) P[i][j] = P[j][i] = rows[i][j];
         for (int j = 0; j < moved; ++j) {
             double sum = 0;
             for (int k = 0; k < movers; ++k) sum += t.M[j][k] * rows[i][k];
@@ -139,8 +140,8 @@ void carry(const Transition& t, Covariance& P, double* mean) {
 
 // A Gauss-Markov error keeps `share` of itself.
 void decay(Covariance& P, double* mean, int row, double share) {
-    for (int j = 0; j < errors; ++j) P[row][j] *= share;
-    for (int j = 0; j < errors; ++j) P[j][row] *= share;
+    for (int j = 0; j < P.n; ++j) P[row][j] *= share;
+    for (int j = 0; j < P.n; ++j) P[j][row] *= share;
     mean[row] *= share;
 }
 
@@ -151,6 +152,7 @@ void Model::note_prediction(const State& s, const Covariance& P) const {
     Transition flown = transition(s);
     const Colour colour = colour_of(s, s.mean);
     for (int i = 0; i < 3; ++i) flown.colour_kept[i] = colour.kept[i];
+    flown.direction_kept = direction_kept(s);
     step_->begin(flown, P, s.axes);
 }
 
@@ -166,8 +168,18 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
     }
     // The weather does not come back to what the standard says: a random walk as fast as told.
     P[row_offset][row_offset] += 2 * settings_.pressure_colour_m * settings_.pressure_colour_m * T / settings_.pressure_colour_s;
+    if (P.n == errors) spoil_field(s, P, mean);
     add_noise(s, P);
     turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
+}
+
+// Iron and the strength of the field wander; where the field points comes and goes with the place.
+void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
+    constexpr double walk = 1e-3;
+    const double kept = direction_kept(s), off = settings_.field_direction;
+    decay(P, mean, row_direction, kept);
+    P[row_direction][row_direction] += off * off * (1 - kept * kept);
+    for (int row = row_iron; row <= row_strength; ++row) P[row][row] += walk * walk * s.window.length_s;
 }
 
 // A heading that is being lost, by an unknown rate, turns the error of the tilt along: a product of two errors, here it is noise.

@@ -4,7 +4,7 @@
 namespace hnav::ins {
 namespace {
 
-bool has_aid(const Event& event) { return event.present >> rest != 0; }
+bool has_aid(const Event& event) { return (event.present & ~(std::uint64_t{1} << field)) >> rest != 0; }
 
 void note_times(State& s, const Event& event) {
     const double T = event.t_s - s.last_s[imu];
@@ -68,7 +68,9 @@ void Model::jump(State& s, const Event& event) const {
     note(s, event);
     if (s.started()) {
         const double half_s = event.has(imu) ? 0.5 * s.usual_interval_s : 0;
-        if (has_aid(event) || event.t_s - s.last_correction_s + half_s >= settings_.correction_interval_s) correct(s, event);
+        if (has_aid(event) || wants_field(s, event) ||
+            event.t_s - s.last_correction_s + half_s >= settings_.correction_interval_s)
+            correct(s, event);
     } else {
         try_start(s, event);
     }

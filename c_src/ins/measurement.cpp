@@ -9,15 +9,16 @@ namespace {
 
 template <int m>
 struct Projected {
+    const int n;
     double PHt[m][errors] = {};
     Square<m> known; // H P H'
     Eigen::Matrix<double, m, 1> r;
 
-    Projected(const Covariance& P, const double* mean, const Measurement& given) {
+    Projected(const Covariance& P, const double* mean, const Measurement& given) : n(P.n) {
         for (int k = 0; k < m; ++k)
-            for (int i = 0; i < errors; ++i) {
+            for (int i = 0; i < n; ++i) {
                 if (given.H[k][i] == 0) continue;
-                for (int j = 0; j < errors; ++j) PHt[k][j] += given.H[k][i] * P[i][j];
+                for (int j = 0; j < n; ++j) PHt[k][j] += given.H[k][i] * P[i][j];
             }
         for (int k = 0; k < m; ++k) {
             r[k] = given.r[k] - dot(given.H[k], mean);
@@ -26,9 +27,9 @@ struct Projected {
         symmetrise<m>(known);
     }
 
-    static double dot(const double* a, const double* b) {
+    double dot(const double* a, const double* b) const {
         double sum = 0;
-        for (int i = 0; i < errors; ++i) sum += a[i] * b[i];
+        for (int i = 0; i < n; ++i) sum += a[i] * b[i];
         return sum;
     }
 
@@ -39,11 +40,11 @@ struct Projected {
         for (int k = 0; k < m; ++k) {
             double gain[errors] = {};
             for (int l = 0; l < m; ++l)
-                for (int i = 0; i < errors; ++i) gain[i] += inverse(k, l) * PHt[l][i];
-            for (int i = 0; i < errors; ++i) {
+                for (int i = 0; i < n; ++i) gain[i] += inverse(k, l) * PHt[l][i];
+            for (int i = 0; i < n; ++i) {
                 error[i] += gain[i] * r[k];
                 if (gain[i] == 0) continue;
-                for (int j = 0; j < errors; ++j) P[i][j] -= gain[i] * PHt[k][j];
+                for (int j = 0; j < n; ++j) P[i][j] -= gain[i] * PHt[k][j];
             }
         }
     }
@@ -75,11 +76,11 @@ Correction correct(Covariance& P, const double* mean, const Measurement& given, 
 } // namespace
 
 void turn_rows(Covariance& P, int row, const Matrix3& C) {
-    for (int j = 0; j < errors; ++j) {
+    for (int j = 0; j < P.n; ++j) {
         const Vector3 column = C * Vector3(P[row][j], P[row + 1][j], P[row + 2][j]);
         for (int i = 0; i < 3; ++i) P[row + i][j] = column[i];
     }
-    for (int j = 0; j < errors; ++j) {
+    for (int j = 0; j < P.n; ++j) {
         const Vector3 line = C * vec(P[j] + row);
         vec(P[j] + row) = line;
     }

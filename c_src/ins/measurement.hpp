@@ -5,19 +5,29 @@
 
 namespace hnav::ins {
 
-// The whole matrix, symmetric; plain loops over it compile in no time and run as fast as products of fixed size.
+// The whole matrix, symmetric; plain loops over it compile in no time and run as fast as products of fixed size. Of its rows the first n
+// are used.
 struct Covariance {
     double P[errors][errors];
+    int n;
 
-    static Covariance of(const double* upper) {
+    static Covariance of(const State& s) {
         Covariance c;
-        for (int i = 0; i < errors; ++i)
-            for (int j = i; j < errors; ++j) c.P[i][j] = c.P[j][i] = *upper++;
+        c.n = s.field_unit > 0 ? int(errors) : int(errors_without_field);
+        const double* upper = s.P;
+        for (int j = 0; j < c.n; ++j)
+            for (int i = 0; i <= j; ++i) c.P[i][j] = c.P[j][i] = *upper++;
         return c;
     }
-    void keep(double* upper) const {
-        for (int i = 0; i < errors; ++i)
-            for (int j = i; j < errors; ++j) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+    void keep(State& s) const {
+        double* upper = s.P;
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+    }
+    // More rows, of which nothing is unknown.
+    void extend(int rows) {
+        for (; n < rows; ++n)
+            for (int j = 0; j <= n; ++j) P[n][j] = P[j][n] = 0;
     }
     double* operator[](int i) { return P[i]; }
     const double* operator[](int i) const { return P[i]; }
@@ -29,7 +39,7 @@ struct Covariance {
     }
     Vector3 variances(int row) const { return {P[row][row], P[row + 1][row + 1], P[row + 2][row + 2]}; }
     void forget(int row) {
-        for (int j = 0; j < errors; ++j) P[row][j] = P[j][row] = 0;
+        for (int j = 0; j < n; ++j) P[row][j] = P[j][row] = 0;
     }
 };
 

@@ -166,6 +166,13 @@ private:
     void correct_velocity(State& s, Covariance& P, const Event& event) const;
     void correct_position(State& s, Covariance& P, const Event& event) const;
     void correct_heading(State& s, Covariance& P, const Event& event) const;
+    void correct_field(State& s, Covariance& P, const Event& event) const;
+    bool wants_field(const State& s, const Event& event) const;
+    void begin_field(State& s, Covariance& P, const Event& event) const;
+    void forget_field(State& s, Covariance& P) const;
+    void believe_other_iron(State& s, Covariance& P, double now_s) const;
+    double direction_kept(const State& s) const;
+    void spoil_field(const State& s, Covariance& P, double* mean) const;
     double contradicted(const State& s,
                         double now_s) const; // correct_heading.cpp: a factor on the sigma of a heading that is ready
 

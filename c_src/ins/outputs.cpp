@@ -9,7 +9,7 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
         gather(now, ahead_s);
         now.window.gap_s += std::fmax(0, ahead_s - 3 * s.usual_interval_s);
     }
-    Covariance P = Covariance::of(now.P);
+    Covariance P = Covariance::of(now);
     propagate(now, P, now.mean);
     return is_free(s) ? given_circle(now, P) : P;
 }

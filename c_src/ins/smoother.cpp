@@ -14,12 +14,13 @@ constexpr double linear_rad = 0.005; // a heading about which everything may be 
 
 // P as D L L' D over the rows that it knows anything of, D the sigmas.
 struct Factors {
+    int n;
     double inverse_sigma[errors], L[errors][errors];
     bool positive = true;
 
-    explicit Factors(const Covariance& P) {
-        for (int i = 0; i < errors; ++i) inverse_sigma[i] = P[i][i] > 0 ? 1 / std::sqrt(P[i][i]) : 0;
-        for (int i = 0; i < errors; ++i)
+    explicit Factors(const Covariance& P) : n(P.n) {
+        for (int i = 0; i < n; ++i) inverse_sigma[i] = P[i][i] > 0 ? 1 / std::sqrt(P[i][i]) : 0;
+        for (int i = 0; i < n; ++i)
             for (int j = 0; j <= i; ++j) {
                 double sum = i == j ? 1 : P[i][j] * inverse_sigma[i] * inverse_sigma[j];
                 for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
@@ -31,40 +32,43 @@ struct Factors {
     // P^-1 W, in its place.
     void solve(Covariance& W) const {
         scale(W);
-        for (int i = 0; i < errors; ++i) {
+        for (int i = 0; i < n; ++i) {
             for (int k = 0; k < i; ++k) take(L[i][k], W[k], W[i]);
-            for (int j = 0; j < errors; ++j) W[i][j] /= L[i][i];
+            for (int j = 0; j < n; ++j) W[i][j] /= L[i][i];
         }
-        for (int i = errors; i-- > 0;) {
-            for (int k = i + 1; k < errors; ++k) take(L[k][i], W[k], W[i]);
-            for (int j = 0; j < errors; ++j) W[i][j] /= L[i][i];
+        for (int i = n; i-- > 0;) {
+            for (int k = i + 1; k < n; ++k) take(L[k][i], W[k], W[i]);
+            for (int j = 0; j < n; ++j) W[i][j] /= L[i][i];
         }
         scale(W);
     }
 
 private:
     void scale(Covariance& W) const {
-        for (int i = 0; i < errors; ++i)
-            for (int j = 0; j < errors; ++j) W[i][j] *= inverse_sigma[i];
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) W[i][j] *= inverse_sigma[i];
     }
-    static void take(double share, const double* of, double* from) {
-        for (int j = 0; j < errors; ++j) from[j] -= share * of[j];
+    void take(double share, const double* of, double* from) const {
+        for (int j = 0; j < n; ++j) from[j] -= share * of[j];
     }
 };
 
 // Phi P.
 Covariance carried(const Transition& t, const Covariance& P) {
+    const int n = P.n;
     Covariance W = P;
     for (int i = 0; i < moved; ++i) {
-        for (int j = 0; j < errors; ++j) W[i][j] = 0;
+        for (int j = 0; j < n; ++j) W[i][j] = 0;
         for (int k = 0; k < movers; ++k) {
             const double m = t.M[i][k];
             if (m == 0) continue;
-            for (int j = 0; j < errors; ++j) W[i][j] += m * P[k][j];
+            for (int j = 0; j < n; ++j) W[i][j] += m * P[k][j];
         }
     }
     for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < errors; ++j) W[row_colour + i][j] *= t.colour_kept[i];
+        for (int j = 0; j < n; ++j) W[row_colour + i][j] *= t.colour_kept[i];
+    if (n == errors)
+        for (int j = 0; j < n; ++j) W[row_direction][j] *= t.direction_kept;
     return W;
 }
 
@@ -76,23 +80,26 @@ struct Hindsight {
 
 // P + X' (S - B) X and X' e, of P and e before a step and S after it.
 bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
-    Covariance X = carried(step.transition, now->P), D = after.P, DX{};
+    const int n = step.before.n;
+    now->P.extend(n); // before the first sample of a magnetometer
+    Covariance X = carried(step.transition, now->P), D{}, DX{};
+    const int told = std::min(n, after.P.n);
     const Factors before(step.before);
     if (!before.positive) return false;
     before.solve(X);
-    for (int i = 0; i < errors; ++i) {
+    for (int i = 0; i < n; ++i) {
         now->error[i] = 0;
-        for (int j = 0; j < errors; ++j) D[i][j] -= step.before[i][j];
+        for (int j = 0; j < told && i < told; ++j) D[i][j] = after.P[i][j] - step.before[i][j];
     }
-    for (int i = 0; i < errors; ++i)
-        for (int k = 0; k < errors; ++k) {
+    for (int i = 0; i < n; ++i)
+        for (int k = 0; k < n; ++k) {
             now->error[i] += X[k][i] * after.error[k];
-            for (int j = 0; j < errors; ++j) DX[i][j] += D[i][k] * X[k][j];
+            for (int j = 0; j < n; ++j) DX[i][j] += D[i][k] * X[k][j];
         }
-    for (int k = 0; k < errors; ++k)
-        for (int i = 0; i < errors; ++i)
-            for (int j = 0; j < errors; ++j) now->P[i][j] += X[k][i] * DX[k][j];
-    for (int i = 0; i < errors; ++i)
+    for (int k = 0; k < n; ++k)
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) now->P[i][j] += X[k][i] * DX[k][j];
+    for (int i = 0; i < n; ++i)
         for (int j = 0; j < i; ++j) now->P[i][j] = now->P[j][i] = 0.5 * (now->P[i][j] + now->P[j][i]);
     return true;
 }
@@ -135,6 +142,10 @@ void difference(const State& to, const State& from, double* error) {
     error[row_offset] = std::isfinite(s.offset + from.offset) ? s.offset - from.offset : 0;
     error[row_scale] = s.scale - from.scale;
     for (int i = 0; i < 2; ++i) error[row_mount + i] = s.mount[i] - from.mount[i];
+    const double same_unit = s.field_unit == from.field_unit ? 1 : 0;
+    vec(error + row_iron) = same_unit * (vec(s.iron) - vec(from.iron));
+    error[row_strength] = same_unit * (s.strength - from.strength);
+    error[row_direction] = same_unit * (s.direction - from.direction);
 }
 
 // ------------------------------------------------------------------------------------------------ forward
@@ -408,7 +419,7 @@ void Smoother::go_back(const Way& way, const Target* target) {
             const Node& node = nodes_[--nodes];
             const bool linked = node.linked;
             if (!told) {
-                Hindsight now{{}, Covariance::of(node.state.P)};
+                Hindsight now{{}, Covariance::of(node.state)};
                 if (target) now = seen_from(node.state, *target);
                 else if (later.known) later.known = step_back(later.step, later.hindsight, &now);
                 target = nullptr;

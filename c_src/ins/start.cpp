@@ -61,7 +61,7 @@ void Model::begin(State& s) const {
         s.last_s[c] = -std::numeric_limits<double>::infinity();
         s.innovation[c].t_s = nan;
     }
-    s.last_event_s = s.last_correction_s = -std::numeric_limits<double>::infinity();
+    s.last_event_s = s.last_correction_s = s.field_used_s = -std::numeric_limits<double>::infinity();
     for (int k = 0; k < history; ++k)
         for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
     s.speed_known_s = nan;
@@ -187,8 +187,8 @@ bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
 
 // Sigmas of the first position are its own and a wide one: a bad first fix does no harm.
 void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
-    Covariance P = Covariance::of(s.P);
-    for (int row = 0; row < errors; ++row)
+    Covariance P = Covariance::of(s);
+    for (int row = 0; row < P.n; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     for (int i = 0; i < 3; ++i) {
@@ -208,7 +208,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
         put(row_phi, tilt);
         put(row_phi + 1, tilt);
         put(row_phi + 2, settings_.sigma_heading);
-        P.keep(s.P);
+        P.keep(s);
         return;
     }
     put(row_u, std::sqrt(0.5));
@@ -241,7 +241,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     P[row_phi + 1][row_phi + 1] += off(0, 0);
     P[row_phi][row_phi + 1] -= off(0, 1);
     P[row_phi + 1][row_phi] -= off(0, 1);
-    P.keep(s.P);
+    P.keep(s);
 }
 
 // At the first fix after the window, or with the place given.
@@ -269,6 +269,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     for (double& c : s.colour) c = 0;
     for (double& m : s.mount) m = 0;
     s.nis_mean = 1;
+    s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
     s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
@@ -283,8 +284,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
 // once more, and nothing is counted twice.
 State Model::once_more(State s, const State& later, double known_s) const {
     constexpr double any_tilt = 0.1, any_heading = 0.5;
-    Covariance P = Covariance::of(s.P);
-    for (int row = 0; row < errors; ++row)
+    Covariance P = Covariance::of(s);
+    for (int row = 0; row < P.n; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     for (int i = 0; i < 3; ++i) {
@@ -299,8 +300,13 @@ State Model::once_more(State s, const State& later, double known_s) const {
     put(row_mount, settings_.sigma_mount);
     put(row_mount + 1, settings_.sigma_mount);
     put(row_latency, settings_.sigma_latency);
-    P.keep(s.P);
+    s.field_unit = later.field_unit;
+    if (s.field_unit > 0) forget_field(s, P);
+    P.keep(s);
 
+    vec(s.iron) = vec(later.iron);
+    s.strength = later.strength;
+    s.direction = later.direction;
     vec(s.anchor_e) = vec(later.anchor_e);
     mat(s.axes) = mat(later.axes);
     vec(s.earth_rate) = vec(later.earth_rate);

@@ -17,7 +17,7 @@ namespace hnav::ins {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // In the order in which samples of one instant act.
-enum Channel : int { imu, rest, speed, pressure, velocity, position, heading, channel_count };
+enum Channel : int { imu, rest, speed, pressure, velocity, position, heading, field, channel_count };
 
 // A reading: rate and force; or what an aid tells, followed by its sigmas.
 constexpr int event_values = 6;
@@ -40,13 +40,18 @@ enum Row : int {
     row_offset = 24, // of the height by pressure
     row_scale = 25,  // of the speed
     row_mount = 26,  // yaw and pitch of the axis of travel in the body
-    errors = 28
+    errors_without_field = 28,
+    row_iron = 28,      // of the body, in the unit of the horizontal field
+    row_strength = 31,  // 1 over the horizontal field, in a unit that makes it about 1
+    row_direction = 32, // by how much the horizontal field points off the declination, in rad
+    errors = 33
 };
 
 constexpr int nx = 10; // d 3, v 3, q 4
 constexpr int history = 3; // turns before the present one that tell coning and sculling
 
-constexpr int packed(int i, int j) { return i * errors - i * (i - 1) / 2 + j - i; }
+// Column after column, i <= j: what is known without a magnetometer comes first.
+constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
 
 struct Settings {
     double gyro_psd, gyro_rate_psd, gyro_walk_psd; // (rad/s)^2/Hz, the same for each (rad/s)^2, (rad/s)^2/s
@@ -56,6 +61,8 @@ struct Settings {
     double colour_m[2], colour_s;
     double pressure_colour_m, pressure_colour_s;
     double heading_colour_s;
+    double field_noise, field_colour_s, field_direction, field_direction_s, sigma_iron;
+    double declination;
     double sigma_velocity, sigma_gyro, sigma_gyro_scale, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount,
         sigma_heading;
     double sigma_first_fix_m;
@@ -125,6 +132,7 @@ struct State {
     double P[errors * (errors + 1) / 2]; // just after the last correction
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, colour[3], offset, scale, mount[2];
+    double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
     Circle circle;
 
     double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
@@ -147,7 +155,7 @@ struct State {
     RestDetector rest;
 
     double last_s[channel_count]; // time of the newest sample
-    double last_event_s, usual_interval_s, last_correction_s;
+    double last_event_s, usual_interval_s, last_correction_s, field_used_s;
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites

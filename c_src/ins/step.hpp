@@ -9,10 +9,10 @@ constexpr int moved = 9; // rows of the error that the flow changes: d, v, phi
 constexpr int movers = 20; // columns that change them: these, biases, scales, u
 
 // How errors have grown since the correction before: of rows that are not moved each stays as it is, but for the slow error of
-// the satellites, of which a share stays.
+// the satellites and the direction of the field, of which a share stays.
 struct Transition {
     double M[moved][movers] = {};
-    double colour_kept[3] = {1, 1, 1};
+    double colour_kept[3] = {1, 1, 1}, direction_kept = 1;
 
     void put(int row, int column, const Matrix3& block) {
         for (int i = 0; i < 3; ++i)

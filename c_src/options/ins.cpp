@@ -46,6 +46,10 @@ constexpr double defaults[] = {
     5, // pressure_colour_m
     1000, // pressure_colour_s
     60, // heading_colour_s
+    0.05, // field_noise
+    10, // field_colour_s
+    0.2, // field_direction_rad
+    300, // field_direction_s
     0, // car_across_m_s
     0, // start
     0, // start_place
@@ -63,6 +67,7 @@ constexpr double defaults[] = {
     30, // start_sigma_position_m
     0.06, // start_sigma_latency_s
     0.05, // start_sigma_speed_scale
+    1, // start_sigma_iron
     0.03, // start_sigma_mounting_rad
     5, // level_window_s
     0.069813170079773182, // heading_found_rad
@@ -155,235 +160,260 @@ const OptionRow rows[] = {
      text("Iron near a compass stays where it is; two antennas have errors of seconds, but small ones."),
      nullptr, nullptr, defaults + 12, offsetof(hnav_ins_options, heading_colour_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"field_noise", text("aiding"), text(""),
+     text("Noise of the horizontal field, in parts of it: of the magnetometer, of iron that turns the field, of what stands beside the way"),
+     text("Three degrees: soft iron of a device that nobody has calibrated."),
+     nullptr, nullptr, defaults + 13, offsetof(hnav_ins_options, field_noise),
+     0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"field_colour_s", text("aiding"), text("s"),
+     text("Time for which that noise stays as it is: more samples within it tell no more than one"),
+     text("As long as a vehicle goes straight ahead past the same things."),
+     nullptr, nullptr, defaults + 14, offsetof(hnav_ins_options, field_colour_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"field_direction_rad", text("aiding"), text("rad"),
+     text("By how much the field of a place points off its declination, one sigma"),
+     text("A declination that nobody has given, steel in buildings and streets; 0.05 with declination_rad in the open."),
+     nullptr, nullptr, defaults + 15, offsetof(hnav_ins_options, field_direction_rad),
+     0, 4, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
+    {"field_direction_s", text("aiding"), text("s"),
+     text("Time for which that stays as it is"),
+     text("As long as a vehicle stays near a place."),
+     nullptr, nullptr, defaults + 16, offsetof(hnav_ins_options, field_direction_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"car_across_m_s", text("aiding"), text("m/s"),
      text("A car: noise of the velocity across its wheels and up, used from the time on at which the heading is found; 0 = no car"),
      text("What the body is cannot be guessed; 0.1 for a car."),
-     nullptr, nullptr, defaults + 13, offsetof(hnav_ins_options, car_across_m_s),
+     nullptr, nullptr, defaults + 17, offsetof(hnav_ins_options, car_across_m_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start", text("start"), text(""),
      text("any_heading: nothing is known; state: attitude and velocity are given"),
      text("It needs nothing but the samples."),
-     ins_start_names, ins_start_meanings, defaults + 14, offsetof(hnav_ins_options, start),
+     ins_start_names, ins_start_meanings, defaults + 18, offsetof(hnav_ins_options, start),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"start_place", text("start"), text(""),
      text("Where the first position comes from: fix, or given"),
      text("It needs nothing but the samples."),
-     ins_place_names, ins_place_meanings, defaults + 15, offsetof(hnav_ins_options, start_place),
+     ins_place_names, ins_place_meanings, defaults + 19, offsetof(hnav_ins_options, start_place),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"start_latitude_rad", text("start"), text("rad"),
      text("Latitude to start from, when given"),
      text("Only start_place given reads it."),
-     nullptr, nullptr, defaults + 16, offsetof(hnav_ins_options, start_latitude_rad),
+     nullptr, nullptr, defaults + 20, offsetof(hnav_ins_options, start_latitude_rad),
      -1.5707963267948966, 1.5707963267948966, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start_longitude_rad", text("start"), text("rad"),
      text("Longitude to start from, when given"),
      text("Only start_place given reads it."),
-     nullptr, nullptr, defaults + 17, offsetof(hnav_ins_options, start_longitude_rad),
+     nullptr, nullptr, defaults + 21, offsetof(hnav_ins_options, start_longitude_rad),
      -6.2831853071795862, 6.2831853071795862, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start_height_m", text("start"), text("m"),
      text("Height above the ellipsoid to start from, when given"),
      text("Only start_place given reads it."),
-     nullptr, nullptr, defaults + 18, offsetof(hnav_ins_options, start_height_m),
+     nullptr, nullptr, defaults + 22, offsetof(hnav_ins_options, start_height_m),
      -10000, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_q_nb", text("start"), text(""),
      text("Attitude to start from, body to north-east-down, scalar first; normalised on use"),
      text("Level and to the north; only start state reads it."),
-     nullptr, nullptr, defaults + 19, offsetof(hnav_ins_options, start_q_nb),
+     nullptr, nullptr, defaults + 23, offsetof(hnav_ins_options, start_q_nb),
      -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_velocity_n_m_s", text("start"), text("m/s"),
      text("Velocity to start from, north, east, down"),
      text("At rest; only start state reads it."),
-     nullptr, nullptr, defaults + 23, offsetof(hnav_ins_options, start_velocity_n_m_s),
+     nullptr, nullptr, defaults + 27, offsetof(hnav_ins_options, start_velocity_n_m_s),
      -10000, 10000, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_sigma_heading_rad", text("start"), text("rad"),
      text("Standard deviation of the heading at the start"),
      text("Of a compass; only start state reads it."),
-     nullptr, nullptr, defaults + 26, offsetof(hnav_ins_options, start_sigma_heading_rad),
+     nullptr, nullptr, defaults + 30, offsetof(hnav_ins_options, start_sigma_heading_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_tilt_rad", text("start"), text("rad"),
      text("Standard deviation of the tilt at the start"),
      text("Of the tilt that a window of velocities gives, its biases apart: half a degree per second turns the window itself."),
-     nullptr, nullptr, defaults + 27, offsetof(hnav_ins_options, start_sigma_tilt_rad),
+     nullptr, nullptr, defaults + 31, offsetof(hnav_ins_options, start_sigma_tilt_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_velocity_m_s", text("start"), text("m/s"),
      text("Standard deviation of the horizontal velocity at the start; a fifth of it vertical"),
      text("An aircraft, in any direction."),
-     nullptr, nullptr, defaults + 28, offsetof(hnav_ins_options, start_sigma_velocity_m_s),
+     nullptr, nullptr, defaults + 32, offsetof(hnav_ins_options, start_sigma_velocity_m_s),
      0, 10000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_gyro_bias_rad_s", text("start"), text("rad/s"),
      text("Standard deviation of the gyro bias at the start"),
      text("Half a degree per second."),
-     nullptr, nullptr, defaults + 29, offsetof(hnav_ins_options, start_sigma_gyro_bias_rad_s),
+     nullptr, nullptr, defaults + 33, offsetof(hnav_ins_options, start_sigma_gyro_bias_rad_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"start_sigma_gyro_scale", text("start"), text(""),
      text("Standard deviation of the scale of each gyroscope; 0 = it is not estimated"),
      text("What a factory calibration of a usual chip leaves."),
-     nullptr, nullptr, defaults + 30, offsetof(hnav_ins_options, start_sigma_gyro_scale),
+     nullptr, nullptr, defaults + 34, offsetof(hnav_ins_options, start_sigma_gyro_scale),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"start_sigma_accel_bias_m_s2", text("start"), text("m/s2"),
      text("Standard deviation of the accelerometer bias at the start"),
      text("Thirty mg, its mounting in the vehicle included."),
-     nullptr, nullptr, defaults + 31, offsetof(hnav_ins_options, start_sigma_accel_bias_m_s2),
+     nullptr, nullptr, defaults + 35, offsetof(hnav_ins_options, start_sigma_accel_bias_m_s2),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_position_m", text("start"), text("m"),
      text("Standard deviation of the first fix, beside what it says itself"),
      text("A receiver that has just begun may be off by so much; a wide one costs a few fixes."),
-     nullptr, nullptr, defaults + 32, offsetof(hnav_ins_options, start_sigma_position_m),
+     nullptr, nullptr, defaults + 36, offsetof(hnav_ins_options, start_sigma_position_m),
      0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_latency_s", text("start"), text("s"),
      text("Standard deviation of the satellites' latency behind their stamps"),
      text("Receivers tell late by up to a tenth of a second, if their time of validity is not known."),
-     nullptr, nullptr, defaults + 33, offsetof(hnav_ins_options, start_sigma_latency_s),
+     nullptr, nullptr, defaults + 37, offsetof(hnav_ins_options, start_sigma_latency_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start_sigma_speed_scale", text("start"), text(""),
      text("Standard deviation of the scale of the speed"),
      text("Worn tyres."),
-     nullptr, nullptr, defaults + 34, offsetof(hnav_ins_options, start_sigma_speed_scale),
+     nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, start_sigma_speed_scale),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"start_sigma_iron", text("start"), text(""),
+     text("Standard deviation of the field of iron in the body, in parts of the horizontal field of the Earth; each axis"),
+     text("Of a telephone or a car that nobody has calibrated; 0.05 after a calibration, and the heading is found at once."),
+     nullptr, nullptr, defaults + 39, offsetof(hnav_ins_options, start_sigma_iron),
+     0, 100, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_mounting_rad", text("start"), text("rad"),
      text("Standard deviation of yaw and pitch of the axis of travel in the body"),
      text("A sensor screwed to a car by eye."),
-     nullptr, nullptr, defaults + 35, offsetof(hnav_ins_options, start_sigma_mounting_rad),
+     nullptr, nullptr, defaults + 40, offsetof(hnav_ins_options, start_sigma_mounting_rad),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"level_window_s", text("start"), text("s"),
      text("Time of the window by which the first tilt is found"),
      text("Long beside the noise of velocities, short beside the drift of gyroscopes; 10 for ships and vibrating aircraft."),
-     nullptr, nullptr, defaults + 36, offsetof(hnav_ins_options, level_window_s),
+     nullptr, nullptr, defaults + 41, offsetof(hnav_ins_options, level_window_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"heading_found_rad", text("start"), text("rad"),
      text("Spread of the heading over the whole circle at which it is taken to be found"),
      text("All other headings together have a share below 0.0005 then."),
-     nullptr, nullptr, defaults + 37, offsetof(hnav_ins_options, heading_found_rad),
+     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, heading_found_rad),
      0, 0.3, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"rest_rate_rad_s", text("rest"), text("rad/s"),
      text("Rest: root mean square of the rate about its running mean; 0 = rest is never found"),
      text("Above the noise of usual gyroscopes, below the unrest of what moves."),
-     nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, rest_rate_rad_s),
+     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, rest_rate_rad_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_force_m_s2", text("rest"), text("m/s2"),
      text("Rest: root mean square of the force about its running mean"),
      text("Above the noise of usual accelerometers and an engine that idles, below the unrest of what moves."),
-     nullptr, nullptr, defaults + 39, offsetof(hnav_ins_options, rest_force_m_s2),
+     nullptr, nullptr, defaults + 44, offsetof(hnav_ins_options, rest_force_m_s2),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_duration_s", text("rest"), text("s"),
      text("Rest: within both of them for so long, with a small speed"),
      text("A vehicle that stops swings for a second."),
-     nullptr, nullptr, defaults + 40, offsetof(hnav_ins_options, rest_duration_s),
+     nullptr, nullptr, defaults + 45, offsetof(hnav_ins_options, rest_duration_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"rest_velocity_noise_m_s", text("rest"), text("m/s"),
      text("Velocity of a body at rest, one sigma, ten times a second"),
      text("A vehicle sways on its wheels."),
-     nullptr, nullptr, defaults + 41, offsetof(hnav_ins_options, rest_velocity_noise_m_s),
+     nullptr, nullptr, defaults + 46, offsetof(hnav_ins_options, rest_velocity_noise_m_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"rest_rate_noise_rad_per_sqrt_s", text("rest"), text("rad/sqrt(s)"),
      text("Noise of the rate about the vertical of a body at rest, beside that of the gyroscope"),
      text("As much as a usual gyroscope has."),
-     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, rest_rate_noise_rad_per_sqrt_s),
+     nullptr, nullptr, defaults + 47, offsetof(hnav_ins_options, rest_rate_noise_rad_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gate_nis", text("gate"), text(""),
      text("Normalised innovation squared of three values beyond which their noise is inflated, less for fewer values; 0 = never"),
      text("99.9 % of chi square with 3 degrees of freedom."),
-     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, gate_nis),
+     nullptr, nullptr, defaults + 48, offsetof(hnav_ins_options, gate_nis),
      0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gate_longest_s", text("gate"), text("s"),
      text("Positions or velocities beyond the gate for longer are believed, as a new error of the satellites or a new velocity"),
      text("Longer than most reflections last, short enough to recover."),
-     nullptr, nullptr, defaults + 44, offsetof(hnav_ins_options, gate_longest_s),
+     nullptr, nullptr, defaults + 49, offsetof(hnav_ins_options, gate_longest_s),
      0, 1e+09, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_tilt_rad", text("ready"), text("rad"),
      text("Tilt is ready when its sigma is below this and as much information has been gained"),
      text("As the heading."),
-     nullptr, nullptr, defaults + 45, offsetof(hnav_ins_options, ready_tilt_rad),
+     nullptr, nullptr, defaults + 50, offsetof(hnav_ins_options, ready_tilt_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_heading_rad", text("ready"), text("rad"),
      text("Heading is ready when its sigma is below this and as much information has been gained"),
      text("In simulated starts of aircraft with sigmas of 2 deg one of a hundred was false, with 1 deg none."),
-     nullptr, nullptr, defaults + 46, offsetof(hnav_ins_options, ready_heading_rad),
+     nullptr, nullptr, defaults + 51, offsetof(hnav_ins_options, ready_heading_rad),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"ready_velocity_m_s", text("ready"), text("m/s"),
      text("Velocity is ready when its sigma is below this and as much information has been gained"),
      text("Usual for satellites."),
-     nullptr, nullptr, defaults + 47, offsetof(hnav_ins_options, ready_velocity_m_s),
+     nullptr, nullptr, defaults + 52, offsetof(hnav_ins_options, ready_velocity_m_s),
      0, 10000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_position_m", text("ready"), text("m"),
      text("Position is ready when its horizontal sigma is below this and as much information has been gained"),
      text("Usual for satellites."),
-     nullptr, nullptr, defaults + 48, offsetof(hnav_ins_options, ready_position_m),
+     nullptr, nullptr, defaults + 53, offsetof(hnav_ins_options, ready_position_m),
      0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"ready_hold_s", text("ready"), text("s"),
      text("Time for which the sigma of the heading has to stay below its limit"),
      text("An early claim is the likeliest to be wrong."),
-     nullptr, nullptr, defaults + 49, offsetof(hnav_ins_options, ready_hold_s),
+     nullptr, nullptr, defaults + 54, offsetof(hnav_ins_options, ready_hold_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gyro_hold", text("timing"), text(""),
      text("forward: rate and force act until the next sample; backward: since the one before, with coning and sculling"),
      text("Integrating sensors and averaging FIFOs give the mean over the interval before a sample."),
-     gyro_hold_names, gyro_hold_meanings, defaults + 50, offsetof(hnav_ins_options, gyro_hold),
+     gyro_hold_names, gyro_hold_meanings, defaults + 55, offsetof(hnav_ins_options, gyro_hold),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"correction_interval_s", text("timing"), text("s"),
      text("The covariance follows so often at the least, and at every aid"),
      text("Short beside the turns of vehicles, long beside the samples."),
-     nullptr, nullptr, defaults + 51, offsetof(hnav_ins_options, correction_interval_s),
+     nullptr, nullptr, defaults + 56, offsetof(hnav_ins_options, correction_interval_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"longest_gap_s", text("timing"), text("s"),
      text("After a longer gap without rate and force the start begins anew"),
      text("A vehicle turns by tens of degrees in a second."),
-     nullptr, nullptr, defaults + 52, offsetof(hnav_ins_options, longest_gap_s),
+     nullptr, nullptr, defaults + 57, offsetof(hnav_ins_options, longest_gap_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"horizon_s", text("timing"), text("s"),
      text("How much older than the newest used sample a sample may be"),
      text("Samples come in order; a horizon costs memory and the replay of all that lies within it."),
-     nullptr, nullptr, defaults + 53, offsetof(hnav_ins_options, horizon_s),
+     nullptr, nullptr, defaults + 58, offsetof(hnav_ins_options, horizon_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"queue_capacity", text("timing"), text(""),
      text("Instants that may wait or lie within the horizon"),
      text("Enough for an advance after every few dozen samples, and little memory."),
-     nullptr, nullptr, defaults + 54, offsetof(hnav_ins_options, queue_capacity),
+     nullptr, nullptr, defaults + 59, offsetof(hnav_ins_options, queue_capacity),
      4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"antenna_b_m", text("frame"), text("m"),
      text("Antenna of the satellites, from the inertial sensor, in body axes"),
      text("Together with the sensor."),
-     nullptr, nullptr, defaults + 55, offsetof(hnav_ins_options, antenna_b_m),
+     nullptr, nullptr, defaults + 60, offsetof(hnav_ins_options, antenna_b_m),
      -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"wheel_b_m", text("frame"), text("m"),
      text("Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car"),
      text("Together with the sensor."),
-     nullptr, nullptr, defaults + 58, offsetof(hnav_ins_options, wheel_b_m),
+     nullptr, nullptr, defaults + 63, offsetof(hnav_ins_options, wheel_b_m),
      -1000, 1000, 3, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"declination_rad", text("frame"), text("rad"),
-     text("Magnetic declination, added to headings that are pushed"),
+     text("Magnetic declination: of headings that are pushed, and of the field of a magnetometer"),
      text("Headings are taken to be true ones until a declination is given."),
-     nullptr, nullptr, defaults + 61, offsetof(hnav_ins_options, declination_rad),
+     nullptr, nullptr, defaults + 66, offsetof(hnav_ins_options, declination_rad),
      -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"q_body_sensor", text("frame"), text(""),
      text("Mounting: turns sensor vectors into the body frame, scalar first; normalised on use"),
      text("Body axes are the sensor's."),
-     nullptr, nullptr, defaults + 62, offsetof(hnav_ins_options, q_body_sensor),
+     nullptr, nullptr, defaults + 67, offsetof(hnav_ins_options, q_body_sensor),
      -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"anchor_distance_m", text("frame"), text("m"),
      text("The axes in which the filter calculates move along when the body is farther away from where they stand"),
      text("Small displacements keep their digits."),
-     nullptr, nullptr, defaults + 66, offsetof(hnav_ins_options, anchor_distance_m),
+     nullptr, nullptr, defaults + 71, offsetof(hnav_ins_options, anchor_distance_m),
      100, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver", text("solver"), text(""),
      text("Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or forward Euler"),
      text("Without history, so that every interval is integrated alike, and exact to solver_rtol for any flow."),
-     solver_names, solver_meanings, defaults + 67, offsetof(hnav_ins_options, solver),
+     solver_names, solver_meanings, defaults + 72, offsetof(hnav_ins_options, solver),
      0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"solver_rtol", text("solver"), text(""),
      text("Relative tolerance of ERKStep and Adams"),
      text("The integrator's error stays far below that of any sensor."),
-     nullptr, nullptr, defaults + 68, offsetof(hnav_ins_options, solver_rtol),
+     nullptr, nullptr, defaults + 73, offsetof(hnav_ins_options, solver_rtol),
      1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver_atol", text("solver"), text(""),
      text("Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state"),
      text("As solver_rtol: every state is as exact as its own size asks for."),
-     nullptr, nullptr, defaults + 69, offsetof(hnav_ins_options, solver_atol),
+     nullptr, nullptr, defaults + 74, offsetof(hnav_ins_options, solver_atol),
      1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"euler_step_s", text("solver"), text("s"),
      text("Sub-step of Euler"),
      text("Steps for comparison; the other integrators need none."),
-     nullptr, nullptr, defaults + 70, offsetof(hnav_ins_options, euler_step_s),
+     nullptr, nullptr, defaults + 75, offsetof(hnav_ins_options, euler_step_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
 };
 
@@ -395,10 +425,10 @@ constexpr PresetValue industrial_values[] = {
     {2, 0, 2e-06}, // gyro_bias_walk_rad_s_per_sqrt_s
     {4, 0, 0.0006}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 3e-05}, // accel_bias_walk_m_s2_per_sqrt_s
-    {23, 0, 0.001}, // start_sigma_gyro_bias_rad_s
-    {21, 0, 0.03}, // start_sigma_tilt_rad
-    {24, 0, 0.0003}, // start_sigma_gyro_scale
-    {25, 0, 0.03}, // start_sigma_accel_bias_m_s2
+    {27, 0, 0.001}, // start_sigma_gyro_bias_rad_s
+    {25, 0, 0.03}, // start_sigma_tilt_rad
+    {28, 0, 0.0003}, // start_sigma_gyro_scale
+    {29, 0, 0.03}, // start_sigma_accel_bias_m_s2
 };
 
 // Row, component, value.
@@ -410,10 +440,10 @@ constexpr PresetValue tactical_values[] = {
     {6, 0, 0.1}, // vibration_share
     {4, 0, 0.0005}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 5e-06}, // accel_bias_walk_m_s2_per_sqrt_s
-    {23, 0, 5e-06}, // start_sigma_gyro_bias_rad_s
-    {21, 0, 0.03}, // start_sigma_tilt_rad
-    {24, 0, 0.0003}, // start_sigma_gyro_scale
-    {25, 0, 0.01}, // start_sigma_accel_bias_m_s2
+    {27, 0, 5e-06}, // start_sigma_gyro_bias_rad_s
+    {25, 0, 0.03}, // start_sigma_tilt_rad
+    {28, 0, 0.0003}, // start_sigma_gyro_scale
+    {29, 0, 0.01}, // start_sigma_accel_bias_m_s2
 };
 
 // Row, component, value.
@@ -424,11 +454,11 @@ constexpr PresetValue navigation_values[] = {
     {2, 0, 1e-10}, // gyro_bias_walk_rad_s_per_sqrt_s
     {4, 0, 0.0001}, // accel_noise_m_s_per_sqrt_s
     {5, 0, 1e-07}, // accel_bias_walk_m_s2_per_sqrt_s
-    {23, 0, 4.8e-08}, // start_sigma_gyro_bias_rad_s
-    {21, 0, 0.03}, // start_sigma_tilt_rad
-    {24, 0, 1e-05}, // start_sigma_gyro_scale
-    {25, 0, 0.0005}, // start_sigma_accel_bias_m_s2
-    {36, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
+    {27, 0, 4.8e-08}, // start_sigma_gyro_bias_rad_s
+    {25, 0, 0.03}, // start_sigma_tilt_rad
+    {28, 0, 1e-05}, // start_sigma_gyro_scale
+    {29, 0, 0.0005}, // start_sigma_accel_bias_m_s2
+    {41, 0, 1e-05}, // rest_rate_noise_rad_per_sqrt_s
     {6, 0, 0}, // vibration_share
 };
 
@@ -442,6 +472,6 @@ constexpr Preset presets[] = {
 } // namespace
 
 const OptionList ins_options = {
-    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 58, presets, 4};
+    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 63, presets, 4};
 
 } // namespace hnav

@@ -7,12 +7,14 @@ from scipy.spatial.transform import Rotation
 import hnav
 from hnav.reference import earth
 from hnav.reference.ins import InsReference
+from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
 
 
-@pytest.mark.parametrize("kind", ["car", "aircraft"])
-def test_the_twin_navigates_as_the_library_does(kind):
+@pytest.mark.parametrize("kind, magnetometer", [("car", False), ("aircraft", False), ("car", True), ("aircraft", True)])
+def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
     samples, truth = vehicle(kind, "industrial", 4, 20.0)
+    fields = dict(zip(*fields_of(np.random.default_rng(4), truth))) if magnetometer else {}
     t, rate, force = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2
     axes = earth.axes_at(earth.place_of(truth.position_e))
     attitude = Rotation.from_matrix(np.swapaxes(axes, 1, 2) @ truth.attitude_e.as_matrix())
@@ -20,7 +22,7 @@ def test_the_twin_navigates_as_the_library_does(kind):
     start = (attitude[1] * Rotation.from_rotvec([0.01, -0.02, 0.03])).as_quat(scalar_first=True)
     options = hnav.InsOptions(
         "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
-        gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=0.0, start_sigma_velocity_m_s=1.0,
+        gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=0.0, start_sigma_velocity_m_s=1.0, declination_rad=0.1,
     )  # fmt: skip
     ins, twin = hnav.Ins(options), None
     rng = np.random.default_rng(1)
@@ -32,11 +34,13 @@ def test_the_twin_navigates_as_the_library_does(kind):
             seen = velocity[i] + 0.1 * rng.standard_normal(3)
             ins.push_velocity(t[i], seen, InsReference.SIGMA_M_S)
             ins.push_position(t[i], *place, InsReference.SIGMA_M)
+        if t[i] in fields:
+            ins.push_mag(t[i], fields[t[i]])
         ins.advance(t[i])
         if twin is None:
             twin = InsReference(options, t[i], place, rate[i], force[i]) if fixed else None
         else:
-            twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)))
+            twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)), fields.get(t[i]))
         if fixed and i > 1:
             now = ins.navigation()
             assert now.phase == "navigating"

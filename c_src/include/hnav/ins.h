@@ -57,7 +57,8 @@ typedef enum hnav_ins_sensor {
     HNAV_INS_VELOCITY = 4,
     HNAV_INS_POSITION = 5,
     HNAV_INS_HEADING = 6,
-    HNAV_INS_SENSOR_COUNT = 7
+    HNAV_INS_MAG = 7,
+    HNAV_INS_SENSOR_COUNT = 8
 } hnav_ins_sensor;
 
 /* A sample acts at the next advance that reaches its time. Errors of all of them: NON_FINITE, OUT_OF_RANGE (sigmas that are not
@@ -75,6 +76,9 @@ HNAV_API hnav_status hnav_ins_push_speed(hnav_ins* ins, double t_s, double speed
 HNAV_API hnav_status hnav_ins_push_rest(hnav_ins* ins, double t_s, double sigma_m_s);
 /* Of body x, clockwise from north; the option declination_rad is added. */
 HNAV_API hnav_status hnav_ins_push_heading(hnav_ins* ins, double t_s, double heading_rad, double sigma_rad);
+/* Field of a magnetometer, in any unit, in sensor axes: it tells of the heading alone, by the option declination_rad. Iron in the body
+ * is estimated. Of samples that come faster than correction_interval_s some are used. ZERO_VECTOR: a sensor that is off. */
+HNAV_API hnav_status hnav_ins_push_mag(hnav_ins* ins, double t_s, const double field_b[3]);
 
 /* Uses the samples up to t_s and shows the estimate there. Errors: NON_FINITE, OUT_OF_RANGE, TIME_BACKWARDS, SOLVER (samples
  * that led to no usable estimate were dropped). */
@@ -121,7 +125,7 @@ HNAV_API hnav_status hnav_ins_covariance(const hnav_ins* ins, double covariance[
 /* Nats gained about the heading since the start, by what brought them: half the logarithm of the ratio of variances. */
 typedef struct hnav_observed {
     size_t size; /* of this struct; set by the caller */
-    double by_rest, by_speed, by_pressure, by_velocity, by_position, by_heading;
+    double by_rest, by_speed, by_pressure, by_velocity, by_position, by_heading, by_field;
 } hnav_observed;
 HNAV_API hnav_status hnav_ins_observed(const hnav_ins* ins, hnav_observed* observed);
 
@@ -157,7 +161,8 @@ HNAV_API hnav_status hnav_ins_get_diagnostics(const hnav_ins* ins, hnav_ins_diag
 /* n rows of the IMU; a row of NaN has no sample. Aids are sorted by the time at which they came, which is their time of validity
  * when aid_received_s is null. aid_value: 6 for each, as the push calls have them:
  *     position  latitude, longitude in rad, height; sigma north, east, down
- *     velocity  north, east, down; sigmas          speed, pressure, heading  value, sigma          rest  sigma */
+ *     velocity  north, east, down; sigmas          speed, pressure, heading  value, sigma
+ *     rest      sigma                              mag  3, in sensor axes */
 typedef struct hnav_ins_run_input {
     size_t size; /* of this struct; set by the caller */
     const double* t_s; /* n */

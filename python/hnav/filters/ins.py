@@ -168,6 +168,8 @@ class Observed(Record):
     """By their positions."""
     by_heading: float
     """By a heading aid."""
+    by_field: float
+    """By a magnetometer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -363,6 +365,12 @@ class Aids:
         """Headings of body x: m."""
         return self._add("heading", t_s, np.asarray(heading_rad, float), sigma_rad, received_s)
 
+    def mag(self, t_s: npt.ArrayLike, field_b: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
+        """Fields of a magnetometer: m x 3, any unit, in sensor axes; those of zero are left out."""
+        field = np.atleast_2d(np.asarray(field_b, float))
+        field = np.where((field == 0).all(axis=-1, keepdims=True), np.nan, field)
+        return self._add("mag", t_s, field, None, received_s)
+
     def rest(self, t_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
         """Instants at which the body is known to stand: m; sigma of its velocity."""
         return self._add("rest", t_s, np.empty((len(np.atleast_1d(np.asarray(t_s))), 0)), sigma_m_s, received_s)
@@ -377,7 +385,7 @@ class Aids:
         return t[order], received[order], sensor[order], np.ascontiguousarray(value[order])
 
     def _add(
-        self, sensor: str, t_s: npt.ArrayLike, values: np.ndarray, sigma: npt.ArrayLike, received_s: npt.ArrayLike | None
+        self, sensor: str, t_s: npt.ArrayLike, values: np.ndarray, sigma: npt.ArrayLike | None, received_s: npt.ArrayLike | None
     ) -> Aids:
         t = times(np.atleast_1d(np.asarray(t_s, float)))
         read = values.reshape(len(t), -1) if values.size == len(t) * (values.size // max(1, len(t))) else values
@@ -385,8 +393,8 @@ class Aids:
             raise HnavValueError(
                 "size", f"{sensor} has the shape {values.shape}, expected one row for each of {len(t)} times", sensor
             )
-        width = max(1, read.shape[1])
-        sigmas = np.asarray(sigma, float)
+        width = 0 if sigma is None else max(1, read.shape[1])
+        sigmas = np.asarray(0.0 if sigma is None else sigma, float)
         sigmas = np.broadcast_to(sigmas[:, None] if sigmas.shape == (len(t),) else sigmas, (len(t), width))
         table = np.zeros((len(t), 6))
         table[:, : read.shape[1]] = read
@@ -464,6 +472,10 @@ class Ins(StatefulObject):
     def push_heading(self, t_s: float, heading_rad: float, sigma_rad: float) -> None:
         """Heading of body x, clockwise from north; the option declination_rad is added."""
         self._call("push_heading", t_s, heading_rad, sigma_rad)
+
+    def push_mag(self, t_s: float, field_b: npt.ArrayLike) -> None:
+        """Field of a magnetometer (3), any unit, in sensor axes; tells of the heading alone, iron in the body is estimated."""
+        self._call("push_mag", t_s, address(doubles(field_b, (3,), "field_b")))
 
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate at t_s.

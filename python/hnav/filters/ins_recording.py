@@ -58,7 +58,17 @@ def paired(recording: Recording) -> Recording:
     between = np.stack(
         [np.interp(t_s, recording.t_s[force], axis, np.nan, np.nan) for axis in recording.force_b_m_s2[force].T], 1
     )
-    return Recording(recording.name, t_s, recording.rate_b_rad_s[rate], between, aids=recording.aids, origin=recording.origin)
+    aids = {**field_of(recording), **recording.aids}
+    return Recording(recording.name, t_s, recording.rate_b_rad_s[rate], between, aids=aids, origin=recording.origin)
+
+
+def field_of(recording: Recording) -> dict[str, AidSamples]:
+    """Of the magnetometer, as an aid that tells no sigma."""
+    if recording.field_b_tesla is None or not (seen := np.isfinite(recording.field_b_tesla).all(axis=1)).any():
+        return {}
+    arrived_s, field = recording.t_s[seen], recording.field_b_tesla[seen]
+    measured_s = arrived_s if recording.field_t_s is None else recording.field_t_s[seen]
+    return {"mag": AidSamples(measured_s, field, np.full_like(field, np.nan), arrived_s)}
 
 
 class NavigationRun:
@@ -82,7 +92,7 @@ class NavigationRun:
         end_s = float(recording.t_s[-1])
         if np.isneginf(self._until_s):  # what was before the first row says nothing about it
             self._until_s = np.nextafter(recording.t_s[0], -np.inf)
-        for kind, one in recording.aids.items():
+        for kind, one in {**field_of(recording), **recording.aids}.items():
             self._waiting[kind] = joined([self._waiting[kind], one]) if kind in self._waiting else one
         arrived = arrived_within(self._waiting, self._until_s, end_s)
         if "pressure" in arrived:
@@ -146,6 +156,9 @@ def aids_of(aids: Mapping[str, AidSamples], t_s: Array | None = None) -> Aids:
     made = Aids()
     for kind, one in aids.items():
         kept = one if t_s is None else one.rows(_newest(one.arrived_s, t_s))
+        if kind == "mag":
+            made.mag(kept.t_s, kept.values, kept.received_s)
+            continue
         sigma = np.where(np.isfinite(kept.sigma), kept.sigma, SIGMA[kind])
         given = kept.values.T if kind == "position" else [kept.values if kind == "velocity" else kept.values[:, 0]]
         getattr(made, kind)(kept.t_s, *given, sigma, received_s=kept.received_s)

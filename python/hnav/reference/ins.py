@@ -3,6 +3,7 @@
     twin = InsReference(options, t_s, place, rate, force)       # options: InsOptions with start "state"
     twin.advance(t_s, rate, force)                              # a sample of the inertial sensor; or with the satellites of that instant
     twin.advance(t_s, rate, force, velocity_n, place)
+    twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
 
 Without rest, gates, lever arms, vibration, and what needs the start from any heading: of that c_src/ins is the only description.
 """
@@ -17,9 +18,12 @@ from hnav.reference import earth
 
 D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
 LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
-ERRORS = 28
+IRON, STRENGTH, DIRECTION = slice(28, 31), 31, 32
+ERRORS = 33
 ALIKE_S = 5.0
 BY_CHANCE = 1.3
+IRON_WALK = 1e-3
+STRENGTH_BY_PLACE = 0.1
 
 
 def cross_matrix(x: Array) -> Array:
@@ -39,7 +43,7 @@ def turned(x: Array) -> tuple[Array, Array, Array]:
 
 
 class InsReference:
-    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 28 x 28, of the errors."""
+    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
     """Of the satellites, each axis."""
@@ -55,6 +59,7 @@ class InsReference:
         self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.nis_mean, self.steady_rate = 0.0, 1.0, np.zeros(3)
+        self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.P = self.first_covariance()
         self.t_s = self.corrected_s = t_s
         self.rate, self.force = np.array(rate, float), np.array(force, float)
@@ -132,7 +137,7 @@ class InsReference:
         self.length_s += T
 
     def transition(self) -> Array:
-        """28 x 28, over the window."""
+        """33 x 33, over the window."""
         T, M, W = self.length_s, np.eye(ERRORS), cross_matrix(self.earth_rate)
         M[D, V], M[D, PHI], M[D, GYRO], M[D, ACCEL], M[D, SCALE] = (
             T * np.eye(3),
@@ -161,6 +166,13 @@ class InsReference:
         P[:, COLOUR] *= kept
         P[COLOUR, COLOUR] += np.diag(grown)
         P[OFFSET, OFFSET] += 2 * o.pressure_colour_m**2 * T / o.pressure_colour_s
+        if self.field_unit > 0:
+            stays = np.exp(-T / o.field_direction_s)
+            P[DIRECTION] *= stays
+            P[:, DIRECTION] *= stays
+            P[DIRECTION, DIRECTION] += o.field_direction_rad**2 * (1 - stays**2)
+            P[IRON, IRON] += IRON_WALK**2 * T * np.eye(3)
+            P[STRENGTH, STRENGTH] += IRON_WALK**2 * T
         accel, one = o.accel_noise_m_s_per_sqrt_s**2 * T, np.eye(3)
         P[V, V] += accel * one
         P[D, D] += accel * T**2 / 3 * one
@@ -184,22 +196,32 @@ class InsReference:
 
     # ----------------------------------------------------------------------------------------- at events
 
-    def advance(self, t_s: float, rate: Array, force: Array, velocity_n: Array | None = None, place: Array | None = None) -> None:
-        """A sample, from its time on, with what satellites say at that time."""
+    def advance(
+        self, t_s: float, rate: Array, force: Array, velocity_n: Array | None = None, place: Array | None = None,
+        field_b: Array | None = None,
+    ) -> None:  # fmt: skip
+        """A sample, from its time on, with what satellites and a magnetometer say at that time."""
         T = t_s - self.t_s
         self.gather(T, self.flow(T))
         self.put_gravity()
         self.rate, self.force, self.t_s = np.array(rate, float), np.array(force, float), t_s
-        if velocity_n is not None or t_s - self.corrected_s + 0.5 * self.interval_s >= self.o.correction_interval_s:
-            self.correct(velocity_n, place)
+        half_s = 0.5 * self.interval_s
+        if t_s - self.field_s + half_s < self.o.correction_interval_s:
+            field_b = None
+        given = velocity_n is not None or field_b is not None
+        if given or t_s - self.corrected_s + half_s >= self.o.correction_interval_s:
+            self.correct(velocity_n, place, field_b)
         self.interval_s = self.interval_s + 0.1 * (T - self.interval_s) if self.interval_s > 0 else T
 
-    def correct(self, velocity_n: Array | None, place: Array | None) -> None:
+    def correct(self, velocity_n: Array | None, place: Array | None, field_b: Array | None) -> None:
         """All corrections of one event."""
         kept, _ = self.colour_of()
         self.propagate()
         if self.length_s > 0:
             self.colour = kept * self.colour
+            self.direction *= np.exp(-self.length_s / self.o.field_direction_s)
+        if field_b is not None and not self.field_unit > 0:
+            self.begin_field(field_b)
         self.clear_window()
         if velocity_n is not None and place is not None:
             a = self.R @ (self.force - self.accel_bias) + self.gravity
@@ -211,20 +233,47 @@ class InsReference:
             H[:, D], H[:, COLOUR], H[:, LATENCY] = np.eye(3), np.eye(3), -self.v
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
             self.use(H, z - (self.d + self.colour - self.latency * self.v), self.SIGMA_M**2)
+        if field_b is not None:
+            self.correct_field(field_b)
         self.put_gravity()
         self.corrected_s = self.t_s
 
-    def use(self, H: Array, r: Array, variance: float) -> None:
-        """One measurement of three values."""
-        S = H @ self.P @ H.T + variance * max(1.0, self.nis_mean / BY_CHANCE) * np.eye(3)
+    def begin_field(self, field_b: Array) -> None:
+        """The first sample makes the unit."""
+        self.field_unit = 1 / max(float(np.linalg.norm((self.R @ field_b)[:2])), 0.1 * float(np.linalg.norm(field_b)))
+        self.P[IRON, IRON] = self.o.start_sigma_iron**2 * np.eye(3)
+        self.P[STRENGTH, STRENGTH] = self.o.start_sigma_iron**2 + STRENGTH_BY_PLACE**2
+        self.P[DIRECTION, DIRECTION] = self.o.field_direction_rad**2
+
+    def correct_field(self, field_b: Array) -> None:
+        """strength m - R iron = north, along the horizontal."""
+        o, measured, iron = self.o, self.R @ (self.field_unit * field_b), self.R @ self.iron
+        points = o.declination_rad + self.direction
+        N = earth.axes_at(earth.place_of(self.anchor_e + self.T @ self.d))
+        north = (self.T.T @ N @ [np.cos(points), np.sin(points), 0])[:2]
+        across = np.array([-north[1], north[0]])
+        H = np.zeros((2, ERRORS))
+        H[:, IRON], H[:, STRENGTH], H[:, 8], H[:, DIRECTION] = -self.R[:2], measured[:2], across, -across
+        left = self.strength * measured[2] - iron[2]
+        noise = o.field_noise**2 + max(self.P[6, 6], self.P[7, 7]) * left**2
+        slow = max(1.0, o.field_colour_s / (self.t_s - self.field_s))
+        self.field_s = self.t_s
+        self.use(H, north + iron[:2] - self.strength * measured[:2], noise * slow, of_satellites=False)
+
+    def use(self, H: Array, r: Array, variance: float, of_satellites: bool = True) -> None:
+        """One measurement."""
+        widened = max(1.0, self.nis_mean / BY_CHANCE) if of_satellites else 1.0
+        S = H @ self.P @ H.T + variance * widened * np.eye(len(r))
         K = np.linalg.solve(S, H @ self.P).T
         error = K @ r
         self.P = self.P - K @ H @ self.P
         self.P = 0.5 * (self.P + self.P.T)
-        self.nis_mean += (min(float(r @ np.linalg.solve(S, r)), 30.0) / 3 - self.nis_mean) / 20
+        if of_satellites:
+            self.nis_mean += (min(float(r @ np.linalg.solve(S, r)), 30.0) / 3 - self.nis_mean) / 20
         X = cross_matrix(self.R.T @ error[PHI])
         self.P[ACCEL, ACCEL] += X @ self.P[ACCEL, ACCEL] @ X.T
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
         self.gyro_scale, self.latency = self.gyro_scale + error[SCALE], self.latency + error[LATENCY]
-        self.colour = self.colour + error[COLOUR]
+        self.colour, self.iron = self.colour + error[COLOUR], self.iron + error[IRON]
+        self.strength, self.direction = self.strength + float(error[STRENGTH]), self.direction + float(error[DIRECTION])

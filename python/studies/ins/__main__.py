@@ -28,6 +28,12 @@ def command(
     grade: Annotated[str, typer.Option(help="preset of the filter and of the sensors")] = "industrial",
     workers: Workers = WORKERS,
     seed: Seed = 1,
+    magnetometer: Annotated[
+        bool,
+        typer.Option(
+            "--magnetometer", help="the same starts with a magnetometer that nobody has calibrated, beside those without"
+        ),
+    ] = False,
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
@@ -55,20 +61,21 @@ def command(
     if gyrocompass:
         show(north_table(runs, seed, workers), width=120)
         return
-    show(starts_table(chosen, grade, runs, seed, workers), width=150)
+    show(starts_table(chosen, grade, runs, seed, workers, magnetometer), width=150)
 
 
-def starts_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
-    """A row for each kind, with a progress bar."""
+def starts_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool) -> Table:
+    """A row for each kind, with a progress bar; magnetometer: and one with it."""
     rows = []
+    ways = [(kind, field) for kind in kinds for field in ((False, True) if magnetometer else (False,))]
     with bar() as progress:
-        task = progress.add_task("starts", total=runs * len(kinds))
-        for kind in kinds:
+        task = progress.add_task("starts", total=runs * len(ways))
+        for kind, field in ways:
             done: list[Start] = []
-            for start in experiment(kind, grade, runs, seed, workers):
+            for start in experiment(kind, grade, runs, seed, workers, field):
                 done.append(start)
                 progress.advance(task)
-            rows.append((kind, figures(done)))
+            rows.append((f"{kind}, magnetometer" if field else kind, figures(done)))
     return table(rows, f"{grade}, seed {seed}: first heading_ready, and the end")
 
 

@@ -56,9 +56,9 @@ class Start:
         return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
 
 
-def judged(kind: str, grade: str, seed: int) -> Start:
+def judged(kind: str, grade: str, seed: int, magnetometer: bool = False) -> Start:
     """The start of this number."""
-    samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
+    samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind], magnetometer)
     colour_m = receiver(kind).colour_m
     given: dict[str, object] = {"position_colour_m": (colour_m, colour_m)}
     if kind in AT_REST:
@@ -99,13 +99,13 @@ def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> fl
     return float(np.mean((down[[1, 0]] / run.sigma_rotation_rad[i, :2]) ** 2))
 
 
-def _judged(of: tuple[str, str, int]) -> Start:
+def _judged(of: tuple[str, str, int, bool]) -> Start:
     return judged(*of)
 
 
-def experiment(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Start]:
+def experiment(kind: str, grade: str, runs: int, seed: int, workers: int, magnetometer: bool = False) -> Iterator[Start]:
     """Starts seed x 10^6 + 0, 1, ..., in this order."""
-    numbers = [(kind, grade, seed * 1_000_000 + i) for i in range(runs)]
+    numbers = [(kind, grade, seed * 1_000_000 + i, magnetometer) for i in range(runs)]
     if workers == 1:
         yield from map(_judged, numbers)
         return

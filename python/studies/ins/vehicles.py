@@ -88,10 +88,11 @@ class Samples:
     aids: Aids
 
 
-def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tuple[Samples, Truth]:
+def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magnetometer: bool = False) -> tuple[Samples, Truth]:
     """Samples from the moment on at which the filter is switched on, and the truth at their times.
 
-    kind: one of MOTIONS; grade: a preset of the filter. Everything follows from kind, grade, duration and seed.
+    kind: one of MOTIONS; grade: a preset of the filter; magnetometer: with fields of one. Everything follows from these, the
+    duration and the seed; a magnetometer changes nothing else.
     """
     rng = np.random.default_rng([seed, 7])
     t = np.arange(int((duration_s + WARM_S) * RATE_HZ) + 1) / RATE_HZ
@@ -111,6 +112,8 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0) -> tupl
     aids = satellites(rng, truth, begin, receiver(kind)) if kind not in AT_REST else Aids()
     kept = slice(begin, None)
     at = Truth(t[kept], truth.position_e[kept], truth.velocity_e[kept], truth.attitude_e[kept])
+    if magnetometer:
+        aids.mag(*fields(np.random.default_rng([seed, 8]), at))
     return Samples(t[kept], rate[kept], force[kept], aids), at
 
 
@@ -179,6 +182,25 @@ def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver)
     velocity = np.einsum("nij,ni->nj", earth.axes_at(seen), truth.velocity_e[rows]) + v_off
     t = truth.t_s[rows] + latency_s
     return Aids().velocity(t, velocity, of.noise_m_s).position(t, seen[:, 0], seen[:, 1], seen[:, 2], of.noise_m)
+
+
+def fields(rng: np.random.Generator, truth: Truth) -> tuple[Array, Array]:
+    """Times (m) and fields (m x 3) of a magnetometer that nobody has calibrated, ten a second: hard iron of up to one and a half times the
+    horizontal field, soft iron, a declination that nobody tells, steel beside the way; for one in four a false field of the same size as the
+    true one for half a minute."""
+    rows = np.arange(1, len(truth.t_s), RATE_HZ // 10)
+    n, dip = len(rows), rng.uniform(0.9, 1.25)
+    axes = earth.axes_at(earth.place_of(truth.position_e[rows]))
+    points = 0.1 * rng.standard_normal() + _fading(rng, n, 0.03, 200)[:, 0]
+    true = np.stack([np.cos(points), np.sin(points), np.full(n, np.tan(dip))], 1)
+    seconds = truth.t_s[rows] - truth.t_s[0]
+    begin, false, iron = rng.uniform(10, 60), rng.standard_normal(3), rng.standard_normal(3)
+    disturbed = (seconds > begin) & (seconds < begin + 30) & (rng.random() < 0.25)
+    true += disturbed[:, None] * false / np.linalg.norm(false)
+    body = truth.attitude_e[rows].inv().apply(np.einsum("nij,nj->ni", axes, true))
+    soft = np.eye(3) + 0.03 * rng.standard_normal((3, 3))
+    hard = rng.uniform(0, 1.5) * iron / np.linalg.norm(iron)
+    return truth.t_s[rows], 20e-6 * (body @ soft.T + hard + 0.02 * rng.standard_normal((n, 3)))
 
 
 def _fading(rng: np.random.Generator, n: int, sigma: float, samples: float) -> Array:

@@ -98,6 +98,14 @@ SECTIONS = {
         "study ins --starts 200 --seed 3 --grade consumer --kinds car,aircraft,straight,take_off,quadrotor,walker",
         False,
     ),
+    "ins_magnetometer": Section(
+        "Navigation with a magnetometer",
+        "Starts with chips of phones and hobby, without a magnetometer and with one that nobody has calibrated and whose declination nobody tells: "
+        "hard iron of up to one and a half times the horizontal field, soft iron of 3 %, steel beside the way, for one start in four half a "
+        "minute in a false field of the size of the true one.",
+        "study ins --magnetometer --starts 200 --seed 3 --grade consumer --kinds car,aircraft,quadrotor,walker",
+        False,
+    ),
     "ins_faults": Section(
         "Faults while navigating",
         "One fault each, 90 s after the start: how often it was told (fixes gated, or a flag of readiness fell), the share of instants from its "

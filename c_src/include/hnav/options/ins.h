@@ -82,6 +82,20 @@ typedef struct hnav_ins_options {
      * = each has its own.
      * [0, 1e6] s, default 60. Iron near a compass stays where it is; two antennas have errors of seconds, but small ones. */
     double heading_colour_s;
+    /* Noise of the horizontal field, in parts of it: of the magnetometer, of iron that turns the field, of what stands
+     * beside the way.
+     * (0, 10], default 0.05. Three degrees: soft iron of a device that nobody has calibrated. */
+    double field_noise;
+    /* Time for which that noise stays as it is: more samples within it tell no more than one.
+     * [0, 1e6] s, default 10. As long as a vehicle goes straight ahead past the same things. */
+    double field_colour_s;
+    /* By how much the field of a place points off its declination, one sigma.
+     * (0, 4] rad, default 0.2. A declination that nobody has given, steel in buildings and streets; 0.05 with
+     * declination_rad in the open. */
+    double field_direction_rad;
+    /* Time for which that stays as it is.
+     * (0, 1e6] s, default 300. As long as a vehicle stays near a place. */
+    double field_direction_s;
     /* A car: noise of the velocity across its wheels and up, used from the time on at which the heading is found; 0 = no
      * car.
      * [0, 1e3] m/s, default 0. What the body is cannot be guessed; 0.1 for a car. */
@@ -139,6 +153,10 @@ typedef struct hnav_ins_options {
     /* Standard deviation of the scale of the speed.
      * [0, 1], default 0.05. Worn tyres. */
     double start_sigma_speed_scale;
+    /* Standard deviation of the field of iron in the body, in parts of the horizontal field of the Earth; each axis.
+     * (0, 100], default 1. Of a telephone or a car that nobody has calibrated; 0.05 after a calibration, and the heading
+     * is found at once. */
+    double start_sigma_iron;
     /* Standard deviation of yaw and pitch of the axis of travel in the body.
      * [0, 1] rad, default 0.03. A sensor screwed to a car by eye. */
     double start_sigma_mounting_rad;
@@ -230,7 +248,7 @@ typedef struct hnav_ins_options {
     /* Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car.
      * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor. */
     double wheel_b_m[3];
-    /* Magnetic declination, added to headings that are pushed.
+    /* Magnetic declination: of headings that are pushed, and of the field of a magnetometer.
      * [-pi, pi] rad, default 0. Headings are taken to be true ones until a declination is given. */
     double declination_rad;
     /* Mounting: turns sensor vectors into the body frame, scalar first; normalised on use.

@@ -1,0 +1,97 @@
+// The field of the Earth by a magnetometer. It tells of the heading alone: along the horizontal the field less that of the iron in the
+// body points to magnetic north,
+//     strength m - R iron = B(north) u + noise,
+// linear in what is unknown: the heading u, the iron, and the strength, which is 1 over that of the horizontal field. So a body that turns
+// tells its iron from the field, with its heading known or not. What is soft in the iron, or stands beside the way, is noise that stays
+// as it is for a while; a place where the field points elsewhere than the declination says is a slow error of its own.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+// As often as the filter corrects; of more samples the others are left out.
+bool Model::wants_field(const State& s, const Event& event) const {
+    if (!event.has(field) || !s.started()) return false;
+    const double half_s = 0.5 * s.usual_interval_s;
+    return event.t_s - s.field_used_s + half_s >= settings_.correction_interval_s;
+}
+
+// The first sample makes the unit: its horizontal part is about 1.
+void Model::begin_field(State& s, Covariance& P, const Event& event) const {
+    if (s.field_unit > 0) return;
+    const Vector3 m = vec(event.value[field]);
+    constexpr double steepest = 0.1;
+    s.field_unit = 1 / std::fmax((attitude(s) * m).head<2>().norm(), steepest * m.norm());
+    forget_field(s, P);
+}
+
+void Model::forget_field(State& s, Covariance& P) const {
+    constexpr double strength_by_place = 0.1;
+    vec(s.iron).setZero();
+    s.strength = 1;
+    s.direction = 0;
+    P.extend(errors);
+    for (int row = row_iron; row < errors; ++row) {
+        P.forget(row);
+        s.mean[row] = 0;
+    }
+    const double iron2 = settings_.sigma_iron * settings_.sigma_iron;
+    for (int i = 0; i < 3; ++i) P[row_iron + i][row_iron + i] = iron2;
+    P[row_strength][row_strength] = iron2 + strength_by_place * strength_by_place;
+    P[row_direction][row_direction] = settings_.field_direction * settings_.field_direction * s.heading_doubt;
+}
+
+double Model::direction_kept(const State& s) const { return std::exp(-s.window.length_s / settings_.field_direction_s); }
+
+// A body that has taken iron on board, or has come to where the field is another: until that is over it tells of turns, not of north.
+void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
+    double& since_s = s.refused_since_s[field];
+    if (!std::isfinite(since_s) || !(now_s - since_s > settings_.gate_longest_s)) return;
+    const double iron2 = settings_.sigma_iron * settings_.sigma_iron;
+    for (int row = row_iron; row <= row_strength; ++row) {
+        P[row][row] += iron2;
+        if (step_) step_->jumped(row, iron2);
+    }
+    constexpr double any_direction2 = 1;
+    P[row_direction][row_direction] += any_direction2;
+    if (step_) step_->jumped(row_direction, any_direction2);
+    since_s = nan;
+}
+
+void Model::correct_field(State& s, Covariance& P, const Event& event) const {
+    believe_other_iron(s, P, event.t_s);
+    const Matrix3 R = attitude(s);
+    const Vector3 measured = R * (s.field_unit * vec(event.value[field]));
+    const Vector3 iron = R * vec(s.iron), left = s.strength * measured - iron;
+    // North and east are those of the place.
+    const Matrix3 T = mat(s.axes);
+    const Matrix3 N = is_free(s) ? Matrix3(mat(s.fix_axes)) : earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    const double points = settings_.declination + s.direction;
+    const Vector3 north = T.transpose() * (N * Vector3(std::cos(points), std::sin(points), 0));
+    const double B[2][2] = {{north[0], north[1]}, {north[1], -north[0]}};
+    const double expected[2] = {B[0][0] * s.u[0] + B[0][1] * s.u[1], B[1][0] * s.u[0] + B[1][1] * s.u[1]};
+    const double across[2] = {-expected[1], expected[0]}; // by a turn of the one against the other
+    Measurement m{field};
+    m.rows = 2;
+    const double tilt2 = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) * left[2] * left[2];
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 3; ++j) m.H[i][row_iron + j] = -R(i, j);
+        for (int k = 0; k < 2 && is_free(s); ++k) m.H[i][row_u + k] = -B[i][k];
+        m.H[i][row_strength] = measured[i];
+        m.H[i][row_phi + 2] = across[i];
+        m.H[i][row_direction] = -across[i];
+        m.R[i] = settings_.field_noise * settings_.field_noise + tilt2;
+        m.r[i] = expected[i] + iron[i] - s.strength * measured[i];
+    }
+    gate_given_heading(s, P, m);
+    // Judged as one sample; what it adds to those before it is less.
+    for (double& r : m.R) r *= std::fmax(1, settings_.field_colour_s / (event.t_s - s.field_used_s));
+    s.field_used_s = event.t_s;
+    use(s, P, event, m);
+    const bool refused = s.innovation[field].noise_scale > 1;
+    s.refused_in_row[field] = refused ? s.refused_in_row[field] + 1 : 0;
+    double& since_s = s.refused_since_s[field];
+    if (!refused) since_s = nan;
+    else if (std::isnan(since_s)) since_s = event.t_s;
+}
+
+} // namespace hnav::ins
