@@ -92,7 +92,7 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
 // All that may hold what the plant has remembered: every part of every state, and what the model works on.
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const hnav_observer*>(context);
-    const hnav::observer::Layout at = o->layout();
+    const hnav::observer::Layout& at = o->layout();
     o->filter.visit_states([&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });

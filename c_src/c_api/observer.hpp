@@ -27,7 +27,7 @@ struct hnav_observer : hnav::KeptMessage<512> {
     double number(int place) const { return filter.newest().x()[place]; }
     // Instants that were used or wait to be.
     double instants() const { return number(layout().events) + filter.waiting(); }
-    hnav::observer::Layout layout() const { return filter.model().layout(); }
+    const hnav::observer::Layout& layout() const { return filter.model().layout(); }
 
     hnav::observer::Plant* plant = nullptr;
     void* block = nullptr; // of problem and work

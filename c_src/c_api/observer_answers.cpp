@@ -92,7 +92,7 @@ hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sens
 hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info) {
     REQUIRE_STRUCT(observer, info, hnav_observer_info);
     const auto& filter = observer->filter;
-    const Layout at = observer->layout();
+    const Layout& at = observer->layout();
     hnav_observer_info result{};
     result.n_estimated = observer->problem->N;
     result.begun = observer->number(at.begun) != 0;

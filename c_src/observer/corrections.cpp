@@ -17,7 +17,7 @@ constexpr double sure_part = 0.99;
 
 void Model::jump(State& s, const Event& event) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     if (v[at.begun] != 0) collect_all(s);
     v[at.t] = event.t_s;
@@ -36,7 +36,7 @@ void Model::jump(State& s, const Event& event) const {
 }
 
 void Model::collect_all(State& s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     const double interval_s = v[at.elapsed] + v[at.clock];
     for (int i = 0; i < parts_of(s); ++i) {
@@ -50,7 +50,7 @@ void Model::collect_all(State& s) const {
 // For a plant with events those that are new, and all of them at the beginning, are an event.
 bool Model::take_inputs(State& s, const Event& event, bool begins) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     bool any = begins && p.known > 0;
     for (int i = 0; i < p.known; ++i) {
         if (!event.has(i)) continue;
@@ -91,7 +91,7 @@ bool Model::linearise(State& s, const Event& event, int i) const {
 // Innovations by all of P, before any sensor has acted; of several parts those of their sum.
 void Model::innovate(State& s, const Event& event) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
@@ -117,7 +117,7 @@ void Model::innovate(State& s, const Event& event) const {
 // By how much the variance of each sensor is inflated, and the mean of its NIS.
 void Model::gate(State& s, const Event& event, double* inflation) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
@@ -137,7 +137,7 @@ void Model::gate(State& s, const Event& event, double* inflation) const {
 
 void Model::correct(State& s, const Event& event) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double *v = s.x(), *before = work_->gain + 2 * p.N, inflation[max_channels_used];
     forget(s);
     for (int i = 0; i < parts_of(s); ++i)
@@ -163,7 +163,7 @@ void Model::correct(State& s, const Event& event) const {
 
 // A second correction of an instant forgets nothing.
 void Model::forget(State& s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     const double since_s = v[at.corrections] > 0 ? v[at.t] - v[at.corrected] : 0;
     v[at.corrected] = v[at.t];
@@ -176,7 +176,7 @@ void Model::forget(State& s) const {
 // a correction; what is added is positive semidefinite.
 void Model::inflate(double* part, double since_s) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double *P = work_->P, *column = work_->gain;
     constexpr double most = 0.95;
     unpack_upper(part + at.P, p.N, 1, P);
@@ -217,7 +217,7 @@ double Model::largest_variance(const double* P, double* vector, double* next) co
 // are independent. Answers the logarithm of their likelihood.
 double Model::correct_part(State& s, const Event& event, int i, const double* inflation) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double *part = part_of(s, i), *X = work_->x, *moved = work_->gain + p.N;
     unpack_upper(part + at.P, p.N, 1, work_->P);
     std::fill_n(moved, p.N, 0.0);
@@ -249,7 +249,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
 // them.
 bool Model::settle(State& s, double* part) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     if (p.sizes.parameters == 0 || p.sizes.memory == 0) return true;
     expected(part, work_->probe);
     const Point here = point_of(s, s.x()[at.t], work_->probe);
@@ -289,7 +289,7 @@ double Model::correct_by(double* P, double* moved, const double* h, double innov
 // are said to be, and no doubt which events have been. Three corrections that deny it make an end of it.
 void Model::judge(State& s, const double* before) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     bool ready = parts(s).largest > sure_part;
     for (int i = 0; i < p.N; ++i) {

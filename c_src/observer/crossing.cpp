@@ -16,7 +16,7 @@ constexpr double shortest_s = 1e-12; // that a solver is asked for
 } // namespace
 
 bool Model::cross(State& s, double interval_s, Propagator& propagator, const void* context) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     const Run run{s, interval_s, &propagator, context};
     work_->branches_used = 0;
     for (int i = 0; i < parts_of(s); ++i) {
@@ -29,7 +29,7 @@ bool Model::cross(State& s, double interval_s, Propagator& propagator, const voi
 }
 
 bool Model::cross_part(const Run& run, double* part) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     const double begin_s = run.s.x()[at.t];
     int events = 0;
     if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->beginning);
@@ -56,7 +56,7 @@ bool Model::cross_part(const Run& run, double* part) const {
 
 // The plant is as the part has it; new inputs may have put it through a guard.
 bool Model::begin_part(const Run& run, double* part, int* events) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     work_->newest.is_newest = false;
     work_->passed = 0;
     work_->derivable = true;
@@ -69,7 +69,7 @@ bool Model::begin_part(const Run& run, double* part, int* events) const {
 
 // To the next event, or to the end: length_s. What has flowed is then in P.
 Model::Stop Model::flow_piece(const Run& run, double* part, double length_s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->segment);
     const Stop stop = length_s > 0 ? flow_until(run, part, length_s) : Stop::end;
     if (stop == Stop::failed || stop == Stop::missed) return stop;
@@ -81,7 +81,7 @@ Model::Stop Model::flow_piece(const Run& run, double* part, double length_s) con
 // The plant's event where the part is. One without a derivative is not passed: see work_->derivable.
 bool Model::jump_part(const Run& run, double* part, Cause cause, int count) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* c = run.s.x();
     Passage& e = work_->present;
     const double t_s = c[at.t] + part[at.elapsed];
@@ -111,7 +111,7 @@ bool Model::jump_part(const Run& run, double* part, Cause cause, int count) cons
 // ------------------------------------------------------------------------------------------------ from outside
 
 bool Model::have_events_of_plant(State& s, double t_s, bool* any) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     double* part = s.x();
     if (!flows(s)) return true;
     work_->from_outside = true;
@@ -283,7 +283,7 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
 // Whether what may be true is on both sides of the guard at work_->inside, where the indicator turns back.
 bool Model::turns_near(const Run& run, const double* part, int guard, bool* near) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const double *x = work_->inside, *g = work_->gradients + guard * p.N;
     const double t_s = run.s.x()[at.t] + part[at.elapsed] + x[at.clock];
     double* X = work_->present.X;

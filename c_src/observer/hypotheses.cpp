@@ -45,7 +45,7 @@ bool Model::doubt_stiffly(const Run& run, const double* part, bool uncertain) co
         if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
         if (next_guard(part, e.P) < 0) return true;
     }
-    std::copy_n(work_->beginning, work_->branch_numbers, work_->segment);
+    std::copy_n(work_->beginning, work_->layout.part_numbers, work_->segment);
     give_up(-1, -1);
     return true;
 }
@@ -53,7 +53,7 @@ bool Model::doubt_stiffly(const Run& run, const double* part, bool uncertain) co
 // The event has come, but may not have: the part as it was before it, carried to now as if there was no guard.
 bool Model::split_at_newest(const Run& run, double* part) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     Passage& e = work_->newest;
     const double since_s = run.interval_s - e.elapsed;
     for (int i = 0; i < p.N; ++i) {
@@ -75,7 +75,7 @@ bool Model::split_at_newest(const Run& run, double* part) const {
 // The event has not come, but may have: the guard is reached along the flow, jumped there, and flown back from.
 bool Model::split_at_next(const Run& run, double* part) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     Passage& e = work_->present;
     const double now_s = run.s.x()[at.t] + run.interval_s;
     expected(part, e.X);
@@ -143,7 +143,7 @@ int Model::next_guard(const double* part, const double* P) const {
 // near side. J: X after the event, carried to now.
 bool Model::split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double *k = work_->gain, *cut = work_->P, sd = 0;
     for (int i = 0; i < p.N; ++i) {
         k[i] = 0;
@@ -214,7 +214,7 @@ Model::Inside Model::put_inside(const State& s, double* part, double t_s, double
 // Mean and covariance of all parts at the time that each has come to.
 void Model::fused(const State& s, double* X, double* P) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int count = parts_of(s);
     if (count == 1) {
         expected(s.x(), X);
@@ -242,7 +242,7 @@ void Model::fused(const State& s, double* X, double* P) const {
 // The other into the part, by moments; what the plant remembers is that of the heavier.
 void Model::merge(double* part, const double* other) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double *X = work_->x, *with = work_->slope_here, *P = work_->P, *more = work_->Qd;
     const double sum = part[at.weight] + other[at.weight], share = other[at.weight] / sum;
     expected(part, X);
@@ -264,7 +264,7 @@ void Model::merge(double* part, const double* other) const {
 // How far two parts are from each other, the largest difference in sigma.
 double Model::apart(const double* part, const double* other) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     expected(part, work_->x);
     expected(other, work_->slope_here);
     const double *P = part + at.P, *Q = other + at.P;
@@ -278,7 +278,7 @@ double Model::apart(const double* part, const double* other) const {
 
 // Whether two parts may be one: the events that they have had are as many, or the plant does not tell them apart.
 bool Model::alike(const double* part, const double* other) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     if (part[at.jumps] == other[at.jumps]) return true;
     return std::memcmp(part + at.memory, other + at.memory, problem_->sizes.memory * sizeof(double)) == 0 &&
            std::equal(part + at.sides, part + at.memory, other + at.sides) && apart(part, other) < 1;
@@ -287,12 +287,12 @@ bool Model::alike(const double* part, const double* other) const {
 void Model::merge_branches(int i, int j) const {
     merge(work_->branch(i), work_->branch(j));
     const int last = --work_->branches_used;
-    for (int k = j; k < last; ++k) std::copy_n(work_->branch(k + 1), work_->branch_numbers, work_->branch(k));
+    for (int k = j; k < last; ++k) std::copy_n(work_->branch(k + 1), work_->layout.part_numbers, work_->branch(k));
 }
 
 // The parts of an interval, or those that a correction has weighed, become the parts of a state: at most four.
 void Model::keep_parts(State& s, bool after_correction) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     if (after_correction) {
         work_->branches_used = 0;
         for (int i = 0; i < parts_of(s); ++i)
@@ -328,7 +328,7 @@ void Model::keep_parts(State& s, bool after_correction) const {
 }
 
 Model::Parts Model::parts(const State& s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     Parts all{parts_of(s), 0, 0, 0};
     for (int i = 0; i < all.count; ++i) {
         const double* part = part_of(s, i);

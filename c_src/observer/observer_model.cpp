@@ -17,7 +17,8 @@ Passage::Passage(Arena& arena, const Problem& p)
       sides(arena.doubles(p.sizes.indicators)) {}
 
 Workspace::Workspace(Arena& arena, const Problem& p)
-    : linearisation(arena, p),
+    : layout(p),
+      linearisation(arena, p),
       x(arena.doubles(p.N)),
       u(arena.doubles(p.sizes.inputs)),
       A(arena.doubles(p.moving * p.N)),
@@ -29,11 +30,11 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       variance(arena.doubles(max_parts * p.sensors)),
       gain(arena.doubles(3 * p.N)),
       P(arena.doubles(p.N * p.N)),
-      branches(arena.doubles(max_branches * Layout(p).part_numbers)),
-      step_from(arena.doubles(Layout(p).nx)),
-      step_to(arena.doubles(Layout(p).nx)),
-      inside(arena.doubles(Layout(p).nx)),
-      slope(arena.doubles(Layout(p).nx)),
+      branches(arena.doubles(max_branches * layout.part_numbers)),
+      step_from(arena.doubles(layout.nx)),
+      step_to(arena.doubles(layout.nx)),
+      inside(arena.doubles(layout.nx)),
+      slope(arena.doubles(layout.nx)),
       z(arena.doubles(p.sizes.indicators)),
       z_low(arena.doubles(p.sizes.indicators)),
       z_above(arena.doubles(p.sizes.indicators)),
@@ -43,23 +44,22 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       rates(arena.doubles(p.sizes.indicators)),
       probe(arena.doubles(2 * p.N)),
       slope_here(arena.doubles(p.N)),
-      beginning(arena.doubles(Layout(p).part_numbers)),
-      segment(arena.doubles(Layout(p).part_numbers)),
+      beginning(arena.doubles(layout.part_numbers)),
+      segment(arena.doubles(layout.part_numbers)),
       segment_S(arena.doubles(p.moving * p.N)),
-      point(arena.doubles(Layout(p).part_numbers)),
+      point(arena.doubles(layout.part_numbers)),
       plane(arena.doubles(2 * spread_count(p.N))),
       guards(arena.doubles(2 * p.N)),
       spread_mean(arena.doubles(p.N)),
       first_memory(arena.doubles(p.sizes.memory)),
       matrices(arena.doubles(5 * p.N * p.N)),
-      stiff_start(arena.doubles(Layout(p).numbers)),
-      branch_numbers(Layout(p).part_numbers),
+      stiff_start(arena.doubles(layout.numbers)),
       newest(arena, p),
       present(arena, p) {}
 
 void Model::begin(State& s) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* v = s.x();
     std::copy_n(p.start, p.moving, v);
     for (int i = 0; i < p.moving; ++i) v[at.S + i * p.N + i] = 1;
@@ -74,7 +74,7 @@ void Model::begin(State& s) const {
 }
 
 bool Model::plausible(const State& s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     const double* v = s.x();
     if (v[at.broken] != 0) return false;
     for (int part = 0; part < parts_of(s); ++part) {
@@ -102,7 +102,7 @@ bool Model::ask(Answer answer, Function function, double t_s, const double* valu
 // x: of a part, as it flows.
 Point Model::point(const State& s, const double* part, const double* x) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     std::copy_n(s.x() + at.inputs, p.known, work_->u);
     std::copy_n(x + p.n, p.sizes.unknown_inputs, work_->u + p.known);
     return {s.x()[at.t] + part[at.elapsed] + x[at.clock], x, work_->u, part + at.parameters};
@@ -118,7 +118,7 @@ Point Model::point_of(const State& s, double t_s, const double* X) const {
 
 int Model::flow(const State& s, const double* x, double* dx) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     for (int i = 0; i < p.moving; ++i)
         if (!std::isfinite(x[i])) return int(Answer::elsewhere);
     const Point here = point(s, work_->part ? work_->part : s.x(), x);
@@ -162,7 +162,7 @@ void Model::flow_of_matrices(double usual_s, const double* x, double* dx) const 
 template <int fixed_moving, int fixed_N>
 void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int moving = fixed_moving ? fixed_moving : p.moving, N = fixed_N ? fixed_N : p.N;
     double *A = work_->A, *Qd = work_->Qd, *product = work_->product;
     // Rows of the product with the moving rows of a matrix whose other rows do not move.
@@ -192,7 +192,7 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
 
 void Model::nominal(double* x) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const double ratio = settings_.covariance_rtol / settings_.rtol;
     std::copy_n(p.scale, p.moving, x);
     for (int i = 0; i < p.moving; ++i)
@@ -208,7 +208,7 @@ void Model::nominal(double* x) const {
 // P of what is shown: Phi P Phi' + Qd, of what has flowed and the P that it has flowed from.
 void Model::covariance(const State& s, const double* flowed, const double* held_P, double* P) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const double* S = flowed + at.S;
     double *held = work_->Qd, *product = work_->product;
     unpack_upper(held_P, p.N, 1, held);
@@ -236,7 +236,7 @@ void Model::covariance(const State& s, const double* flowed, const double* held_
 // What has flowed goes into P, and another interval may begin.
 void Model::collect(const State& s, double* part) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     covariance(s, part, part + at.P, work_->P);
     // A mode that has died leaves a variance of nothing but rounding.
     for (int i = 0; i < p.N; ++i) {

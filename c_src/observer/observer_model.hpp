@@ -57,8 +57,9 @@ public:
     // Counts on an arena without memory.
     Workspace(Arena& arena, const Problem& problem);
 
-    double* branch(int i) const { return branches + static_cast<std::ptrdiff_t>(i) * branch_numbers; }
+    double* branch(int i) const { return branches + static_cast<std::ptrdiff_t>(i) * layout.part_numbers; }
 
+    const Layout layout; // worked out once: the flow asks for it at each evaluation
     Linearisation linearisation;
     // N; inputs; moving x N; N x N twice; for each part sensors x N, sensors, and of each sensor innovation and variance; N;
     // N x N.
@@ -81,7 +82,7 @@ public:
     bool from_outside = false; // an integrator outside has met it: points cannot go back
     bool step_wants_event = false; // of the newest step of an integrator outside
     StiffSolver* stiff = nullptr;
-    int branch_numbers, branches_used = 0;
+    int branches_used = 0;
     int passed = 0; // events of the present interval that changed something
     const double* part = nullptr; // that flows; null: the first
     Passage newest, present;
@@ -147,7 +148,7 @@ public:
     };
     Parts parts(const State& s) const;
 
-    Layout layout() const { return Layout(*problem_); }
+    const Layout& layout() const { return work_->layout; }
     const Problem& problem() const { return *problem_; }
 
 private:

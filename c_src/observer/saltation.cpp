@@ -171,7 +171,7 @@ bool Model::come_to_guard(const State& s, const double* part, double t_s, int gu
 // The event at e.X, which has e.P. The plant is left as it is after it; not derivable: before it.
 bool Model::pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     std::copy_n(part + at.memory, p.sizes.memory, e.memory);
     std::copy_n(part + at.sides, p.sizes.indicators, e.sides);
     e.elapsed = part[at.elapsed];

@@ -41,7 +41,7 @@ void moments(int rows, int n, const double* points, double* mean, double* P) {
 // By the implicit solver where the plant is stiff: it is the same for all points of an interval.
 bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, const void* context, double* x) const {
     double* v = s.x();
-    const Layout at = layout();
+    const Layout& at = layout();
     if (v[at.stiff] == 0) {
         if (propagator.integrate(context, interval_s, x)) return true;
         if (!propagator.out_of_steps()) return false;
@@ -55,7 +55,7 @@ bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, 
 
 bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int N = p.N;
     double *v = s.x(), *points = work_->matrices, *L = points + 2 * N * N, *P = L + N * N, *mean = work_->probe;
     covariance(s, v, v + at.P, P);

@@ -97,7 +97,7 @@ int Model::root_along_guards(double* P, double* L) const {
 // part: where the interval was given up, and then the first of the parts that come of it. False: the plant has no answer at any point.
 bool Model::spread(const Run& run, double* part) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int N = p.N, count = spread_count(N);
     const double* start = work_->segment;
     const double left_s = run.interval_s - start[at.elapsed];
@@ -124,7 +124,7 @@ bool Model::spread(const Run& run, double* part) const {
 // One point, through the interval: to work_->point.
 bool Model::send(const Run& run, const Spread& of, int k, double side, double other) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int N = p.N, count = spread_count(N), others = std::max(0, of.columns - 2);
     double *X = work_->x, *point = work_->point;
     for (int i = 0; i < N; ++i) {
@@ -144,7 +144,7 @@ bool Model::send(const Run& run, const Spread& of, int k, double side, double ot
 
 // The point into the group with as many events; a new one for a new number, as long as there is room.
 void Model::gather(double* part, int first, int* groups) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     const double* point = work_->point;
     double* nearest = nullptr;
     for (int i = 0; i < *groups; ++i) {
@@ -160,7 +160,7 @@ void Model::gather(double* part, int first, int* groups) const {
 // Noise for the groups; one of so few points that they have no covariance goes into the next.
 bool Model::close_groups(const Run& run, double* part, int first, int groups, double noise_s, double smallest) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const auto group = [&](int i) { return i == 0 ? part : work_->branch(first + i - 1); };
     for (int i = 0; i < groups && groups > 1; ++i) {
         if (group(i)[at.weight] >= smallest) continue;

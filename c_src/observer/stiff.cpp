@@ -84,7 +84,7 @@ bool Model::is_stiff(const State& s) const { return s.x()[layout().stiff] != 0; 
 
 bool Model::make_stiff_solver(StiffSolver& solver, long max_steps) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     double* atol = work_->gain;
     for (int i = 0; i < p.moving; ++i) atol[i] = settings_.rtol * p.scale[i];
     RuntimeState& first = *reinterpret_cast<RuntimeState*>(work_->stiff_start);
@@ -97,7 +97,7 @@ bool Model::make_stiff_solver(StiffSolver& solver, long max_steps) const {
 }
 
 bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     double *v = s.x(), *x = work_->gain;
     const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
     const CountedBy counted(counts, *work_->stiff);
@@ -135,7 +135,7 @@ void Model::judge_stiffness(double* s, std::uint64_t taken, double length_s) con
 
 // The same to a guard, for a plant with events: a step is looked into before its matrices count.
 Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double length_s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     Run run = explicit_run;
     run.stiffly = work_->went_stiffly = true;
     const StiffRun of{this, &run.s, part, run.s.x()[at.t] + part[at.elapsed] + part[at.clock]};
@@ -182,7 +182,7 @@ bool Model::go_to_guard(const Run& run, const StiffRun& of, double* part, double
 
 // What lies within a step goes by a polynomial: the flow itself may cross a little earlier or later.
 bool Model::close_in(const Run& run, const StiffRun& of, const double* part, double from_s, double low_s, double* high_s) const {
-    const Layout at = layout();
+    const Layout& at = layout();
     double* x = work_->inside;
     double width_s = std::max(*high_s - low_s, 1e-9 * (*high_s - from_s));
     const StiffRun rest{this, of.s, part, of.begin_s + from_s};
@@ -214,7 +214,7 @@ bool Model::close_in(const Run& run, const StiffRun& of, const double* part, dou
 // it is the whole.
 bool Model::add_matrices(double* part, double by_s, double usual_s) const {
     const Problem& p = *problem_;
-    const Layout at = layout();
+    const Layout& at = layout();
     const int N = p.N, all = N * N;
     double *A = work_->matrices, *Phi = A + all, *Q = Phi + all, *next = Q + all, *term = next + all, *product = work_->product;
     std::fill_n(A, all, 0.0);

@@ -6,7 +6,7 @@ from scipy.linalg import expm
 
 import hnav
 from hnav.filters.observer import Observer
-from studies.observer import normalised, van_der_pol
+from studies.observer.smooth import normalised, van_der_pol
 
 POINTS = {"propagation": "sigma_points", "start_mode": "given"}
 

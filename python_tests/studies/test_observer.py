@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from checkout import TOP
 from command_line import answered
-from studies import observer_events
-from studies.observer import main, normalised, results
+from studies.observer import cost, events, laws
+from studies.observer.__main__ import cost_table, laws_table, main
+from studies.observer.smooth import normalised, results
 
 
 def test_the_mean_error_of_a_few_runs_is_as_told(monkeypatch):
@@ -16,14 +18,17 @@ def test_the_mean_error_of_a_few_runs_is_as_told(monkeypatch):
     assert result.us_per_sample > 0
 
 
+needs_library = pytest.mark.skipif(not (TOP / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")
+
+
 def test_plants_with_events_are_as_good_as_particles(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
-    monkeypatch.setattr(observer_events, "PARTICLES", 300)
-    monkeypatch.setattr(observer_events, "SUBSTEPS", 50)
-    all_cases = list(observer_events.cases())
+    monkeypatch.setattr(events, "PARTICLES", 300)
+    monkeypatch.setattr(events, "SUBSTEPS", 50)
+    all_cases = list(events.cases())
     assert [case.name for case in all_cases] == ["ball, functions in Python", "pendulum with a stop", "relay with hysteresis"]
     for case in all_cases:
-        result = observer_events.measured(case, 2, 0)
+        result = events.measured(case, 2, 0)
         assert 0.3 < result.nees < 3 and result.rms < 2 * result.rms_particles
         assert 1 < result.parts < 2
 
@@ -35,7 +40,36 @@ def test_errors_are_normalised_by_their_covariance():
 
 def test_the_table_has_a_row_for_each_plant(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
-    monkeypatch.setattr(observer_events, "PARTICLES", 10)
-    monkeypatch.setattr(observer_events, "SUBSTEPS", 10)
-    told = answered(main, "--runs", "1")
+    monkeypatch.setattr(events, "PARTICLES", 10)
+    monkeypatch.setattr(events, "SUBSTEPS", 10)
+    told = answered(main, "--runs", "1", "--part", "errors")
     assert told.returncode == 0 and "functions in Python" in told.stdout and "pendulum with a stop" in told.stdout
+
+
+def test_figures_beside_what_they_have_to_be(monkeypatch):
+    monkeypatch.setattr(laws, "RUNS", 2)
+    found = list(laws.results())
+    assert len(found) == 13 and all(set(law.by_kind) <= set(laws.KINDS) for law in found)
+    kalman, mean, *sigmas = found[:7]
+    assert all(value < 1e-5 for value in kalman.by_kind.values())
+    assert all(abs(value) < 0.1 for value in mean.by_kind.values())
+    assert all(value == pytest.approx(1, abs=0.03) for law in (*sigmas[:2], *sigmas[3:]) for value in law.by_kind.values())
+    monkeypatch.setattr(laws, "results", lambda: iter(found[:1]))
+    assert laws_table().row_count == 1
+
+
+@needs_library
+def test_a_bounce_costs_more_than_none():
+    *_, free, bouncing, bounce = cost.results(1)
+    assert bouncing.least_us > free.least_us and bounce.least_us == pytest.approx(bouncing.least_us - free.least_us)
+
+
+@needs_library
+def test_costs_are_told(monkeypatch):
+    monkeypatch.setattr(cost, "has_valgrind", lambda: False)
+    assert cost_table().row_count == 4
+
+
+def test_a_part_that_is_none_is_refused():
+    told = answered(main, "--part", "speed")
+    assert told.returncode == 2 and "choose errors, laws or cost" in told.stderr

@@ -155,6 +155,35 @@ SECTIONS = {
         "hnav montecarlo gyrocompass --runs 30 --scenarios nominal,still,latitude_80,tactical --out build/gyrocompass.parquet",
         False,
     ),
+    "observer": Section(
+        "The observer: are its sigmas right",
+        "Runs with known truth, plants as functions in Python, as Reference FMUs and as a room made by CasADi (HNAV_PLANTS). Those with events "
+        "stand beside 5000 particles on the same samples, which is what is possible; the rms is that of speed, rate and temperature. "
+        "1 is right of NEES/n and NIS.",
+        "study observer --part errors --runs 50",
+        False,
+    ),
+    "observer_laws": Section(
+        "The observer beside what is known",
+        "Single figures: means and sigmas beside a Kalman filter and beside 20 000 true states after a bounce and under a ceiling that half of them "
+        "reach; a parameter that is learnt, in 100 runs; NIS over 2000 s of van der Pol's oscillator with mu = 1000, through two jumps.",
+        "study observer --part laws",
+        True,
+    ),
+    "observer_cost": Section(
+        "The observer: cost of a sample",
+        "Two states, derivatives given, all in C; the difference of the last two cases is what a bounce costs. Instructions depend on the compiler "
+        "alone; CPU time on the machine too.",
+        "study observer --part cost",
+        True,
+    ),
+    "thermal_box": Section(
+        "The observer finds opened lids",
+        "Simulated recordings of a heated box whose lid is opened for minutes (`python -m pydoc studies.thermal_box` says what the truth has and "
+        "the model has not): the conductance of the box is a parameter that may wander, noises are tuned first.",
+        "study thermal_box",
+        False,
+    ),
     "speed": Section(
         "Cost of a sample beside VQF and Fusion",
         "All in C or C++ with equal outputs, over 70 s of BROAD trial 07 at 286 Hz. Instructions depend on the compiler alone; "

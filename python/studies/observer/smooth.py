@@ -1,10 +1,4 @@
-"""Whether the observer's sigmas are right: many runs with known truth, of a plant in Python and, where HNAV_PLANTS names the folder of
-the Reference FMUs and of a heated room, of FMUs.
-
-    ./run study observer [--runs 50]
-
-Plants with events stand beside particles on the same samples. NEES/n is the normalised square of the error over the number of what is estimated, NIS that of the innovations: 1 where sigmas are right.
-"""
+"""Observers of plants without events: errors and innovations over what they are said to be, in runs with known truth."""
 
 from __future__ import annotations
 
@@ -13,19 +7,14 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from scipy.linalg import cholesky, expm
 
-from hnav.cli.console import show
-from hnav.filters.observer import Observer
+from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 from hnav.native.arrays import Array
-from studies import observer_events
-from studies.command import study
 
 SETTLED = 20  # samples that a start far off is given
 
@@ -86,37 +75,43 @@ def oscillators(plant: Plant | Path, seeds: int) -> Iterator[tuple[Array, Array,
         yield normalised(error, run.covariance)[SETTLED:], run.nis["x0"][SETTLED:], spent / len(y)
 
 
-def rooms(fmu: Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
-    """A heated room whose loss G is learnt, for five hours: exact truth, a sample a minute. As oscillators."""
+def room(fmu: Path, seed: int) -> tuple[Array, ObserverRun, float]:
+    """A heated room whose loss G is learnt, for five hours: exact truth, a sample a minute. T_wall, T_air and G at each, the run, and the
+    time of a sample."""
     T, n = 60.0, 300
+    rng = np.random.default_rng(seed)
+    G = 8.0 + 2.5 * np.clip(rng.standard_normal(), -2, 2)
+    flow = np.zeros((4, 4))
+    flow[0] = -(25 + G) / 4000, 25 / 4000, G / 4000, 0
+    flow[1] = 25 / 400, -25 / 400, 0, 1 / 400
+    step = expm(flow * T)
+    A, Q = flow[:2, :2], np.diag([1e-6, 1e-5])
+    pair = expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * T)
+    root = cholesky(pair[2:, 2:].T @ pair[:2, 2:], lower=True)
+    x = np.array([15.0, 18.0]) + [2, 0.5] * rng.standard_normal(2)
+    power, outside = 400.0 * (np.arange(n) // 20 % 2), 5 + 4 * np.sin(2 * np.pi * np.arange(n) / 1440)
+    rows = []
+    for k in range(n):
+        x = step[:2] @ [*x, outside[k], power[k]] + root @ rng.standard_normal(2)
+        rows.append(x)
+    truth = np.column_stack([*np.array(rows).T, np.full(n, G)])
+    plan = Plan(fmu).sensor("T_air", noise=0.05).input("power", start=power[0]).input("T_out", start=outside[0])
+    plan.state("T_wall", start=15, start_sigma=2, noise=1e-3).state("T_air", start=18, start_sigma=0.5, noise=10**-2.5)
+    observer = Observer(plan.parameter("G", start_sigma=2.5), start_mode="given")
+    seen = truth[:, 1] + 0.05 * rng.standard_normal(n)
+    # What the inputs are from a sample on is what they were held at in the interval behind it.
+    held = {"power": np.append(power[1:], power[-1]), "T_out": np.append(outside[1:], outside[-1])}
+    begin = time.thread_time()
+    run = observer.run(T * np.arange(1, n + 1), {"T_air": seen}, held)
+    return truth, run, (time.thread_time() - begin) / n
+
+
+def rooms(fmu: Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
+    """As oscillators."""
     for seed in range(seeds):
-        rng = np.random.default_rng(seed)
-        G = 8.0 + 2.5 * np.clip(rng.standard_normal(), -2, 2)
-        flow = np.zeros((4, 4))
-        flow[0] = -(25 + G) / 4000, 25 / 4000, G / 4000, 0
-        flow[1] = 25 / 400, -25 / 400, 0, 1 / 400
-        step = expm(flow * T)
-        A, Q = flow[:2, :2], np.diag([1e-6, 1e-5])
-        pair = expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * T)
-        root = cholesky(pair[2:, 2:].T @ pair[:2, 2:], lower=True)
-        x = np.array([15.0, 18.0]) + [2, 0.5] * rng.standard_normal(2)
-        power, outside = 400.0 * (np.arange(n) // 20 % 2), 5 + 4 * np.sin(2 * np.pi * np.arange(n) / 1440)
-        rows = []
-        for k in range(n):
-            x = step[:2] @ [*x, outside[k], power[k]] + root @ rng.standard_normal(2)
-            rows.append(x)
-        truth = np.column_stack([*np.array(rows).T, np.full(n, G)])
-        plan = Plan(fmu).sensor("T_air", noise=0.05).input("power", start=power[0]).input("T_out", start=outside[0])
-        plan.state("T_wall", start=15, start_sigma=2, noise=1e-3).state("T_air", start=18, start_sigma=0.5, noise=10**-2.5)
-        observer = Observer(plan.parameter("G", start_sigma=2.5), start_mode="given")
-        seen = truth[:, 1] + 0.05 * rng.standard_normal(n)
-        # What the inputs are from a sample on is what they were held at in the interval behind it.
-        held = {"power": np.append(power[1:], power[-1]), "T_out": np.append(outside[1:], outside[-1])}
-        begin = time.thread_time()
-        run = observer.run(T * np.arange(1, n + 1), {"T_air": seen}, held)
-        spent = time.thread_time() - begin
-        error = truth - np.column_stack([run.x[name] for name in observer.names])
-        yield normalised(error, run.covariance)[SETTLED::20], run.nis["T_air"][SETTLED:], spent / n
+        truth, run, spent = room(fmu, seed)
+        error = truth - np.column_stack([*run.x.values()])
+        yield normalised(error, run.covariance)[SETTLED::20], run.nis["T_air"][SETTLED:], spent
 
 
 def normalised(error: Array, covariance: Array) -> Array:
@@ -141,32 +136,3 @@ def results(runs: int) -> list[Result]:
             plants.append((f"van der Pol, FMI {version}", oscillators(fmu, runs)))
         plants.append(("heated room with unknown loss, FMI 3", rooms(Path(folder) / "fmi3/HeatedRoom.fmu", runs)))
     return [measured(name, made) for name, made in plants]
-
-
-def command(runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50) -> None:
-    """Whether the observer's sigmas are right."""
-    from rich.table import Table
-
-    table = Table("plant", "NEES/n", "NIS", "us/sample")
-    for r in results(runs):
-        table.add_row(r.plant, f"{r.nees:.3f}", f"{r.nis:.3f}", f"{r.us_per_sample:.1f}")
-    show(table)
-    table = Table("plant with events", "NEES/n", "rms error", "of particles", "ratio", "parts", "us/sample")
-    for e in observer_events.results(runs):
-        ratio = e.rms / e.rms_particles
-        table.add_row(
-            e.plant,
-            f"{e.nees:.3f}",
-            f"{e.rms:.4f}",
-            f"{e.rms_particles:.4f}",
-            f"{ratio:.3f}",
-            f"{e.parts:.2f}",
-            f"{e.us_per_sample:.1f}",
-        )
-    show(table)
-
-
-main = study("observer", command)
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,70 @@
+"""The command: which part, and its tables."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.table import Column, Table
+
+from hnav.cli.console import show
+from hnav.cli.words import UsageError
+from studies.command import study
+from studies.observer import cost, events, laws, smooth
+
+
+def command(
+    runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50,
+    part: Annotated[str | None, typer.Option(help="errors, laws or cost")] = None,
+) -> None:
+    """Whether the observer's sigmas are right, and what it costs."""
+    if part not in (None, "errors", "laws", "cost"):
+        raise UsageError(f"--part {part}: choose errors, laws or cost")
+    if part in (None, "errors"):
+        show(smooth_table(runs))
+        show(events_table(runs), width=120)
+    if part in (None, "laws"):
+        show(laws_table(), width=120)
+    if part in (None, "cost"):
+        show(cost_table())
+
+
+def table_of(first: str, *figures: str) -> Table:
+    return Table(first, *(Column(name, justify="right") for name in figures))
+
+
+def smooth_table(runs: int) -> Table:
+    table = table_of("plant", "NEES/n", "NIS", "us/sample")
+    for r in smooth.results(runs):
+        table.add_row(r.plant, f"{r.nees:.3f}", f"{r.nis:.3f}", f"{r.us_per_sample:.1f}")
+    return table
+
+
+def events_table(runs: int) -> Table:
+    table = table_of("plant with events", "NEES/n", "rms error", "of particles", "ratio", "parts", "us/sample")
+    for e in events.results(runs):
+        figures = f"{e.nees:.3f}", f"{e.rms:.4f}", f"{e.rms_particles:.4f}", f"{e.rms / e.rms_particles:.3f}", f"{e.parts:.2f}"
+        table.add_row(e.plant, *figures, f"{e.us_per_sample:.1f}")
+    return table
+
+
+def laws_table() -> Table:
+    table = table_of("figure", "right", *laws.KINDS)
+    for law in laws.results():
+        table.add_row(law.figure, law.right, *(f"{law.by_kind[kind]:.3g}" if kind in law.by_kind else "-" for kind in laws.KINDS))
+    return table
+
+
+def cost_table() -> Table:
+    table = table_of("plant in C", "instructions", "us of CPU, least", "median")
+    for c in cost.results():
+        table.add_row(
+            c.case, "-" if c.instructions is None else f"{c.instructions:.0f}", f"{c.least_us:.2f}", f"{c.median_us:.2f}"
+        )
+    return table
+
+
+main = study("observer", command)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""What a sample costs in C: instructions, and time of the processor."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from hnav.cli.words import UsageError
+from studies.compare.old_revision import TOP
+from studies.counting import counted, has_valgrind
+
+WORK = TOP / ".cache" / "observer"
+SAMPLES, RUNS = 200, 50
+CASES = {
+    "van_der_pol": "van der Pol: interval and correction",
+    "falling_ball": "plant with events: interval and correction",
+    "bouncing_ball": "the same with a bounce in the interval",
+}
+BOUNCE = "a bounce with its matrix, and the return of its indicator"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of a sample."""
+
+    case: str
+    instructions: float | None
+    least_us: float
+    median_us: float
+
+
+def built() -> Path:
+    """The program that runs any case. Raises UsageError."""
+    WORK.mkdir(parents=True, exist_ok=True)
+    program, library = WORK / "cost", TOP / "build/c_src"
+    source = Path(__file__).with_suffix(".cpp")
+    command = ["c++", "-std=c++17", "-O2", f"-I{TOP}/c_src/include", source, "-L", library, "-lhnav", f"-Wl,-rpath,{library}"]
+    done = subprocess.run([*map(str, command), "-o", program], capture_output=True, text=True)
+    if done.returncode:
+        raise UsageError(f"c++ failed:\n{done.stderr[-1500:]}")
+    return program
+
+
+def results(runs: int = RUNS) -> list[Cost]:
+    """Of all cases; what a bounce adds is the difference of the last two."""
+    program, made = built(), []
+    for name, case in CASES.items():
+        done = subprocess.run([program, name, str(runs)], capture_output=True, text=True)
+        if done.returncode:
+            raise UsageError(done.stderr.strip())
+        times = [1e-3 * float(line) for line in done.stdout.split()]
+        instructions = counted("timed_run", [program, name, "1"]) / SAMPLES if has_valgrind() else None
+        made.append(Cost(case, instructions, min(times), statistics.median(times)))
+    without, bouncing = made[-2:]
+    more = None if bouncing.instructions is None else bouncing.instructions - (without.instructions or 0)
+    return [*made, Cost(BOUNCE, more, bouncing.least_us - without.least_us, bouncing.median_us - without.median_us)]
