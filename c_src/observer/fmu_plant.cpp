@@ -148,10 +148,16 @@ bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
 void FmuPlant::close() {
     release_block(held_);
     if (!fmi_) return;
-    memory_.forget(*fmi_);
-    fmi_->free();
+    free_instance();
     fmi_->destroy();
     fmi_ = nullptr;
+}
+
+// One that crashes when it is freed stays, and its code too.
+void FmuPlant::free_instance() {
+    memory_.forget(*fmi_);
+    if (plan_.never_freed) library_.stay();
+    else fmi_->free();
 }
 
 void FmuPlant::destroy() { destroy_object(this); }
@@ -228,8 +234,7 @@ bool FmuPlant::restart() {
         lost_ = true;
         return false;
     }
-    memory_.forget(*fmi_);
-    fmi_->free();
+    free_instance();
     Refusal why;
     has_gone_on_ = sizes.events;
     return start(why) && (!sizes.events || recall(held_) == Answer::ok);

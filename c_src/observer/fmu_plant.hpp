@@ -38,6 +38,7 @@ private:
     bool initialise(Refusal& why);
     bool take_starts(Plan& plan, Refusal& why);
     bool begin_events(Refusal& why);
+    void free_instance();
     void close();
     int inputs_and_parameters() const { return sizes.inputs + sizes.parameters; }
 

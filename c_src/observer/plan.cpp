@@ -126,6 +126,7 @@ private:
         if (is(key, "step_done")) return plan_.step_done = words.flag(), nullptr;
         if (is(key, "once")) return plan_.once = words.flag(), nullptr;
         if (is(key, "memoryless")) return plan_.memoryless = words.flag(), nullptr;
+        if (is(key, "never_freed")) return plan_.never_freed = words.flag(), nullptr;
         if (is(key, "set")) return take_set(words);
         if (is(key, "state")) return take_state(words);
         if (is(key, "input")) return take_input(words);

@@ -13,6 +13,7 @@
 //     step_done 1                                                 it is to be told that steps of the solver are done
 //     once 1                                                      one instance for each process
 //     memoryless 1                                                its user says so, in spite of indicators
+//     never_freed 1                                               it crashes when it is freed
 //     set REFERENCE VALUE                                         before initialisation
 //     state REFERENCE DERIVATIVE START SIGMA NOISE NOMINAL READY  in the order of the FMU
 //     input REFERENCE DISCRETE START                              a known one; DISCRETE 1: may change at events only
@@ -35,7 +36,7 @@ constexpr int max_inputs = 128, max_set = 1000, max_path = 1024, max_text = 256;
 struct Plan {
     int fmi = 0, indicators = 0;
     int state_access = 0;
-    bool derivatives = false, once = false, memoryless = false, discrete = false, step_done = false;
+    bool derivatives = false, once = false, memoryless = false, never_freed = false, discrete = false, step_done = false;
     char identifier[max_text] = "", token[max_text] = "", binary[max_path] = "";
     PlantSizes sizes;
 

@@ -23,7 +23,7 @@ bool SharedLibrary::open(const char* path, char* why, std::size_t size) {
 }
 
 void SharedLibrary::close() {
-    if (handle_) FreeLibrary(static_cast<HMODULE>(handle_));
+    if (handle_ && !stays_) FreeLibrary(static_cast<HMODULE>(handle_));
     handle_ = nullptr;
 }
 
@@ -56,7 +56,7 @@ bool SharedLibrary::open(const char* path, char* why, std::size_t size) {
 }
 
 void SharedLibrary::close() {
-    if (handle_) dlclose(handle_);
+    if (handle_ && !stays_) dlclose(handle_);
     handle_ = nullptr;
 }
 

@@ -15,6 +15,8 @@ public:
     // path: full, UTF-8. Its names stay its own: a plant and who loads it may export the same ones. False: why says it.
     bool open(const char* path, char* why, std::size_t size);
     void close();
+    // Until the process ends.
+    void stay() { stays_ = true; }
 
     // Null: there is no such function.
     template <class Function>
@@ -26,6 +28,7 @@ private:
     void* symbol(const char* name) const;
 
     void* handle_ = nullptr;
+    bool stays_ = false;
 };
 
 } // namespace hnav::observer

@@ -1,5 +1,6 @@
 /* A ball that bounces as an FMU for Model Exchange, FMI 2, which watches over the order of calls: what is not allowed is an error, and
  * then it is lost. What it does wrong is its parameter mode.
+ * (lifts: gravity points up, so that a ball thrown down hardly comes to the floor, which throws it back)
  *     h' = v,  v' = -g while free, 0 at rest;  h <= 0, v < 0: v = -e v, at rest below 0.1 m/s;  kick: a discrete input that adds to v */
 #include <fmi2Functions.h>
 
@@ -8,7 +9,7 @@
 #include <string.h>
 
 enum { H, V, DH, DV, E, KICK, RESTS, BOUNCES, MODE, COUNT };
-enum { SOUND, ITERATES, TERMINATES, ERROR_IN_EVENT, NAN_AFTER_EVENT, ENDLESS_TIMES, STEP_EVENT, GROWS };
+enum { SOUND, ITERATES, TERMINATES, ERROR_IN_EVENT, NAN_AFTER_EVENT, ENDLESS_TIMES, STEP_EVENT, GROWS, LIFTS };
 enum phase { START, EVENTS, CONTINUOUS };
 
 typedef struct {
@@ -81,7 +82,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
         v[H] = 1e-300;
         v[V] *= -v[E];
         v[BOUNCES] += 1;
-        if (v[V] < 0.1) v[V] = 0, v[RESTS] = 1;
+        if (MODE_IS(LIFTS)) v[V] += 1;
+        else if (v[V] < 0.1) v[V] = 0, v[RESTS] = 1;
     }
     info->valuesOfContinuousStatesChanged = fmi2True;
     info->newDiscreteStatesNeeded = MODE_IS(ITERATES) && v[BOUNCES] > 0;
@@ -125,7 +127,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n) {
     IN(c, p->s.phase != START);
     (void)n;
     dx[0] = p->s.value[V];
-    dx[1] = p->s.value[RESTS] ? 0 : -9.81;
+    dx[1] = p->s.value[RESTS] ? 0 : MODE_IS(LIFTS) ? 9.81 : -9.81;
     if (MODE_IS(NAN_AFTER_EVENT) && p->s.value[BOUNCES] > 0) dx[1] = NAN;
     return fmi2OK;
 }

@@ -6,7 +6,7 @@ import zipfile
 from pathlib import Path
 
 SOURCE = Path(__file__).with_suffix(".c")
-MODES = ("sound", "iterates", "terminates", "error_in_event", "nan_after_event", "endless_times", "step_event", "grows")
+MODES = ("sound", "iterates", "terminates", "error_in_event", "nan_after_event", "endless_times", "step_event", "grows", "lifts")
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Ball" guid="{{ball}}" numberOfEventIndicators="{indicators}">

@@ -45,6 +45,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return p;
 }
 void fmi2FreeInstance(fmi2Component c) {
+#ifdef CRASHES_WHEN_FREED
+    abort();
+#endif
     --instances;
     free(c);
 }

@@ -44,14 +44,16 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 DERIVATIVES = '<Unknown index="3"/><Unknown index="4"/>'
 
 
-def compiled(folder: Path, once: bool = False, calls_itself: bool = False, source: Path = SOURCE) -> Path:
+def compiled(
+    folder: Path, once: bool = False, calls_itself: bool = False, crashes_when_freed: bool = False, source: Path = SOURCE
+) -> Path:
     """The binary; the test is skipped where there is no compiler."""
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
     spec = importlib.util.find_spec("fmpy")
     headers = Path(str(spec and spec.origin)).parent / "c-code"
     binary = folder / f"{source.stem}{'_once' * once}.so"
-    define = ["-DONCE"] * once + ["-DCALLS_ITSELF"] * calls_itself
+    define = ["-DONCE"] * once + ["-DCALLS_ITSELF"] * calls_itself + ["-DCRASHES_WHEN_FREED"] * crashes_when_freed
     subprocess.run(["cc", "-O1", "-shared", "-fPIC", *define, f"-I{headers}", str(source), "-o", str(binary), "-lm"], check=True)
     return binary
 

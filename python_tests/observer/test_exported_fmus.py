@@ -13,6 +13,7 @@ from command_line import hnav as command
 from hnav.filters.observer import Observer
 from hnav.fmi.fmus import Fmu
 from importing import assert_fits_the_standard, ecos
+from observer.chain_fmu import COUNT, chain_fmu
 from observer.little_fmu import VARIABLES, compiled, packed
 from observer.test_fmu_plants import T_S, little_plan, samples, spring_plan
 from observer.test_plan_files import TEXT
@@ -382,6 +383,29 @@ def test_an_observer_of_many_numbers_has_covariances_too(little_fmu, tmp_path, m
             assert len(names) == count
             for i, name in enumerate("xvdk" if count else ""):
                 assert fmu.get(f"cov[{i + 1},{i + 1}]") == pytest.approx(fmu.get(f"sigma.{name}") ** 2, rel=1e-12)
+
+
+@versions
+def test_an_observer_of_the_most_numbers_shows_all_of_its_covariance(tmp_path, version):
+    plan = hnav.Plan(chain_fmu(tmp_path)).sensor("x0", noise=0.05).sensor("x20", noise=0.05)
+    for i in range(COUNT):
+        plan.state(f"x{i}", start_sigma=0.5, noise=0.1)
+    path, observer = tmp_path / "o.fmu", Observer(plan)
+    observer.export(path, version, period_s=STEP_S, covariance=True)
+    assert_fits_the_standard(path, version)
+    with Fmu(path) as fmu:
+        fmu.initialise()
+        for k in range(4):
+            for name in ("x0", "x20"):
+                fmu.set(f"{name}.value", 0.1 * k)
+                observer.push(name, k * STEP_S, 0.1 * k)
+            fmu.do_step(k * STEP_S, STEP_S)
+            observer.advance((k + 1) * STEP_S)
+        P = observer.covariance()
+        names = [(i, j) for i in range(COUNT) for j in range(i, COUNT)]
+        assert len(names) == 2080
+        assert [fmu.get(f"cov[{i + 1},{j + 1}]") for i, j in names] == [P[i, j] for i, j in names]
+        assert fmu.get("count.dropped") == 0 and np.isfinite(P).all() and np.linalg.eigvalsh(P).min() > 0
 
 
 def test_plants_of_others_are_exported(plants, tmp_path):

@@ -196,6 +196,37 @@ def test_the_command_tells_of_events(ball_fmu, tmp_path):
     assert events[0] == 0 and round(events[-1]) == 4
 
 
+def hardly_coming(fmu):
+    """A ball whose mean just touches the floor, so that points go through the FMU."""
+    plan = Plan(fmu).sensor("h", noise=0.5).set("mode", MODES.index("lifts"))
+    return plan.state("h", start=0.5, start_sigma=0.02).state("v", start=-np.sqrt(9.81), start_sigma=0.1, noise=0.01)
+
+
+def test_points_go_through_an_fmu_that_keeps_its_states_itself(ball_fmu, ball_binary, tmp_path):
+    t, y = np.arange(1, 7) * 0.1, [0.25, 0.1, 0.0, 0.0, 0.1, 0.3]
+    serialises, keeps = ball_fmu, packed(tmp_path / "keeps.fmu", ball_binary, SAVES)
+    expected = Observer(hardly_coming(serialises), start_mode="given")
+    run = expected.run(t, {"h": y})
+    assert expected.info().grazing > 0 and run.parts.max() > 1 and run.dropped == 0
+    observer = Observer(hardly_coming(keeps), start_mode="given")
+    # A hundred times as many points as copies that the FMU gives.
+    for _ in range(200):
+        assert np.array_equal(observer.run(t, {"h": y}).covariance, run.covariance)
+        observer.reset()
+    for version in (2, 3):
+        observer.export(tmp_path / "o.fmu", version, period_s=0.1)
+        with Fmu(tmp_path / "o.fmu") as fmu:
+            fmu.set("sampling_mode", "counter")
+            fmu.initialise()
+            fmu.do_step(0, 0.1)
+            for k in range(6):
+                for name, value in (("value", y[k]), ("t_meas", t[k]), ("sample", k + 1)):
+                    fmu.set(f"h.{name}", value)
+                fmu.do_step(t[k], 0.1)
+            assert fmu.get("count.grazing") == expected.info().grazing and fmu.get("parts") == run.parts[-1]
+            assert [fmu.get("post.h"), fmu.get("post.v")] == [run.x["h"][-1], run.x["v"][-1]]
+
+
 def test_steps_of_the_solver_are_told(ball_fmu):
     # This one has its bounce at the end of a step: a little too deep.
     run = observer_of(ball_fmu, "step_event").run(T_S[:12], {"h": samples()[:12]})

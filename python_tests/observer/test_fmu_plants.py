@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import hnav
+from checkout import in_another_process
+from command_line import hnav_process
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from observer.little_fmu import DERIVATIVES, MODES, VARIABLES, compiled, packed
@@ -208,6 +210,43 @@ def test_illegal_questions_are_not_asked(little_fmu):
     plan = little_plan(little_fmu).sensor("z", noise=0.1).parameter("k", start_sigma=0.5)
     proof = Observer(plan).proof()
     assert set(proof) == {"derivatives_by_states"}
+
+
+def test_an_fmu_that_crashes_when_it_is_freed(tmp_path):
+    fmu = packed(tmp_path / "crashes.fmu", compiled(tmp_path, crashes_when_freed=True))
+    done = hnav_process("observe", fmu)
+    assert done.returncode == 2
+    assert (
+        "crashes.fmu crashed (SIGABRT), and took its process with it: ask its maker; one that crashes when it is freed goes with"
+        in done.stderr
+    )
+    plan = tmp_path / "plan.toml"
+    plan.write_text("[plant]\nnever_freed = true\n[sensor.x]\nnoise = 0.02\n[state.x]\nstart_sigma = 0.2\n")
+    table = np.column_stack([T_S, samples()])
+    np.savetxt(tmp_path / "rec.csv", table, delimiter=",", header="t_s,x", comments="")
+    done = hnav_process(
+        "observe",
+        fmu,
+        "--plan",
+        plan,
+        "--data",
+        tmp_path / "rec.csv",
+        "--out",
+        tmp_path / "out.csv",
+        "--export",
+        tmp_path / "o.fmu",
+    )
+    assert done.returncode == 0 and "80 rows to" in done.stdout, done.stderr
+    shown = in_another_process(
+        f"""
+from hnav.fmi.fmus import Fmu
+with Fmu({str(tmp_path / "o.fmu")!r}) as fmu:
+    fmu.initialise()
+    fmu.do_step(0.0, 0.05)
+print("whole")
+"""
+    )
+    assert shown == "whole\n"
 
 
 def test_an_fmu_that_exists_once_in_a_process(tmp_path):

@@ -10,6 +10,7 @@ import typer
 
 from hnav import __version__
 from hnav.cli.console import bar, say
+from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_findings import Finding, findings
@@ -25,6 +26,7 @@ FEW = 100  # samples tell no offset
 OFFSET = 0.3  # in sigmas of the sensor, that is worth a word
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
+WHERE_IT_CRASHES = "ask its maker; one that crashes when it is freed goes with never_freed = true under [plant]"
 
 WithCovariance = Annotated[
     bool | None,
@@ -72,6 +74,8 @@ def command(
 ) -> None:
     refuse(fmu, plan, data, tune or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
+    if fmu.suffix != ".py":
+        watched(fmu.name, WHERE_IT_CRASHES)
     if plan is None:
         plant = plant_of_file(fmu)
         if isinstance(plant, Plant):

@@ -74,12 +74,14 @@ class Plan:
 
     The plant needs one sensor at least, and a start_sigma or noise somewhere. Each call returns the plan; it raises HnavValueError
     for names that the plant does not have, and for what its FMU does not let one do. memoryless: the FMU has event indicators or
-    discrete variables, but remembers nothing: its answers depend on time, states, inputs and parameters alone.
+    discrete variables, but remembers nothing: its answers depend on time, states, inputs and parameters alone. never_freed: the FMU
+    crashes when it is freed, so its instances stay until the process ends.
     """
 
-    def __init__(self, plant: str | Path | Plant, memoryless: bool = False):
+    def __init__(self, plant: str | Path | Plant, memoryless: bool = False, never_freed: bool = False):
         self.plant = plant if isinstance(plant, Plant) else read_model_description(plant)
         self.memoryless = memoryless
+        self.never_freed = never_freed
         self.states: dict[str, Estimated] = dict.fromkeys(self._state_names(), Estimated())
         self.unknown_inputs: dict[str, Estimated] = {}
         self.parameters: dict[str, Estimated] = {}
@@ -238,7 +240,7 @@ class Plan:
         fmu, lines = self.plant, ["hnav_observer_plan 1"]
         lines += [f"fmi {fmu.fmi}", f"identifier {fmu.identifier}", f"token {fmu.token}", f"binary {binary or fmu.binary}"]
         lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
-        lines += [f"memoryless {self.memoryless:d}", f"discrete {bool(fmu.discrete):d}"]
+        lines += [f"memoryless {self.memoryless:d}", f"never_freed {self.never_freed:d}", f"discrete {bool(fmu.discrete):d}"]
         lines += [f"state_access {fmu.state_access}", f"step_done {fmu.step_done:d}"]
         lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]
         for (state, derivative), known in zip(fmu.states, self.states.values()):
@@ -351,6 +353,7 @@ _TABLES: Mapping[str, frozenset[str]] = {
     "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma"}),
     "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma"}),
 }
+_FLAGS = ("memoryless", "never_freed")
 _WORDS = ("unit", "of", "column", "interpolation")
 _NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
 
@@ -391,10 +394,13 @@ def _plan_of(data: dict[str, Any], folder: Path, fmu: Path | str | None) -> Plan
             "option", f"[{unknown}] is no table of a plan; there are plant, {', '.join(_TABLES)}, options", unknown
         )
     plant = data.get("plant", {})
+    wrong = next((name for name in plant if name not in {"fmu", "set", *_FLAGS}), None)
+    if wrong is not None:
+        raise HnavValueError("option", f"[plant] has no {wrong}; it has fmu, set, {', '.join(_FLAGS)}", wrong)
     if fmu is None and "fmu" not in plant:
         raise HnavValueError("option", "[plant] names no fmu", "fmu")
     model = fmu if fmu is not None else folder / str(plant["fmu"])
-    plan = Plan(plant_of_file(model), memoryless=bool(plant.get("memoryless", False)))
+    plan = Plan(plant_of_file(model), **{name: bool(plant.get(name, False)) for name in _FLAGS})
     for name, value in plant.get("set", {}).items():
         plan.set(name, _number(value, f"plant.set.{name}"))
     for table in _TABLES:
