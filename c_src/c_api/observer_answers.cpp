@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using hnav::observer::Layout;
 
@@ -153,14 +154,17 @@ hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_obse
     }
     const hnav_observer_run_input in = hnav::take_in(*input);
     const hnav_observer_run_output out = hnav::take_in(*output);
+    char first_drop[sizeof observer->message] = "";
     for (size_t i = 0; i < n; ++i) {
         hnav_status status = push_row(observer, in, i);
         const std::uint64_t dropped = observer->dropped;
         if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = hnav::advance(observer, in.t_s[i], true);
         if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
+        if (status == HNAV_ERROR_SOLVER && !*first_drop) std::strcpy(first_drop, observer->message);
         write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
         if (rows_done) *rows_done = i + 1;
     }
+    if (*first_drop) std::strcpy(observer->message, first_drop);
     return HNAV_OK;
 }
 

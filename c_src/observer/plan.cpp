@@ -117,16 +117,24 @@ private:
         return nullptr;
     }
 
+    // Null: the line is another one.
+    bool* flag_of(const char* key) {
+        const struct {
+            const char* name;
+            bool* flag;
+        } flags[] = {{"derivatives", &plan_.derivatives}, {"discrete", &plan_.discrete},
+                     {"step_done", &plan_.step_done},     {"once", &plan_.once},
+                     {"memoryless", &plan_.memoryless},   {"never_freed", &plan_.never_freed}};
+        for (const auto& f : flags)
+            if (is(key, f.name)) return f.flag;
+        return nullptr;
+    }
+
     const char* take_numbers(const char* key, Words& words) {
         if (is(key, "fmi")) return plan_.fmi = static_cast<int>(words.reference()), nullptr;
         if (is(key, "indicators")) return plan_.indicators = static_cast<int>(words.reference()), nullptr;
-        if (is(key, "derivatives")) return plan_.derivatives = words.flag(), nullptr;
-        if (is(key, "discrete")) return plan_.discrete = words.flag(), nullptr;
+        if (bool* flag = flag_of(key)) return *flag = words.flag(), nullptr;
         if (is(key, "state_access")) return plan_.state_access = static_cast<int>(words.reference()), nullptr;
-        if (is(key, "step_done")) return plan_.step_done = words.flag(), nullptr;
-        if (is(key, "once")) return plan_.once = words.flag(), nullptr;
-        if (is(key, "memoryless")) return plan_.memoryless = words.flag(), nullptr;
-        if (is(key, "never_freed")) return plan_.never_freed = words.flag(), nullptr;
         if (is(key, "set")) return take_set(words);
         if (is(key, "state")) return take_state(words);
         if (is(key, "input")) return take_input(words);

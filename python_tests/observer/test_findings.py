@@ -155,6 +155,38 @@ def test_times_of_recordings(tmp_path):
     assert pd.read_csv(tmp_path / "r.csv").shape == (2, 3)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t_s,a,b\n0,1.5,\n0.25,NA,2\n", "Time;a;b\n0;1,5;\n0,25;-;2\n", "t_s\ta\tb\n0\t1.5\n0.25\t\t2\n",
+        "# a note\n# t_s a b\n0 1.5 nan\n0.25 nan 2\n", "time_ms,a,b\n0,1.5,null\n250,unknown,2\n",
+        "\ufefftime [s], a, b,\n0,1.5,,\n0.25,n/a,2,\n", "T,a,b,time\n7,1.5,,0\n8,,2,0.25\n", "b\ta\ttime\n\t1.5\t0\n2\t\t0.25\n",
+    ],
+)  # fmt: skip
+def test_tables_as_programs_write_them(tmp_path, text):
+    (tmp_path / "r.csv").write_text(text, encoding="utf-8")
+    t_s, columns = read_sample_table(tmp_path / "r.csv", {"a", "b"})
+    assert t_s.tolist() == [0, 0.25]
+    assert columns["a"].tolist()[0] == 1.5 and columns["b"].tolist()[1] == 2
+    assert np.isnan([columns["a"][1], columns["b"][0]]).all()
+
+
+def test_a_day_and_a_clock_and_a_degree_sign(tmp_path):
+    (tmp_path / "r.csv").write_bytes("Date;Time;T [°C]\n2020-09-13;12:26:40;21,5\n".encode("cp1252"))
+    t_s, columns = read_sample_table(tmp_path / "r.csv", {"T [°C]"})
+    assert t_s.tolist() == [1600000000.0] and columns["T [°C]"].tolist() == [21.5]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("t_s,a,a\n0,1,2\n", "two columns a"), ("t_s,a\n0,1,2\n", "row 1 has 3 cells, the header 2"), ("# t_s,a\n", "no table")],
+)
+def test_tables_that_are_none(tmp_path, text, said):
+    (tmp_path / "r.csv").write_text(text)
+    with pytest.raises(hnav.HnavValueError, match=said):
+        read_sample_table(tmp_path / "r.csv")
+
+
 def test_events_that_sigma_does_not_go_through_are_told():
     assert doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=0))) == []
     told = doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))

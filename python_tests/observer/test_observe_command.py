@@ -6,7 +6,7 @@ import pytest
 
 from command_line import hnav
 from hnav.filters.observer import Observer
-from observer.little_fmu import packed
+from observer.little_fmu import MODES, packed
 from observer.test_fmu_plants import T_S, little_plan, samples
 from observer.test_plan_files import TEXT
 
@@ -115,6 +115,21 @@ def test_a_table_that_is_wrong_is_refused_by_its_row(little_fmu, files, table, s
     done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out)
     assert done.returncode == 2 and said in done.stderr
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("mode", "said"),
+    [
+        ("nan_after_1", "gave a number that is not finite for its derivatives at t = 1"), ("error_after_1", "the spring broke"),
+        ("fatal_after_1", "the house burnt down"),
+    ],
+)  # fmt: skip
+def test_why_instants_were_dropped_is_told(little_fmu, files, mode, said):
+    plan, data, out = files
+    plan.write_text(TEXT.replace("mode = 0", f"mode = {MODES.index(mode)}"))
+    done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out)
+    (line,) = [line for line in done.stdout.splitlines() if "instants were dropped" in line]
+    assert done.returncode == 0 and said in line and "of 80" in line and "look at the model there" in line
 
 
 def test_innovations_that_are_not_as_told_are_told(little_fmu, files):

@@ -215,7 +215,8 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double* plant_events; /* n: events that have been, the mean of the parts */
 } hnav_observer_run_output;
 
-/* A row that the plant has no answer for is dropped and counted, and the next one goes on. rows_done (may be null): less than n
+/* A row that the plant has no answer for is dropped and counted, and the next one goes on; hnav_observer_message tells why the first
+ * was. rows_done (may be null): less than n
  * only after an error: NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
 HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
                                        const hnav_observer_run_output* output, size_t* rows_done);

@@ -74,8 +74,7 @@ def command(
 ) -> None:
     refuse(fmu, plan, data, tune or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
-    if fmu.suffix != ".py":
-        watched(fmu.name, WHERE_IT_CRASHES)
+    watch(fmu)
     if plan is None:
         plant = plant_of_file(fmu)
         if isinstance(plant, Plant):
@@ -106,6 +105,12 @@ def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
 
 
+def watch(fmu: Path) -> None:
+    """Over a foreign binary."""
+    if fmu.suffix != ".py":
+        watched(fmu.name, WHERE_IT_CRASHES)
+
+
 def write_fmu(observer: Observer, path: Path, version: int, period_s: float, covariance: bool | None) -> None:
     """The observer as an FMU, and where it does not run."""
     lost = observer.export(path, version, period_s=period_s, covariance=covariance)
@@ -123,7 +128,8 @@ def samples_of(plan: Plan, data: Path) -> Samples:
     t_s, columns = read_sample_table(data, {*plan.sensors, *inputs.values()})
     if not any(name in columns for name in plan.sensors):
         raise UsageError(
-            f"{data.name} has no column of a sensor: the plan names {', '.join(plan.sensors)}, it has {', '.join(columns)}"
+            f"{data.name} has no column of a sensor: the plan names {', '.join(plan.sensors)}, it has {', '.join(columns)}; call a sensor as "
+            "its column, and say of what variable it is: of"
         )
     sensors = {name: column for name, column in columns.items() if name in plan.sensors}
     return t_s, sensors, {name: columns[column] for name, column in inputs.items() if column in columns}, columns
@@ -165,7 +171,7 @@ def write_page(observer: Observer, run: ObserverRun, found: list[Finding], data:
     fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
     variables = {name: name for name in run.x} | {name: sensor.of for name, sensor in plan.sensors.items()}
     units = {name: fmu.variables[of].unit for name, of in variables.items()} if fmu is not None else {}
-    doubts = observer.lies() + ([f"{run.dropped} instants were dropped: the FMU had no answer for them"] if run.dropped else [])
+    doubts = observer.lies() + dropped(run)
     sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
     write_observer_report(
         run, report, f"{fmu.name if fmu is not None else 'observer'} · {data.name}", units, sigmas, doubts, found
@@ -195,9 +201,17 @@ def summary(run: ObserverRun) -> list[str]:
         lines.append(
             f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
         )
-    if run.dropped:
-        lines.append(f"{run.dropped} instants were dropped: the FMU had no answer for them")
-    return lines
+    return lines + dropped(run)
+
+
+def dropped(run: ObserverRun) -> list[str]:
+    """A line about the instants that the plant had no answer for, if any."""
+    if not run.dropped:
+        return []
+    return [
+        f"{run.dropped} of {len(run.t_s)} instants were dropped, and the estimate stayed where it was; the first: {run.dropped_because}; "
+        "look at the model there, or begin nearer to the truth"
+    ]
 
 
 def innovations(run: ObserverRun) -> list[str]:
@@ -269,7 +283,8 @@ def tell_noises(observer: Observer, data: Path) -> None:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
         verdict = "the model holds" if nis < GOOD_AHEAD else "the model is wrong, not only its noise"
-        say(f"{name}, predicted over {AHEAD} samples: mean NIS {nis:.2f}: {verdict}")
+        found = f"mean NIS {nis:.2f}: {verdict}" if nis == nis else "too few samples to say whether the model holds"
+        say(f"{name}, predicted over {AHEAD} samples: {found}")
 
 
 # --------------------------------------------------------------------------------------------- what there is
@@ -284,7 +299,7 @@ def tell_functions(plant: Plant, name: str) -> None:
         plan.state(state, start_sigma=0.1 * (abs(start) or 1.0), noise=0.01 * (abs(start) or 1.0))
     for input in plant.inputs:
         plan.input(input)
-    say(f"{name}: functions in Python, {len(plant.states)} states")
+    say(f"{name}: functions in Python, {len(plant.states)} state{'s' * (len(plant.states) > 1)}")
     for kind, names in (("parameters that may be estimated", plant.parameters), ("inputs", plant.inputs)):
         say(f"{kind}: {', '.join(names) or 'none'}")
     tell_plan(plan, name)
@@ -317,7 +332,7 @@ def tell_variables(fmu: ModelDescription) -> None:
     real = [v for v in fmu.variables.values() if v.is_real]
     parameters = [v for v in real if v.causality == "parameter"]
     fixed = [v for v in parameters if v.variability == "fixed"]
-    say(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} states")
+    say(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
     say(f"states: {listed([state for state, _ in fmu.states])}")
     say(f"sensors may be: {listed(candidates(fmu))}")
     say(f"inputs: {listed([v for v in real if v.causality == 'input'])}")

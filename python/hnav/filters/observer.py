@@ -28,7 +28,7 @@ from hnav.filters.plant import Asked, Plant
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
 from hnav.native.arrays import Array, Record, address, times
-from hnav.native.library import StatefulObject, enumerators, ffi, new
+from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 
 BLOCKS = enumerators("hnav_plant_block", "HNAV_")
@@ -83,6 +83,8 @@ class ObserverRun:
     """What became of the derivatives that the plant offers."""
     dropped: int
     """Instants for which the plant had no answer."""
+    dropped_because: str
+    """What was said of the first of them; "" for none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,6 +311,7 @@ class Observer(StatefulObject):
         )  # fmt: skip
         before = self.info().dropped
         self._call("run", n, given, wanted, ffi.NULL)
+        dropped = self.info().dropped - before
         if self._asked is not None:
             self._asked.raise_kept()
         return ObserverRun(
@@ -323,7 +326,8 @@ class Observer(StatefulObject):
             parts=parts,
             plant_events=events,
             proof=self.proof(),
-            dropped=self.info().dropped - before,
+            dropped=dropped,
+            dropped_because=text(library().hnav_observer_message(self._handle)) if dropped else "",
         )
 
     def export(

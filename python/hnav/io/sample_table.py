@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Container, Mapping, Sequence
+import re
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,44 +13,99 @@ import numpy.typing as npt
 import pandas as pd
 
 from hnav.errors import HnavValueError
+from hnav.io.readers.tables import encoding_of
+from hnav.io.recordings import RecordingError
 
 Column = npt.NDArray[np.float64]
-TIME = ("t_s", "time", "t", "time_s", "timestamp")
+TIME = ("t", "time", "timestamp", "datetime", "date")  # T is a temperature
+# Behind the name of the times, as time_ms, time [s] or t (min).
+_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_TIME = re.compile(rf"(t|(?i:{'|'.join(TIME[1:])}))(?:[\s_\[(/]+({'|'.join(_UNITS)})\s*[\])]?)?")
 # Seconds since 1970 in other units are told by their size: as seconds 1e11 would be the year 5138, as milliseconds 1973.
 _CLOCKS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _SWITCHES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0}
+_NONE = frozenset({"", "na", "n/a", "#n/a", "null", "none", "-", "unavailable", "unknown"})
+_DELIMITERS = (",", ";", "\t")
 
 
 def read_sample_table(path: Path | str, wanted: Container[str] | None = None) -> tuple[Column, dict[str, Column]]:
-    """Times in seconds, and the other columns by name, NaN where a cell is empty. Lines that begin with # are left out.
+    """Times in seconds, and the other columns by name, NaN where a cell is empty or says that there is none (NA, null, unknown, -).
 
-    Times are numbers, or dates and times of day (UTC where they do not say otherwise), which become seconds since 1970; clocks that
-    count milliseconds, microseconds or nanoseconds since 1970 are told by their size. true, on, false and off are 1 and 0. wanted: the
-    columns that have to be numbers, all if it is None; what is no number in another is NaN. Raises HnavValueError that names file,
-    column and row.
+    Cells are parted by commas, semicolons, tabs or blanks; where it is not commas, decimals may have them. Lines that begin with # are
+    left out, but for one that holds the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
+    become seconds since 1970; clocks that count milliseconds, microseconds or nanoseconds since 1970 are told by their size. true, on,
+    false and off are 1 and 0. wanted: the columns that have to be numbers, all if it is None; what is no number in another is NaN. Raises
+    HnavValueError that names file, column and row.
     """
     path = Path(path)
-    try:
-        table = pd.read_csv(path, comment="#", skipinitialspace=True, dtype=str, keep_default_na=False)
-    except OSError as error:
-        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, pd.errors.ParserError) as error:
-        raise HnavValueError("file", f"{path}: no table: {str(error).splitlines()[0]}") from None
-    time = next((name for name in TIME if name in table.columns), None)
-    if time is None:
-        raise HnavValueError(
-            "file", f"{path.name} has no column of times: call it t_s; it has {', '.join(map(str, table.columns))}"
-        )
-    columns = {
-        str(name): _numbers(path, str(name), table[name].tolist(), wanted is None or name in wanted)
-        for name in table.columns
-        if name != time
-    }
-    t_s = _times(path, time, table[time].tolist())
+    names, rows = _table(path)
+    cells = {name: list(column) for name, column in zip(names, zip(*rows))} if rows else {name: [] for name in names}
+    time, of_time = _cells_of_time(path, cells)
+    columns = {name: _numbers(path, name, cells[name], wanted is None or name in wanted) for name in names if name != time}
+    t_s = _times(path, time, of_time)
     late = np.flatnonzero(~np.isfinite(t_s) | (np.diff(t_s, prepend=-math.inf) < 0))
     if len(late):
         raise HnavValueError("file", f"{path.name}: times must not run back or be missing, but {time} does in row {late[0] + 1}")
     return t_s, columns
+
+
+def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+    """The names of the columns, and the rows, as long as these."""
+    lines = _lines(path)
+    delimiter = _delimiter(lines[0])
+    names, *rows = _parted(lines, delimiter)
+    while names and not names[-1]:
+        names.pop()
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise HnavValueError("file", f"{path.name} has two columns {twice}: call one otherwise")
+    if delimiter != "," and not any("." in cell for row in rows for cell in row):
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    for number, row in enumerate(rows, 1):
+        if any(row[len(names) :]):
+            raise HnavValueError("file", f"{path.name}: row {number} has {len(row)} cells, the header {len(names)}")
+    return names, [(row + [""] * len(names))[: len(names)] for row in rows]
+
+
+def _lines(path: Path) -> list[str]:
+    """The header, and those of the rows."""
+    try:
+        data = path.read_bytes()
+        text = data.decode(encoding_of(str(path), data))
+    except OSError as error:
+        raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
+    except RecordingError as error:
+        raise HnavValueError("file", f"{path}: no table: {str(error).removeprefix(f'{path}: ')}") from None
+    lines = [line for line in text.splitlines() if line.strip()]
+    told = [line for line in lines if not line.lstrip().startswith("#")]
+    if not told:
+        raise HnavValueError("file", f"{path}: no table: all of its lines are comments")
+    if all(map(_is_number, _parted([told[0]], _delimiter(told[0]))[0])):
+        # As numpy.savetxt writes it.
+        told = [*[line.lstrip("# ") for line in lines if line.lstrip().startswith("#")][-1:], *told]
+    return told
+
+
+def _cells_of_time(path: Path, cells: dict[str, list[str]]) -> tuple[str, list[str]]:
+    """The name of the column of times, and what is in it; before a time of day its date, where that has a column."""
+    names = {told[1].lower(): name for name in reversed(cells) if (told := _TIME.fullmatch(name))}
+    kind = next((kind for kind in TIME if kind in names), None)
+    if kind is None:
+        raise HnavValueError("file", f"{path.name} has no column of times: call it t_s; it has {', '.join(cells)}")
+    of_time = cells[names[kind]]
+    if kind != "date" and "date" in names and ":" in "".join(of_time[:1]):
+        of_time = [f"{day} {clock}" for day, clock in zip(cells[names["date"]], of_time)]
+    return names[kind], of_time
+
+
+def _delimiter(header: str) -> str:
+    most = max(_DELIMITERS, key=header.count)
+    return most if most in header else " "
+
+
+def _parted(lines: Iterable[str], delimiter: str) -> list[list[str]]:
+    rows = (line.split() for line in lines) if delimiter == " " else csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    return [[cell.strip() for cell in row] for row in rows]
 
 
 def _times(path: Path, name: str, cells: list[str]) -> Column:
@@ -62,8 +119,11 @@ def _times(path: Path, name: str, cells: list[str]) -> Column:
             )
         return np.asarray((dates - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), float)
     t = _numbers(path, name, cells, True)
-    largest = float(np.nanmax(np.abs(t), initial=0.0))
-    return t * next((unit for limit, unit in _CLOCKS if largest > limit), 1.0)
+    told = _TIME.fullmatch(name)
+    unit = _UNITS[told[2]] if told and told[2] else 1.0
+    largest = float(np.nanmax(np.abs(t), initial=0.0)) * unit
+    # What is told of a clock since 1970 may be wrong: its size is not.
+    return t * unit * next((factor for limit, factor in _CLOCKS if largest > limit), 1.0)
 
 
 def _is_number(cell: str) -> bool:
@@ -78,9 +138,9 @@ def _numbers(path: Path, name: str, cells: list[str], needed: bool) -> Column:
     """Number by number, as Python reads them: the bits that were written."""
     numbers = np.full(len(cells), math.nan)
     for row, cell in enumerate(cells):
-        if cell.strip():
+        if cell.lower() not in _NONE:
             try:
-                switch = _SWITCHES.get(cell.strip().lower())
+                switch = _SWITCHES.get(cell.lower())
                 numbers[row] = float(cell) if switch is None else switch
             except ValueError:
                 if needed:

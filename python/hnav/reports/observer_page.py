@@ -108,8 +108,16 @@ def _innovations(seen: View) -> go.Figure:
         sigma = np.abs(innovation[used]) / np.sqrt(nis[used])
         figure.add_trace(band(seen.t_s[used], -3 * sigma, 3 * sigma, GREEN, "±3 sigma as expected", row == 1), row, 1)
         figure.add_trace(dots(seen.t_s[used], innovation[used], INK, "measured minus expected", row == 1), row, 1)
+        if used.any():
+            edge = _shown_to(sigma, innovation[used])
+            figure.update_yaxes(range=(-edge, edge), row=row, col=1)
 
     return _rows(seen, list(seen.run.nis), draw)
+
+
+def _shown_to(sigma: Array, innovation: Array) -> float:
+    """How far innovations are drawn: the wide band of a start would leave a line of the rest."""
+    return float(max(1.3 * np.quantile(3 * sigma, 0.9), 1.1 * np.quantile(np.abs(innovation), 0.998))) or 1.0
 
 
 def _nis(seen: View) -> go.Figure:
@@ -136,7 +144,7 @@ def _findings(seen: View) -> str:
     origin = seen.run.t_s[0]
     return table(
         ["what stood out", "from", "to"],
-        [[one.what, moment(one.start_s, origin), moment(one.end_s, origin)] for one in seen.found],
+        [[one.what.rstrip(","), moment(one.start_s, origin), moment(one.end_s, origin)] for one in seen.found],
     )
 
 
