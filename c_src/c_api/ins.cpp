@@ -244,6 +244,7 @@ void hnav_ins_destroy(hnav_ins* object) { destroy_object(object); }
 hnav_status hnav_ins_reset(hnav_ins* object) {
     if (!object) return HNAV_ERROR_NULL_ARGUMENT;
     object->filter.reset();
+    object->flows_outside = false;
     return HNAV_OK;
 }
 

@@ -51,18 +51,20 @@ hnav_status hnav_ins_nominal_x(const hnav_ins* object, double* nominal_x) {
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_derivative(const hnav_ins* object, const double* x, double* dx) {
+hnav_status hnav_ins_derivative(const hnav_ins* object, double t_s, const double* x, double* dx) {
     REQUIRE(object, x);
     REQUIRE(object, dx);
+    if (const hnav_status status = check_time(object, t_s)) return status;
     if (flows(object)) object->filter.derivative(x, dx);
     else std::fill_n(dx, ins::nx, 0.0);
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_derivative_along(const hnav_ins* object, const double* x, const double* seed, double* out) {
+hnav_status hnav_ins_derivative_along(const hnav_ins* object, double t_s, const double* x, const double* seed, double* out) {
     REQUIRE(object, x);
     REQUIRE(object, seed);
     REQUIRE(object, out);
+    if (const hnav_status status = check_time(object, t_s)) return status;
     const auto& filter = object->filter;
     if (flows(object)) filter.model().flow_along(filter.newest(), x, seed, out);
     else std::fill_n(out, ins::nx, 0.0);

@@ -55,7 +55,7 @@ void push(hnav_ins* ins, int k) {
 
 Numbers derivative(hnav_ins* ins, const Numbers& x) {
     Numbers dx;
-    EXPECT_EQ(hnav_ins_derivative(ins, x.data(), dx.data()), HNAV_OK);
+    EXPECT_EQ(hnav_ins_derivative(ins, 0, x.data(), dx.data()), HNAV_OK);
     return dx;
 }
 
@@ -169,7 +169,7 @@ TEST(InsHybrid, DerivativesOfTheFlowArePerturbations) {
     for (int k = 0; k < 10; ++k) {
         const Numbers seed = Numbers::Unit(k);
         Numbers along;
-        ASSERT_EQ(hnav_ins_derivative_along(ins.get(), at.data(), seed.data(), along.data()), HNAV_OK);
+        ASSERT_EQ(hnav_ins_derivative_along(ins.get(), 1.3, at.data(), seed.data(), along.data()), HNAV_OK);
         EXPECT_LT(test::distance(along, Numbers(expected.col(k))), 1e-10) << k;
     }
     EXPECT_GT(std::fabs(expected(5, 2)), 1e-6); // gravity falls off
@@ -231,7 +231,8 @@ TEST(InsHybrid, RefusesStatesThatAreNone) {
     x = Numbers::Zero();
     EXPECT_EQ(hnav_ins_jump(ins.get(), 0, x.data(), out.data()), HNAV_ERROR_OUT_OF_RANGE);
     EXPECT_EQ(hnav_ins_show(ins.get(), std::nan(""), state_of(ins.get()).data()), HNAV_ERROR_NON_FINITE);
-    EXPECT_EQ(hnav_ins_derivative(nullptr, x.data(), out.data()), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_ins_derivative(ins.get(), std::nan(""), state_of(ins.get()).data(), out.data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_ins_derivative(nullptr, 0, x.data(), out.data()), HNAV_ERROR_NULL_ARGUMENT);
 }
 
 } // namespace

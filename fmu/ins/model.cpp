@@ -86,11 +86,11 @@ public:
 
     void get_states(double* x) const override { hnav_ins_get_x(object_, x); }
     void get_nominals(double* nominals) const override { hnav_ins_nominal_x(object_, nominals); }
-    bool derivatives(double, const double* x, double* dx) const override {
-        return hnav_ins_derivative(object_, x, dx) == HNAV_OK;
+    bool derivatives(double t_s, const double* x, double* dx) const override {
+        return hnav_ins_derivative(object_, t_s, x, dx) == HNAV_OK;
     }
-    bool derivatives_along(double, const double* x, const double* seed, double* out) const override {
-        return hnav_ins_derivative_along(object_, x, seed, out) == HNAV_OK;
+    bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
+        return hnav_ins_derivative_along(object_, t_s, x, seed, out) == HNAV_OK;
     }
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         if (memory_.was_reset != 0) hnav_ins_get_x(object_, x);

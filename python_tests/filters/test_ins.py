@@ -53,6 +53,35 @@ def test_a_run_is_what_single_samples_give_bit_for_bit(drive):
             np.testing.assert_array_equal(run.place[i], [now.latitude_rad, now.longitude_rad, now.height_m])
 
 
+def test_the_hybrid_view_integrates_to_the_same_estimate(drive):
+    from scipy.integrate import solve_ivp
+
+    samples, _ = drive
+    begin = {"start": "state", "start_place": "given", "start_latitude_rad": 0.8, "start_velocity_n_m_s": (20.0, 5.0, 0.0)}
+    inside, ins = (hnav.Ins("industrial", **FAST, **begin) for _ in range(2))
+    t, x = samples.t_s, ins.get_x()
+    for k in range(60):
+        if k:
+            x = solve_ivp(ins.derivative, (t[k - 1], t[k]), x, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+        for filter in (inside, ins):
+            filter.push_imu(t[k], samples.rate_b_rad_s[k], samples.force_b_m_s2[k])
+            if k % 20 == 0:
+                filter.push_velocity(t[k], [20.2, 5.1, 0.1], 0.1)
+        inside.advance(t[k])
+        assert ins.next_event_s() == t[k]
+        x = ins.jump(t[k], x)
+    there, here = inside.navigation(), ins.navigation()
+    np.testing.assert_allclose(here.velocity_n_m_s, there.velocity_n_m_s, atol=1e-9)
+    np.testing.assert_allclose(here.euler_rad, there.euler_rad, atol=1e-9)
+    np.testing.assert_allclose(here.sigma_rotation_rad, there.sigma_rotation_rad, rtol=1e-6)
+    assert ins.nx == 10 and (ins.nominal_x() == 1).all() and ins.diagnostics().used["velocity"] == 3
+    seed = np.random.default_rng(1).normal(size=10)
+    central = (ins.derivative(0, x + 1e-3 * seed) - ins.derivative(0, x - 1e-3 * seed)) / 2e-3
+    np.testing.assert_allclose(ins.derivative_along(0, x, seed), central, atol=1e-9)
+    ins.show(t[59], x + seed)
+    assert ins.navigation().height_m == pytest.approx(here.height_m - seed[2], abs=1e-5)  # the Earth is round
+
+
 def test_aids_that_are_received_late_change_nothing_once_they_are_there(drive):
     samples, _ = drive
     valid, _, sensor, value = samples.aids.arrays()

@@ -220,10 +220,10 @@ HNAV_API hnav_status hnav_ins_nx(const hnav_ins* ins, int32_t* nx);
 HNAV_API hnav_status hnav_ins_get_x(const hnav_ins* ins, double* x);
 /* Sizes to scale tolerances by: 1. */
 HNAV_API hnav_status hnav_ins_nominal_x(const hnav_ins* ins, double* nominal_x);
-/* Pure: changes nothing. Smooth in x, also beyond the next event. */
-HNAV_API hnav_status hnav_ins_derivative(const hnav_ins* ins, const double* x, double* dx);
+/* Pure: changes nothing. Smooth in x and the same at all t_s, also beyond the next event. */
+HNAV_API hnav_status hnav_ins_derivative(const hnav_ins* ins, double t_s, const double* x, double* dx);
 /* Exact directional derivative of f: out = (df/dx) seed. Pure. */
-HNAV_API hnav_status hnav_ins_derivative_along(const hnav_ins* ins, const double* x, const double* seed, double* out);
+HNAV_API hnav_status hnav_ins_derivative_along(const hnav_ins* ins, double t_s, const double* x, const double* seed, double* out);
 /* Time of the earliest waiting sample, infinity if none waits. */
 HNAV_API hnav_status hnav_ins_next_event_s(const hnav_ins* ins, double* t_s);
 /* Applies the waiting samples of times up to t_s to the state x_minus at t_s and commits. A rate that is the mean of the interval

@@ -28,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.filters.hybrid_view import HybridView
 from hnav.native.arrays import (
     Array,
     BoolArray,
@@ -42,7 +43,7 @@ from hnav.native.arrays import (
     doubles,
     times,
 )
-from hnav.native.library import PRESETS, SENSORS, StatefulObject, continued, enumerators, failure, ffi, library, new, text
+from hnav.native.library import PRESETS, SENSORS, continued, enumerators, failure, ffi, library, new, text
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 from hnav.renamed import now_called
 
@@ -411,7 +412,7 @@ def empty_run(t_s: Array) -> Run:
 # --------------------------------------------------------------------------------------------- the filter
 
 
-class Filter(StatefulObject):
+class Filter(HybridView):
     """An attitude filter: a hybrid system whose estimate flows between samples and jumps at each of them.
 
         Filter("ahrs", navigation_frame="enu", preset="default")
@@ -572,55 +573,6 @@ class Filter(StatefulObject):
     def health(self) -> Health:
         """How each sensor does, and how often attitude and time base had to begin anew."""
         return Health.read(self._filled("hnav_health", "health"))
-
-    # ----------------------------------------------------------------------------------------- hybrid view
-
-    @property
-    def nx(self) -> int:
-        """Number of states of the hybrid view: x' = derivative(t, x) between events, x = jump(t, x) at one.
-
-        The hybrid view is for callers that bring their own integrator; it is not to be mixed with advance and run. What
-        the states are stands in hnav/attitude.h.
-        """
-        number = ffi.new("int32_t *")
-        self._call("nx", number)
-        return int(number[0])
-
-    def get_x(self) -> Array:
-        """nx: the state just after the last jump."""
-        return self._numbers("get_x", self.nx)[0]
-
-    def nominal_x(self) -> Array:
-        """nx: sizes to scale tolerances by, from the present sigmas, all positive."""
-        return self._numbers("nominal_x", self.nx)[0]
-
-    def derivative(self, t_s: float, x: npt.ArrayLike) -> Array:
-        """nx: dx/dt at t_s and x (nx). Changes nothing."""
-        dx = np.empty(self.nx)
-        self._call("derivative", t_s, address(doubles(x, (self.nx,), "x")), address(dx))
-        return dx
-
-    def derivative_along(self, t_s: float, x: npt.ArrayLike, seed: npt.ArrayLike) -> Array:
-        """nx: the exact directional derivative (df/dx) seed of derivative at x; x and seed are nx. Changes nothing."""
-        at, along, out = doubles(x, (self.nx,), "x"), doubles(seed, (self.nx,), "seed"), np.empty(self.nx)
-        self._call("derivative_along", t_s, address(at), address(along), address(out))
-        return out
-
-    def next_event_s(self) -> float:
-        """Time of the earliest waiting sample, infinite if none waits."""
-        time = ffi.new("double *")
-        self._call("next_event_s", time)
-        return float(time[0])
-
-    def jump(self, t_s: float, x_minus: npt.ArrayLike) -> Array:
-        """nx: the state after the waiting samples up to t_s have been applied to x_minus (nx) at t_s."""
-        x_plus = np.empty(self.nx)
-        self._call("jump", t_s, address(doubles(x_minus, (self.nx,), "x_minus")), address(x_plus))
-        return x_plus
-
-    def show(self, t_s: float, x: npt.ArrayLike) -> None:
-        """Lets attitude, rate, gyro_bias and covariance show the state x (nx) at t_s."""
-        self._call("show", t_s, address(doubles(x, (self.nx,), "x")))
 
     # ----------------------------------------------------------------------------------------- calls of the library
 

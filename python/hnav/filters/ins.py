@@ -28,8 +28,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
+from hnav.filters.hybrid_view import HybridView
 from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Named, Record, address, doubles, times
-from hnav.native.library import StatefulObject, continued, enumerators, ffi, new
+from hnav.native.library import continued, enumerators, ffi, new
 from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
 
 if TYPE_CHECKING:
@@ -411,7 +412,7 @@ class Aids:
 # --------------------------------------------------------------------------------------------- the filter
 
 
-class Ins(StatefulObject):
+class Ins(HybridView):
     """The navigation filter.
 
         Ins("industrial", car_across_m_s=0.1)
