@@ -141,9 +141,9 @@ SECTIONS = {
         "Navigation in closed loop",
         "Monte Carlo over the systems of FMUs, any heading at the start, industrial grade: what the scenarios are stands in "
         "[models/systems/navigation](../models/systems/navigation/README.md). z2 is the mean of squared errors over their variance, 1 when "
-        "sigmas are right. 100 runs leave it uncertain by a tenth of the place and a seventh of the heading, and all scenarios meet the same draws of sensors and satellites, so that theirs lie "
+        "sigmas are right. 30 runs leave it uncertain by a fifth, and all scenarios meet the same draws of sensors and satellites, so that theirs lie "
         "off 1 together.",
-        "hnav montecarlo navigation --runs 100 --scenarios nominal,outage_30,outage_60,jump,late_200ms,ship,aircraft_turn,pole,date_line "
+        "hnav montecarlo navigation --runs 30 --scenarios nominal,outage_30,outage_60,jump,late_200ms,ship,aircraft_turn,pole,date_line "
         "--out build/navigation.parquet",
         False,
     ),
