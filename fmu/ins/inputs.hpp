@@ -6,13 +6,13 @@
 namespace hnav::fmu {
 
 // In the order in which samples of one communication point are taken: the force before the rate that takes it along.
-enum InsInput { in_accel, in_gyro, in_position, in_velocity, in_pressure, in_speed, in_heading, ins_inputs };
+enum InsInput { in_accel, in_gyro, in_position, in_velocity, in_pressure, in_speed, in_heading, in_mag, ins_inputs };
 
 struct InsInputs {
     static constexpr const char* periods[ins_inputs] = {"accel.period", "gyro.period",  "gnss.period", "gnssvel.period",
-                                                        "baro.period",  "wheel.period", "aid.period"};
+                                                        "baro.period",  "wheel.period", "aid.period",  "mag.period"};
     static constexpr const char* counters[ins_inputs] = {"accel.sample", "gyro.sample",  "gnss.sample", "gnssvel.sample",
-                                                         "baro.sample",  "wheel.sample", "aid.sample"};
+                                                         "baro.sample",  "wheel.sample", "aid.sample",  "mag.sample"};
     // value: as the push calls of the library have it, sigmas behind.
     struct Sensor {
         int value, sample, t_meas, valid, period;
@@ -29,6 +29,7 @@ struct InsInputs {
         scalar(table, in_speed, "wheel", "speed", "sigma", "m/s", "", 0, 0.1, "Speed along body x, by wheels");
         scalar(table, in_heading, "aid", "heading", "heading_sigma", "rad", "deg", 0, 0.05,
                "Heading of body x, clockwise from north");
+        vector(table, in_mag, "mag", "field", "T", "uT", "Magnetic field in sensor axes; another unit does as well");
         reset = table.add(rows::reset_command());
         Variable v =
             rows::choice("preset", presets(), "Grade of the sensors; parameters that differ from their start values override it");
@@ -89,7 +90,7 @@ private:
 
     void describe_sampling(Table& table) {
         sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
-        constexpr double usual_s[ins_inputs] = {0.01, 0.01, 1, 1, 0.1, 0.1, 0.1};
+        constexpr double usual_s[ins_inputs] = {0.01, 0.01, 1, 1, 0.1, 0.1, 0.1, 0.1};
         for (int s = 0; s < ins_inputs; ++s) {
             Variable v = rows::parameter(periods[s], "s", usual_s[s], 0, 1e6,
                                          "Sampling period (sampling_mode periodic or held); 0: never");

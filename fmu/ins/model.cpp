@@ -132,7 +132,8 @@ private:
         case in_velocity: status = hnav_ins_push_velocity(object_, t_s, value, value + 3); break;
         case in_pressure: status = hnav_ins_push_pressure(object_, t_s, value[0], value[1]); break;
         case in_speed: status = hnav_ins_push_speed(object_, t_s, value[0], value[1]); break;
-        default: status = hnav_ins_push_heading(object_, t_s, value[0], value[1]); break;
+        case in_heading: status = hnav_ins_push_heading(object_, t_s, value[0], value[1]); break;
+        default: status = hnav_ins_push_mag(object_, t_s, value); break;
         }
         if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }

@@ -20,6 +20,7 @@ public:
         describe_sensor<HNAV_INS_PRESSURE, 1>(table, "baro", "m");
         describe_sensor<HNAV_INS_SPEED, 1>(table, "wheel", "m/s");
         describe_sensor<HNAV_INS_HEADING, 1>(table, "aid", "rad");
+        describe_sensor<HNAV_INS_MAG, 2>(table, "mag", "");
         describe_counts(table);
     }
 
@@ -162,6 +163,7 @@ private:
         observed_.add<&O::by_velocity>(table, nats("observed.by_velocity", "By velocities of the satellites"));
         observed_.add<&O::by_position>(table, nats("observed.by_position", "By their positions"));
         observed_.add<&O::by_heading>(table, nats("observed.by_heading", "By the heading aid"));
+        observed_.add<&O::by_field>(table, nats("observed.by_field", "By the magnetometer"));
     }
 
     template <int sensor, int dimension>

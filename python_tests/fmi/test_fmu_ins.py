@@ -10,7 +10,7 @@ from fmpy import simulate_fmu
 
 import hnav
 from hnav.errors import HnavError
-from hnav.filters.ins import INS_PRESETS, PHASES, InsOptions, ins_option_table
+from hnav.filters.ins import INS_PRESETS, INS_SENSORS, PHASES, InsOptions, ins_option_table
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.reference import earth
 from importing import assert_fits_the_standard
@@ -20,20 +20,25 @@ VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 VECTORS = {"nav.velocity": "velocity_n_m_s", "att.q": "q_nb", "nav.sigma_position": "sigma_position_m", "att.sigma": "sigma_rotation_rad",
            "bias.gyro": "gyro_bias_rad_s", "bias.accel_sigma": "sigma_accel_bias_m_s2"}  # fmt: skip
+KINDS = {"position": "gnss", "velocity": "gnssvel", "mag": "mag"}
 LENGTH = 2500  # rows
 LATE_S = 0.15
 
 
-@pytest.fixture(scope="module")
-def drive():
-    """Rows of rate and force, and by row the fixes that came with it: kind, time of validity, values."""
-    samples, _ = vehicle("car", "industrial", 11, 26.0)
+def driven_by(magnetometer):
+    """Rows of rate and force, and by row what came with it: kind, time of validity, values."""
+    samples, _ = vehicle("car", "industrial", 11, 26.0, magnetometer)
     valid, received, sensor, value = samples.aids.arrays()
     fixes = {}
     for t, kind, values in zip(received, sensor, value):
         row = int(np.searchsorted(samples.t_s, t - 1e-9))
-        fixes.setdefault(row, {})["gnss" if kind == 5 else "gnssvel"] = (float(samples.t_s[min(row, LENGTH)]), values)
+        fixes.setdefault(row, {})[KINDS[INS_SENSORS[kind]]] = (float(samples.t_s[min(row, LENGTH)]), values)
     return samples, fixes
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return driven_by(magnetometer=False)
 
 
 def opened(version, exchange=False, **parameters):
@@ -61,9 +66,12 @@ def set_samples(fmu, drive, k, late_rows=0):
                 fmu.set(f"gnss.{part}", float(value))
         elif name == "gnssvel":
             set_vector(fmu, "gnssvel.velocity", values[:3])
+        elif name == "mag":
+            set_vector(fmu, "mag.field", values[:3])
         if values is not None:
-            set_vector(fmu, f"{name}.sigma", values[3:])
             fmu.set(f"{name}.valid", True)
+            if name != "mag":
+                set_vector(fmu, f"{name}.sigma", values[3:])
         fmu.set(f"{name}.t_meas", valid_s)
         fmu.set(f"{name}.sample", fmu.get(f"{name}.sample") + 1)
 
@@ -71,7 +79,7 @@ def set_samples(fmu, drive, k, late_rows=0):
 def shown(fmu):
     numbers = [fmu.get(f"nav.{name}") for name in ("latitude", "longitude", "height")] + [fmu.get("align.heading_second_share")]
     vectors = [fmu.get(v) for name in VECTORS for v in fmu.variables if v.startswith(f"{name}[")]
-    counts = [fmu.get(f"count.{name}") for name in ("imu_used", "gnss_used", "gnssvel_used", "gnss_inflated", "late")]
+    counts = [fmu.get(f"count.{name}") for name in ("imu_used", "gnss_used", "gnssvel_used", "mag_used", "gnss_inflated", "late")]
     return [*numbers, *vectors, *counts, str(fmu.get("align.phase")), fmu.get("align.heading_ready"), fmu.get("innov.gnss[2]")]
 
 
@@ -94,8 +102,10 @@ def take_row(ins, drive, k, late_rows=0):
     for name, (valid_s, values) in fixes.get(k - late_rows, {}).items():
         if name == "gnss":
             ins.push_position(valid_s, *values[:3], values[3:])
-        else:
+        elif name == "gnssvel":
             ins.push_velocity(valid_s, values[:3], values[3:])
+        else:
+            ins.push_mag(valid_s, values[:3])
 
 
 def library(drive, rows=LENGTH, **options):
@@ -110,7 +120,14 @@ def library(drive, rows=LENGTH, **options):
 def expected(ins):
     now, seen = ins.navigation(), ins.diagnostics()
     vectors = [float(x) for field in VECTORS.values() for x in getattr(now, field)]
-    counts = [seen.used["imu"], seen.used["position"], seen.used["velocity"], seen.inflated["position"], seen.late]
+    counts = [
+        seen.used["imu"],
+        seen.used["position"],
+        seen.used["velocity"],
+        seen.used["mag"],
+        seen.inflated["position"],
+        seen.late,
+    ]
     phase = PHASES.index(now.phase)
     numbers = [now.latitude_rad, now.longitude_rad, now.height_m, now.heading_second_share]
     return [*numbers, *vectors, *counts, str(phase), now.heading_ready, float(ins.innovation("position").value[1])]
@@ -123,6 +140,14 @@ def test_the_filter_is_the_library_bit_for_bit_on_every_communication_grid(drive
     assert driven(version, drive) == (expected(ins), 0)
     if version == 3:
         assert driven(version, drive, every=3) == (expected(ins), 0)
+
+
+@versions
+def test_a_magnetometer_is_an_input_like_the_others(version):
+    with_field, rows = driven_by(magnetometer=True), 1500
+    ins = library(with_field, rows)
+    assert ins.diagnostics().used["mag"] > 80
+    assert driven(version, with_field, rows=rows) == (expected(ins), 0)
 
 
 def exchanged(fmu, drive, rows, rtol=1e-6, late_rows=0):

@@ -87,8 +87,8 @@ HNAV_API hnav_status hnav_ins_advance(hnav_ins* ins, double t_s);
 /* ------------------------------------------------------------------------------------------------ estimate */
 
 typedef enum hnav_ins_phase {
-    HNAV_INS_PHASE_WAITING = 0,     /* for rate and force */
-    HNAV_INS_PHASE_LEVELLING = 1,   /* the first tilt is being found, or the first fix waited for */
+    HNAV_INS_PHASE_WAITING = 0, /* for rate and force */
+    HNAV_INS_PHASE_LEVELLING = 1, /* the first tilt is being found, or the first fix waited for */
     HNAV_INS_PHASE_ANY_HEADING = 2, /* everything but the heading is estimated, and what there is to know of it */
     HNAV_INS_PHASE_NAVIGATING = 3
 } hnav_ins_phase;
