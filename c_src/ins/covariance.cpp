@@ -117,9 +117,10 @@ Transition transition(const State& s) {
 }
 
 // P <- M P M', mean <- M mean.
+template <int n>
 void carry(const Transition& t, Covariance& P, double* mean) {
-    const int n = P.n;
-    double rows[moved][errors] = {}, turned[moved] = {};
+    alignas(16) double rows[moved][row_length] = {};
+    double turned[moved] = {};
     for (int i = 0; i < moved; ++i)
         for (int k = 0; k < movers; ++k) {
             const double m = t.M[i][k];
@@ -160,7 +161,7 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
     const double T = s.window.length_s;
     if (!(T > 0)) return;
     const double heading_before = P[row_phi + 2][row_phi + 2];
-    carry(transition(s), P, mean);
+    with_rows(P.n, [&](auto n) { carry<n>(transition(s), P, mean); });
     const Colour colour = colour_of(s, mean);
     for (int i = 0; i < 3; ++i) {
         decay(P, mean, row_colour + i, colour.kept[i]);

@@ -7,14 +7,13 @@
 namespace hnav::ins {
 namespace {
 
-template <int m>
+template <int m, int n>
 struct Projected {
-    const int n;
-    double PHt[m][errors] = {};
+    alignas(16) double PHt[m][row_length] = {};
     Square<m> known; // H P H'
     Eigen::Matrix<double, m, 1> r;
 
-    Projected(const Covariance& P, const double* mean, const Measurement& given) : n(P.n) {
+    Projected(const Covariance& P, const double* mean, const Measurement& given) {
         for (int k = 0; k < m; ++k)
             for (int i = 0; i < n; ++i) {
                 if (given.H[k][i] == 0) continue;
@@ -27,7 +26,7 @@ struct Projected {
         symmetrise<m>(known);
     }
 
-    double dot(const double* a, const double* b) const {
+    static double dot(const double* a, const double* b) {
         double sum = 0;
         for (int i = 0; i < n; ++i) sum += a[i] * b[i];
         return sum;
@@ -38,7 +37,7 @@ struct Projected {
         Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
         symmetrise<m>(inverse);
         for (int k = 0; k < m; ++k) {
-            double gain[errors] = {};
+            alignas(16) double gain[row_length] = {};
             for (int l = 0; l < m; ++l)
                 for (int i = 0; i < n; ++i) gain[i] += inverse(k, l) * PHt[l][i];
             for (int i = 0; i < n; ++i) {
@@ -50,9 +49,9 @@ struct Projected {
     }
 };
 
-template <int m>
+template <int m, int n>
 Correction correct(Covariance& P, const double* mean, const Measurement& given, double gate_nis) {
-    const Projected<m> of(P, mean, given);
+    const Projected<m, n> of(P, mean, given);
     const auto total = [&](double known, double noise) {
         Square<m> S = known * of.known;
         for (int k = 0; k < m; ++k) S(k, k) += noise * given.R[k];
@@ -94,9 +93,10 @@ double gate_for(int rows, double gate_nis) {
 
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis) {
     const double gate = gate_for(m.rows, gate_nis);
-    Correction c = m.rows == 1   ? correct<1>(P, mean, m, gate)
-                   : m.rows == 2 ? correct<2>(P, mean, m, gate)
-                                 : correct<3>(P, mean, m, gate);
+    Correction c = with_rows(P.n, [&](auto n) {
+        if (m.rows == 1) return correct<1, n>(P, mean, m, gate);
+        return m.rows == 2 ? correct<2, n>(P, mean, m, gate) : correct<3, n>(P, mean, m, gate);
+    });
     if (m.nis >= 0) {
         c.nis = m.nis;
         c.scale = m.scale;

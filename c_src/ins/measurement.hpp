@@ -3,26 +3,41 @@
 
 #include "ins/state.hpp"
 
+#include <type_traits>
+
 namespace hnav::ins {
+
+constexpr int row_length = 34; // even, so that rows are aligned
+
+// Calls f with the number of rows that are used, as a constant: loops of a known length are faster.
+template <class F>
+auto with_rows(int n, F f) {
+    if (n == errors) return f(std::integral_constant<int, errors>{});
+    return f(std::integral_constant<int, errors_without_field>{});
+}
 
 // The whole matrix, symmetric; plain loops over it compile in no time and run as fast as products of fixed size. Of its rows the first n
 // are used.
 struct Covariance {
-    double P[errors][errors];
+    alignas(16) double P[errors][row_length];
     int n;
 
     static Covariance of(const State& s) {
         Covariance c;
         c.n = s.field_unit > 0 ? int(errors) : int(errors_without_field);
-        const double* upper = s.P;
-        for (int j = 0; j < c.n; ++j)
-            for (int i = 0; i <= j; ++i) c.P[i][j] = c.P[j][i] = *upper++;
+        with_rows(c.n, [&](auto rows) {
+            const double* upper = s.P;
+            for (int j = 0; j < rows; ++j)
+                for (int i = 0; i <= j; ++i) c.P[i][j] = c.P[j][i] = *upper++;
+        });
         return c;
     }
     void keep(State& s) const {
-        double* upper = s.P;
-        for (int j = 0; j < n; ++j)
-            for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+        with_rows(n, [&](auto rows) {
+            double* upper = s.P;
+            for (int j = 0; j < rows; ++j)
+                for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+        });
     }
     // More rows, of which nothing is unknown.
     void extend(int rows) {
@@ -49,7 +64,7 @@ void turn_rows(Covariance& P, int row, const Matrix3& C);
 struct Measurement {
     int channel;
     int rows = 0;
-    double H[3][errors] = {};
+    alignas(16) double H[3][row_length] = {};
     double r[3] = {}, R[3] = {}; // residual, variance of its noise
     bool gated = true;
     double nis = -1, scale = 1; // what a gate before this one has found; negative: there was none
