@@ -104,7 +104,7 @@ def days_of(filter: Filter, days: float, start_s: float = 1.7e9, seed: int = 1) 
     squares, worst, count = 0.0, 0.0, 0
     for period, error in enumerate(errors_rad(filter, periods, start_s, seed)):
         settled = error[round(SETTLED_S / INTERVAL_S) :] if period == 0 else error
-        squares, worst, count = squares + float(settled @ settled), max(worst, float(settled.max())), count + len(settled)
+        squares, worst, count = squares + float(settled @ settled), max(worst, float(np.max(settled))), count + len(settled)
         if period + 1 in ends:
             yield Day(float(np.degrees(np.sqrt(squares / count))), float(np.degrees(worst)), memory_mb())
             squares, worst, count = 0.0, 0.0, 0

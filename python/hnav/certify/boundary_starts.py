@@ -120,4 +120,4 @@ def fall_from_boundary(
             worst = max(worst, float((V[alive, k + 1] / V[alive, k]).max() * np.exp(2 * sigma * c.interval_s)))
         if progress and (k % 50 == 49 or k == len(record.corrections) - 1):
             progress(k + 1, len(record.corrections))
-    return BoundaryStarts(starts, worst, V, float(V[:, -1].max()))
+    return BoundaryStarts(starts, worst, V, float(np.max(V[:, -1])))

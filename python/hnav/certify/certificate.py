@@ -328,7 +328,7 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
 def _measure_region(found: Certificate, P: np.ndarray, inequality: SampledDataInequality, rho: float) -> None:
     """Level, size and noise of {e'Pe <= level}, at every place in a window, chosen so that c <= rho also while the error flows."""
     P_inverse = np.linalg.inv(P)
-    attitude, bias = (float(np.sqrt(np.linalg.eigvalsh(P_inverse[:, part, part]).max())) for part in (ATTITUDE, BIAS))
+    attitude, bias = (float(np.sqrt(np.max(np.linalg.eigvalsh(P_inverse[:, part, part])))) for part in (ATTITUDE, BIAS))
 
     def farthest(size: float) -> float:
         """c before the next correction: |d| = sin(angle / 2), and a bias error adds at most T/2 |e_b|."""

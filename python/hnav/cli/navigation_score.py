@@ -109,7 +109,7 @@ def outages_table(outages: list[Outage]) -> Table:
         heading = np.degrees(_rms(one.heading_rad))
         table.add_row(
             f"{one.length_s:g} s", str(len(one.horizontal_m)), f"{np.median(one.horizontal_m):.3g} m", f"{_rms(one.horizontal_m):.3g} m",
-            f"{one.horizontal_m.max():.3g} m", f"{_rms(one.sigma_m):.3g} m", f"{_rms(one.vertical_m):.3g} m",
+            f"{np.max(one.horizontal_m):.3g} m", f"{_rms(one.sigma_m):.3g} m", f"{_rms(one.vertical_m):.3g} m",
             "-" if np.isnan(heading) else f"{heading:.3g} deg", f"{within:.0f} %",
         )  # fmt: skip
     return table

@@ -77,7 +77,7 @@ def _away(run: ObserverRun, plan: Plan) -> Iterator[Finding]:
         spread = _SPREAD * float(np.median(np.abs(x - usual)))
         away = np.abs(x - usual) / np.maximum(np.maximum(sigma, spread), 1e-300)
         for first, last in _between(away, SIGMAS):
-            if not away[first : last + 1].max() > SURE:
+            if not np.max(away[first : last + 1]) > SURE:
                 continue
             peak = x[first + int(np.argmax(away[first : last + 1]))]
             what = f"{name} was beyond {SIGMAS:g} sigma of its usual {usual:.3g}, at most {peak:.3g},"
@@ -116,7 +116,7 @@ def _single(run: ObserverRun, rows: npt.NDArray[np.intp], names: list[str]) -> s
     for name in names:
         nis = run.nis[name][around]
         nis = nis[np.isfinite(nis)]
-        if len(nis) and nis.max() > HUGE and np.median(nis) < 2:
+        if len(nis) and np.max(nis) > HUGE and np.median(nis) < 2:
             return '; most around fit: outliers want gate_nis, jumps of a stiff plant propagation = "sigma_points"'
     return ""
 
@@ -142,5 +142,5 @@ def _large(run: ObserverRun, names: list[str]) -> Iterator[Finding]:
     for rows in _groups(np.flatnonzero(hits), np.ones(len(hits), bool)):
         inside = slice(rows[0], rows[-1] + 1)
         who = ", ".join(name for name in names if of[name][inside].any())
-        what = f"{who}: innovations larger than told (mean NIS of {WINDOW} up to {worst[inside].max():.1f}{_single(run, rows, names)})"
+        what = f"{who}: innovations larger than told (mean NIS of {WINDOW} up to {np.max(worst[inside]):.1f}{_single(run, rows, names)})"
         yield Finding(who, "larger than told", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), what)

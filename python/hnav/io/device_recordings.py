@@ -209,7 +209,8 @@ def read_x_imu(wheel: Path) -> DeviceRecording:
 
 def _to_enu(sensor_to_nwu: Rotation) -> np.ndarray:
     """Quaternions n x 4, scalar first, sensor to east-north-up."""
-    return (ENU_FROM_NWU * sensor_to_nwu).as_quat()[:, [3, 0, 1, 2]]
+    scalar_last: np.ndarray = (ENU_FROM_NWU * sensor_to_nwu).as_quat()
+    return scalar_last[:, [3, 0, 1, 2]]
 
 
 def _lines(wheel: Path, member: str) -> io.TextIOBase:

@@ -180,7 +180,7 @@ class RestDetector:
         o = self.o
         self.mean_rate = toward(self.mean_rate, rate, T, o.rest_filter_s)
         near = np.linalg.norm(rate - self.mean_rate) <= o.rest_rate_rad_s and self.force_still
-        self.still_s = self.still_s + T if near and abs(self.mean_rate).max() <= o.rest_mean_rate_rad_s else 0.0
+        self.still_s = self.still_s + T if near and np.max(abs(self.mean_rate)) <= o.rest_mean_rate_rad_s else 0.0
 
     def note_force(self, force: Array, T: float) -> None:
         self.mean_force = toward(self.mean_force, force, T, self.o.rest_filter_s)

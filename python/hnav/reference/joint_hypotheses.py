@@ -135,7 +135,7 @@ class JointHypotheses:
         count = len(evidence) - 1
         prior = np.append(self.process_belief[:count], self.process_belief[0] * self.o.joint_common_probability)
         prior[0] *= 1 - self.o.joint_common_probability
-        weight: Array = prior * np.exp(evidence - evidence.max())
+        weight: Array = prior * np.exp(evidence - np.max(evidence))
         weight /= weight.sum() + self.process_belief[count:].sum()
         self.motion = float(weight[:-1] @ np.sqrt(MOTION[:count]) + weight[-1]) ** 2
         self.colour = float(weight[:-1] @ np.sqrt(COLOUR[:count]) + weight[-1]) ** 2

@@ -48,7 +48,7 @@ def outages(t_s: Array, end_s: float) -> list[tuple[float, float]]:
     steps = np.diff(t_s)
     limit = max(OUTAGE_S, OUTAGE_INTERVALS * float(np.median(steps)) if len(steps) else OUTAGE_S)
     edges = np.concatenate([[0.0], t_s, [end_s]])
-    return [(float(edges[i]), float(edges[i + 1])) for i in np.flatnonzero(np.diff(edges) > limit)]
+    return [(float(edges[i]), float(edges[i + 1])) for i in np.flatnonzero(np.diff(edges) > limit).tolist()]
 
 
 def within(spans: Sequence[tuple[float, float]], t_s: Array) -> BoolArray:

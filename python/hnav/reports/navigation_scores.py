@@ -152,7 +152,7 @@ def _figure(name: str, unit: str, error: Array, sigma: Array) -> Figure:
     known = np.isfinite(error).all(axis=1) & np.isfinite(sigma).all(axis=1)
     length = np.linalg.norm(error[known], axis=1)
     normalised = error[known] / sigma[known]
-    return Figure(name, unit, float(np.sqrt(np.mean(length**2))), float(length.max()), float(np.mean(normalised**2)))
+    return Figure(name, unit, float(np.sqrt(np.mean(length**2))), float(np.max(length)), float(np.mean(normalised**2)))
 
 
 def outages_of(data: Recording, truth: Truth, options: InsOptions, first: int, length_s: float) -> Outage:

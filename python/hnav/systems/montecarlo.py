@@ -153,7 +153,7 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
     found["nees"] = np.nan if nees is None else finite_mean(nees)
     for t_s in NEES_AT_S:
         # The last row not after the time: a shorter run has none.
-        row = np.searchsorted(run.t_s, t_s * (1 + 1e-12), side="right") - 1
+        row = int(np.searchsorted(run.t_s, t_s * (1 + 1e-12), side="right")) - 1
         found[f"nees_{t_s:g}s"] = np.nan if nees is None or run.t_s[-1] < t_s * (1 - 1e-12) else float(nees[row])
     for sensor, name in (("accel", "force"), ("mag", "field")):
         found[f"nis_{name}"] = finite_mean(run[f"{estimate.name}.nis.{sensor}"][estimate.sampled(sensor)])

@@ -52,7 +52,8 @@ class Samples:
         up = self.force_m_s2[0] / np.linalg.norm(self.force_m_s2[0])
         east = np.cross(self.field_ut[0], up)
         east /= np.linalg.norm(east)
-        return Rotation.from_matrix([east, np.cross(up, east), up]).as_quat()[[3, 0, 1, 2]]
+        scalar_last: np.ndarray = Rotation.from_matrix([east, np.cross(up, east), up]).as_quat()
+        return scalar_last[[3, 0, 1, 2]]
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def tumbling(duration_s: float, seed: int = 7, rate_hz: float = 100.0, noise: fl
     t = np.arange(round(duration_s * rate_hz)) / rate_hz
     moving = np.where((t % 20 > 12) & (t % 20 < 16), 0.0, 1.0)[:, None]
     w = moving * np.stack([1.3 * np.sin(1.1 * t), 1.7 * np.cos(0.7 * t), 2.4 * np.sin(0.4 * t)], axis=1)
-    turns = [Rotation.from_euler("zx", [40, 20], degrees=True)]
+    turns: list[Rotation] = [Rotation.from_euler("zx", [40, 20], degrees=True)]
     for k in range(len(t) - 1):
         turns.append(turns[-1] * Rotation.from_rotvec(w[k] / rate_hz))
     attitude = Rotation.concatenate(turns)

@@ -120,7 +120,7 @@ def damage_of(recording: Recording, fault: str, index: int, filter: str, setting
     errors = np.stack([inclination, heading], axis=1)
     sigmas = np.stack([np.linalg.norm(run.sigma_rad[:, :2], axis=1), run.sigma_rad[:, 2]], axis=1)
     beyond, ready = ((errors > BAND_SIGMAS * sigmas) & run.ready)[known].mean(axis=0), run.ready[known].mean(axis=0)
-    length_s = np.diff(recording.t_s).sum()
+    length_s = float(np.diff(recording.t_s).sum())
     return Damage(
         score(run.q_nb, reference, movement).total,
         _peer_deg(recording, damaged),

@@ -62,7 +62,7 @@ def _course(rng: np.random.Generator, rate: Array) -> Array:
 def car(rng: np.random.Generator, t: Array) -> Motion:
     """Stops, goes and turns as in a town."""
     n, white = len(t), RATE_HZ**0.5
-    speed = smooth(stairs(rng, t, lambda: rng.choice([0.0, 5.0, 9.0, 14.0, 20.0]), (6, 20)), 2 * RATE_HZ)
+    speed = smooth(stairs(rng, t, lambda: float(rng.choice([0.0, 5.0, 9.0, 14.0, 20.0])), (6, 20)), 2 * RATE_HZ)
     turns = stairs(rng, t, lambda: rng.choice([0.0, 0, 0, 1, -1]) * rng.uniform(0.1, 0.35), (3, 8))
     rate = smooth(turns, RATE_HZ) * np.minimum(1, speed / 5)
     roll = smooth(0.01 * rng.standard_normal(n) * white, RATE_HZ) + 0.02
@@ -136,13 +136,13 @@ def quadrotor(rng: np.random.Generator, t: Array) -> Motion:
 def walker(rng: np.random.Generator, t: Array) -> Motion:
     """A telephone in a hand or a pocket: steps, swings, any attitude."""
     n, white = len(t), RATE_HZ**0.5
-    speed = smooth(stairs(rng, t, lambda: rng.choice([0, 1.2, 1.4, 1.5, 1.3]), (8, 30)), RATE_HZ // 2)
+    speed = smooth(stairs(rng, t, lambda: float(rng.choice([0, 1.2, 1.4, 1.5, 1.3])), (8, 30)), RATE_HZ // 2)
     turns = stairs(rng, t, lambda: rng.choice([0, 0, 1, -1]) * rng.uniform(0.3, 1.2), (2, 5))
     course, moves = _course(rng, smooth(turns, RATE_HZ // 2)), np.minimum(speed, 1.2) / 1.2
     phase = 2 * np.pi * rng.uniform(1.6, 2.1) * t + smooth(0.5 * rng.standard_normal(n) * white, RATE_HZ)
     ahead, aside = speed + 0.15 * moves * np.sin(phase + 1), 0.12 * moves * np.sin(phase / 2)
     north, east = ahead * np.cos(course) - aside * np.sin(course), ahead * np.sin(course) + aside * np.cos(course)
-    held = Rotation.from_euler("ZYX", [rng.uniform(-3, 3), rng.uniform(-1.2, 0.9), rng.uniform(-1, 1)])
+    held: Rotation = Rotation.from_euler("ZYX", [rng.uniform(-3, 3), rng.uniform(-1.2, 0.9), rng.uniform(-1, 1)])
     size = rng.choice([0.06, 0.06, 0.3])
     sways = [rng.uniform(0.3, 1) * size * moves * np.sin(phase / 2 + rng.uniform(0, 6)) for _ in "xyz"]
     sways = [sway + smooth(0.05 * rng.standard_normal(n) * white, RATE_HZ) for sway in sways]
