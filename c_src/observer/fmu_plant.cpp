@@ -93,8 +93,9 @@ bool FmuPlant::initialise(Refusal& why) {
     if (done == Answer::ok) done = iterate();
     if (done == Answer::ok) done = fmi_->enter_continuous_time_mode();
     if (done != Answer::ok)
-        return why.refuse(Refusal::plant, "%s could not be initialised at t = %g s%s%s", plan_.identifier, start_s_,
-                          *fmi_->said || *said_ ? ": " : "", *said_ ? said_ : fmi_->said);
+        return why.refuse(Refusal::plant,
+                          "%s could not be initialised at t = %g s%s%s; other start values may help, set in the plan",
+                          plan_.identifier, start_s_, *fmi_->said || *said_ ? ": " : "", *said_ ? said_ : fmi_->said);
     // What it has now stands for what nobody has sampled or estimated yet.
     done = fmi_->get(plan_.input, sizes.inputs, inputs_);
     if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);

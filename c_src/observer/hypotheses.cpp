@@ -30,8 +30,15 @@ bool Model::split_near_guard(const Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
     const Passage& e = work_->newest;
     const bool uncertain = e.is_newest && work_->passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
-    if (work_->went_stiffly) return doubt_stiffly(run, part, uncertain);
+    if (work_->went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
+        return doubt_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
+}
+
+// Whether a mode decays or turns within a time, so that the slope tells nothing of where the flow will be.
+bool Model::slope_leads_away(double after_s) const {
+    constexpr double modes = 1;
+    return fastest_rate_of_A() * after_s > modes;
 }
 
 // A stiff plant goes nowhere along its slope: where another would be split, points go from the beginning of the interval.
@@ -84,6 +91,7 @@ bool Model::split_at_next(const Run& run, double* part) const {
     const int guard = next_guard(part, e.P);
     if (guard < 0) return true;
     const double distance = std::fabs(work_->z[guard]);
+    if (slope_leads_away(distance / std::fabs(work_->rates[guard]))) return doubt_stiffly(run, part, true);
     const bool falls = work_->z[guard] > 0;
     double to_s = 0, beyond_sigma = 0;
     if (!turns_beyond(run.s, now_s, guard, e, &beyond_sigma)) return false;

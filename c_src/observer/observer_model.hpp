@@ -275,6 +275,7 @@ private:
 
     // hypotheses.cpp
     bool split_near_guard(const Run& run, double* part) const;
+    bool slope_leads_away(double after_s) const;
     bool doubt_stiffly(const Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(const Run& run, double* part) const;
     bool split_at_next(const Run& run, double* part) const;

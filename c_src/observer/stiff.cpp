@@ -264,6 +264,8 @@ double Model::fastest_rate_of_A() const {
     const Problem& p = *problem_;
     const int N = p.N, all = N * N;
     double *A = work_->matrices, *next = A + 3 * all, logarithm = 0;
+    std::fill_n(A, all, 0.0);
+    std::copy_n(work_->A, p.moving * N, A);
     for (int k = 0; k < 4; ++k) {
         const double norm = largest_row(N, A, p.scale);
         if (!(norm > 0)) return 0;

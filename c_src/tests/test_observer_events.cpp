@@ -501,6 +501,40 @@ TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
 
 // ------------------------------------------------------------------------------------------------ where events have no end
 
+// A third number follows the speed within a millisecond and less: along its slope just after a bounce it would be far away when the sample
+// comes.
+TEST(ObserverEvents, AModeThatIsFastBesideItsSamplesFollowsThroughABounce) {
+    static double rate;
+    for (const double fast : {1e3, 1e4}) {
+        rate = fast;
+        Given given = ball({1, 0, 0}, {0.05, 0.3, 0.3});
+        given.noise.push_back(0);
+        given.plant.n_states = 3;
+        given.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
+            dx[2] = rate * (x[1] - x[2]);
+            return ball_flow(c, t_s, x, u, p, dx);
+        };
+        Observer observer(given), plain(ball());
+        const Numbers y = heights(2, 30);
+        std::uint64_t points = 0;
+        double furthest = 0;
+        for (std::size_t k = 0; k < y.size(); ++k) {
+            const double t_s = 0.05 * static_cast<double>(k + 1);
+            use(observer, t_s, y[k]);
+            use(plain, t_s, y[k]);
+            const Numbers x = observer.x(), sigma = plain.sigma();
+            EXPECT_NEAR(x[1], plain.x()[1], 0.3 * sigma[1]) << fast << " " << k;
+            // It stays behind by g / rate, and by some of the bounce for some time constants, which its own sigma knows.
+            EXPECT_NEAR(x[2], x[1], 3 * observer.sigma()[2] + gravity / fast) << fast << " " << k;
+            furthest = std::max(furthest, observer.sigma()[2]);
+            points = observer.info().grazing;
+        }
+        EXPECT_GT(points, 0u);
+        EXPECT_LT(furthest, 30); // a bounce is 7.5; along its slope hundreds
+        EXPECT_EQ(observer.info().dropped, 0u);
+    }
+}
+
 TEST(ObserverEvents, AChatteringPlantIsFollowedOrDropped) {
     // x' = -sign(x): at 0 it slides.
     Heater sign;
