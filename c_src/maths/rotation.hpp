@@ -62,6 +62,13 @@ inline Matrix3Of<R> rotation_matrix(const QuaternionOf<Exactly<R>>& q) {
     return m;
 }
 
+// rotation_matrix(q) v without the matrix.
+template <class R = double>
+inline Vector3Of<R> rotate(const QuaternionOf<Exactly<R>>& q, const Vector3Of<Exactly<R>>& v) {
+    const Vector3Of<R> r(q[1], q[2], q[3]);
+    return (q[0] * q[0] - r.squaredNorm()) * v + 2 * (r.dot(v) * r + q[0] * r.cross(v));
+}
+
 // The derivative of rotation_matrix along dq. A quadratic's derivative is the difference of two values, exactly.
 template <class R = double>
 inline Matrix3Of<R> rotation_matrix_along(const QuaternionOf<Exactly<R>>& q, const QuaternionOf<Exactly<R>>& dq) {

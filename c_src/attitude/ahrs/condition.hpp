@@ -2,8 +2,11 @@
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
+#include "base/small.hpp"
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"
+
+#include <utility>
 
 namespace hnav {
 
@@ -33,24 +36,32 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
-    // The columns down to the diagonal or a little below, in bands of one height: the loops have lengths known when compiled.
-    if constexpr (first == 0) {
-        take_out<m, first, 0, 9, 10>(c.P, PHt, Kt);
-        take_out<m, first, 9, considered, 18>(c.P, PHt, Kt);
-    }
-    take_out<m, first, considered, errors, errors>(c.P, PHt, Kt);
+    take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }
 
-// P_ij -= PHt_i K_j for the columns from `begin` on.
+// P_ij -= PHt_i K_j for the columns from `first` on, down to the diagonal: loops of lengths known when compiled, but where code is
+// to be small.
 template <class R>
-template <int m, int first, int begin, int end, int height>
+template <int m, int first, int... after_first>
 void AhrsModelOf<R>::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
-                              const Eigen::Matrix<R, m, errors - first>& Kt) {
-    for (int j = begin; j < end; ++j) {
-        Eigen::Matrix<R, height, 1> column = P.col(j).template head<height>();
-        for (int k = 0; k < m; ++k) column -= Kt(k, j - first) * PHt.col(k).template head<height>();
-        P.col(j).template head<height>() = column;
+                              const Eigen::Matrix<R, m, errors - first>& Kt, std::integer_sequence<int, after_first...>) {
+    if constexpr (small_build) {
+        for (int j = first; j < errors; ++j)
+            for (int i = 0; i <= j; ++i)
+                for (int k = 0; k < m; ++k) P(i, j) -= Kt(k, j - first) * PHt(i, k);
+    } else {
+        (take_out_of_column<m, first, first + after_first>(P, PHt, Kt), ...);
     }
+}
+
+template <class R>
+template <int m, int first, int j>
+void AhrsModelOf<R>::take_out_of_column(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
+                                        const Eigen::Matrix<R, m, errors - first>& Kt) {
+    constexpr int height = j + 1;
+    Eigen::Matrix<R, height, 1> column = P.col(j).template head<height>();
+    for (int k = 0; k < m; ++k) column -= Kt(k, j - first) * PHt.col(k).template head<height>();
+    P.col(j).template head<height>() = column;
 }
 
 template <class R>

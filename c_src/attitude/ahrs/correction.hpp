@@ -11,7 +11,7 @@ namespace hnav {
 template <class R>
 void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     constexpr R runaway_heading_rad = R(0.2); // what tilts the horizon may have turned the heading too
-    Correction c{unpack_columns<errors>(s.P)};
+    Correction c(s);
     s.gap_rotation += gap_variance(s, event);
     propagate(c.P, s);
     forget_declination(s, c.P);

@@ -48,6 +48,7 @@ public:
 
     Vector3R variances() const {
         Vector3R v;
+        HNAV_UNROLL
         for (int k = 0; k < 3; ++k) v[k] = 2 * times(k, half_of(k)) + P_[packed(rotation + k, rotation + k)];
         return v;
     }
@@ -55,9 +56,10 @@ public:
     Matrix3R covariance() const {
         const Half half[] = {half_of(0), half_of(1), half_of(2)};
         Matrix3R C;
-        for (int k = 0; k < 3; ++k)
-            for (int i = 0; i <= k; ++i)
-                C(i, k) = C(k, i) = times(i, half[k]) + times(k, half[i]) + P_[packed(rotation + i, rotation + k)];
+        HNAV_UNROLL
+        for (int k = 0; k < 3; ++k) HNAV_UNROLL
+        for (int i = 0; i <= k; ++i)
+            C(i, k) = C(k, i) = times(i, half[k]) + times(k, half[i]) + P_[packed(rotation + i, rotation + k)];
         return C;
     }
 

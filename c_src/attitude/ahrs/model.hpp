@@ -117,6 +117,8 @@ private:
         Vector error = Vector::Zero(); // what is learnt, applied to the state when all are done
         bool sound = true;             // no correction has met a covariance without its sign
 
+        explicit Correction(const State& s) : P(unpack_columns<errors>(s.P)) {}
+
         Vector column(int j) const {
             Vector c = P.col(j);
             for (int i = j + 1; i < errors; ++i) c[i] = P(j, i);
@@ -228,8 +230,12 @@ private:
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                           const Eigen::Matrix<R, m, 1>& innovation);
-    template <int m, int first, int begin, int end, int height>
-    static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt);
+    template <int m, int first, int... after_first>
+    static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
+                         std::integer_sequence<int, after_first...>);
+    template <int m, int first, int j>
+    static void take_out_of_column(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
+                                   const Eigen::Matrix<R, m, errors - first>& Kt);
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 

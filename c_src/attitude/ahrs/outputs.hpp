@@ -47,7 +47,7 @@ Vector3Of<R> AhrsModelOf<R>::hold_error(const State& s) const {
     const QuaternionR q(s.x);
     const Vector3R u = turn_rate(s) - Vector3R(s.coning);
     const R interval_s = std::sqrt(s.wrong_hold) * R(s.spacing_s[gyro]);
-    return rotation_matrix<R>(q) * u * (interval_s / q.squaredNorm()); // whatever the length of the quaternion
+    return rotate<R>(q, u) * (interval_s / q.squaredNorm()); // whatever the length of the quaternion
 }
 
 template <class R>

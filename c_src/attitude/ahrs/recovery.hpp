@@ -46,7 +46,7 @@ bool AhrsModelOf<R>::is_gap_too_long(const State& s, const Event& event) const {
 // The attitude stays as it was before the gap: it may be the clock that jumped, not the body that turned.
 template <class R>
 void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
-    Correction c{unpack_columns<errors>(s.P)};
+    Correction c(s);
     const R bias_variance = settings_.sigma.bias * settings_.sigma.bias;
     const R walked = settings_.bias_walk_psd * R(t_s - s.last_s[gyro]);
     for (int i = bias; i < bias + 3; ++i) c.P(i, i) = std::fmax(c.P(i, i), std::fmin(bias_variance, c.P(i, i) + walked));

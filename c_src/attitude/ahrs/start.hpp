@@ -119,10 +119,10 @@ void AhrsModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& field) {
 template <class R>
 void AhrsModelOf<R>::start(State& s, const Event& event) const {
     FirstAttitude<R> found;
+    ++s.seldom_changes;
     if (!s.start.add(event, settings_.start, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
-    ++s.seldom_changes;
     if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
     else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
     if (!s.has_reference && s.start.has_field(settings_.start)) {

@@ -96,6 +96,9 @@ struct AhrsState {
     R azimuth_rejected_s;
     R gamma, gamma_margin;
     InnovationOf<R> innovation[channel_count];
+    StartSamples<R> start;
+    R level_force[3], level_s; // force in navigation axes times the time it acted, and that time, while the attitude is lost
+    std::uint64_t lost, times_lost; // the attitude is to be found again
     std::uint64_t gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired;
     std::uint64_t verdict; // of the last field, FieldVerdict
@@ -115,13 +118,10 @@ struct AhrsState {
     R swept_velocity[2]; // what an interval of latency does to the velocity
     RestDetector<R> rest;
     MotionNoise<R> motion;
-    StartSamples<R> start;
     SensorCheck<R> check[heading];
     std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c
-    R level_force[3], level_s; // force in navigation axes times the time it acted, and that time, while the attitude is lost
     R velocity_down; // since the last correction
     std::uint64_t gap_too_long; // before the present event
-    std::uint64_t lost, times_lost; // the attitude is to be found again
     double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the usual time between two
     double last_event_s, last_correction_s;
     std::uint64_t used[channel_count];
