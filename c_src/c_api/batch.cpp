@@ -23,20 +23,23 @@ hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channe
 
 // A row of sound samples, as almost every one is. False: nothing was taken.
 bool push_whole_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
-    AttitudeEvent event{};
+    AttitudeEvent event;
     event.t_s = clock_time(t_s);
+    event.present = 0;
+    const Vector3 nothing = Vector3::Zero();
+    store(nothing, event.value[heading]);
     const double* const rows[] = {rate, force, field};
     for (const int c : {gyro, accel, mag}) {
         const double* v = rows[c];
-        if (!v) continue;
-        const double size = std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]);
+        const double size = v ? std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]) : hnav::nan;
         if (!(size <= max_reading)) { // NaN too
-            if (is_missing(v)) continue;
-            return false;
+            if (!is_missing(v)) return false;
+            store(nothing, event.value[c]);
+            continue;
         }
         if (!(c == gyro || size > 3 * min_direction_length)) return false;
         event.present |= std::uint64_t{1} << c;
-        store(f->frames.to_body(v), event.value[c]);
+        f->frames.to_body(v, event.value[c]);
     }
     return event.present != 0 && f->push_event(event);
 }
@@ -65,10 +68,8 @@ void write_estimate(const hnav_filter* f, const hnav_run_output& out, size_t i) 
     if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
 }
 
-// before_s: newest_time_s before the row.
-void write_row(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
-    if (f->started(At::shown)) write_estimate(f, out, i);
-    else write_nothing_known(out, i);
+// Of the row itself. before_s: newest_time_s before it.
+void write_course(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
     if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
     if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);
     if (out.health)
@@ -184,12 +185,14 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
-    const bool tells_nis = out.accel_nis || out.mag_nis;
+    const bool tells_course = out.accel_nis || out.mag_nis || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
-        const double before_s = tells_nis ? filter->newest_time_s() : 0;
+        const double before_s = tells_course ? filter->newest_time_s() : 0;
         status = take_row(filter, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
         if (status != HNAV_OK) return in_row(filter, status, i);
-        write_row(filter, before_s, out, i);
+        if (filter->started(At::shown)) write_estimate(filter, out, i);
+        else write_nothing_known(out, i);
+        if (tells_course) write_course(filter, before_s, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

@@ -66,7 +66,7 @@ inline hnav_status check_vector(hnav_filter* f, double t_s, const double* value,
     }
     sample->t_s = clock_time(t_s);
     sample->channel = channel;
-    store(f->frames.to_body(value), sample->value);
+    f->frames.to_body(value, sample->value);
     return HNAV_OK;
 }
 

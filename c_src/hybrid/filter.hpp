@@ -8,12 +8,14 @@
 #pragma once
 
 #include "base/memory.hpp"
+#include "base/rare.hpp"
 #include "base/saved_state.hpp"
 #include "hybrid/event_queue.hpp"
 #include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
 #include "hybrid/stamps.hpp"
 
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
@@ -399,15 +401,9 @@ private:
     }
 
     bool sound(const State& state) const {
-        // No NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length. Two sums, because
-        // processors take two at a time.
-        const Real* x = x_of(state);
-        Real sum = nx() % 2 ? x[nx() - 1] * x[nx() - 1] : 0, other = 0;
-        for (int i = 0; i + 1 < nx(); i += 2) {
-            sum += x[i] * x[i];
-            other += x[i + 1] * x[i + 1];
-        }
-        return std::isfinite(sum + other) && model_.plausible(state);
+        // No NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length.
+        const Eigen::Map<const Eigen::Matrix<Real, compiled_nx<Model>(), 1>> x(x_of(state), nx());
+        return std::isfinite(x.squaredNorm()) && model_.plausible(state);
     }
 
     // The chain of events begins with a base that stands for all that went before.
@@ -557,12 +553,15 @@ private:
     }
 
     Outcome look_ahead(double t_s) {
-        const State& at_event = newest();
-        view_ = &at_event;
+        view_ = &newest();
         const double interval_s = t_s - newest_time_s();
-        if (!(interval_s > 0)) return Outcome::ok;
+        return interval_s > 0 ? coast(interval_s) : Outcome::ok;
+    }
+
+    // By itself: a row of a recording is shown at its own samples.
+    HNAV_RARE Outcome coast(double interval_s) {
         State& ahead = coasted();
-        copy(ahead, at_event);
+        copy(ahead, newest());
         if (!flow_over(ahead, interval_s, max_look_ahead_s) || !sound(ahead)) return Outcome::diverged;
         view_ = &ahead;
         return Outcome::ok;

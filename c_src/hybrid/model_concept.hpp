@@ -158,6 +158,13 @@ auto sizes_of(const Model& model) {
     else return RuntimeSizes{model.channels(), model.values(), model.state_bytes()};
 }
 
+// The number of continuous states; -1, which is dynamic to Eigen, where only the model itself knows it.
+template <class Model>
+constexpr int compiled_nx() {
+    if constexpr (has_fixed_size<Model>) return Model::nx;
+    else return -1;
+}
+
 template <class Model>
 constexpr int nx_of(const Model& model) {
     if constexpr (has_fixed_size<Model>) return Model::nx;

@@ -31,9 +31,10 @@ struct Frames {
         return same_navigation ? q_internal : multiply(user_from_internal, q_internal);
     }
     Quaternion to_internal(const Quaternion& q_user) const { return multiply(conjugate(user_from_internal), q_user); }
-    Vector3 to_body(const double* sensor_axes) const {
-        const Vector3 v(sensor_axes);
-        return same_body ? v : Vector3(mounting * v);
+    void to_body(const double* sensor_axes, double* body_axes) const {
+        Eigen::Map<Vector3> v(body_axes);
+        v = Vector3(sensor_axes);
+        if (!same_body) v = mounting * Vector3(v);
     }
     // Variances about the user's navigation axes, from the covariance about the internal ones.
     template <class R>
