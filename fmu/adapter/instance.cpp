@@ -157,17 +157,10 @@ void Instance::note(const char* format, ...) const {
     va_end(arguments);
 }
 
-bool Instance::allowed(Call call) const {
-    const Rule& rule = rule_of(call);
-    if (!(rule.interfaces & options_.interface)) {
-        fail("%s does not belong to %s", rule.name, options_.interface == co_simulation ? "Co-Simulation" : "Model Exchange");
-        return false;
-    }
-    if (!(rule.modes & mode_)) {
-        fail("%s is not allowed in %s", rule.name, mode_name(mode_));
-        return false;
-    }
-    return true;
+bool Instance::refuse(const Rule& rule) const {
+    if (rule.interfaces & options_.interface) fail("%s is not allowed in %s", rule.name, mode_name(mode_));
+    else fail("%s does not belong to %s", rule.name, options_.interface == co_simulation ? "Co-Simulation" : "Model Exchange");
+    return false;
 }
 
 // ------------------------------------------------------------------------------------------------ life
@@ -334,22 +327,39 @@ const Variable* Instance::row_of(unsigned reference, Type type) const {
     return nullptr;
 }
 
+namespace {
+
+template <class T>
+T told_as(double value) {
+    if constexpr (std::is_same_v<T, int>) return static_cast<T>(std::fmin(value, 2147483647)); // where 32 bits end
+    else return static_cast<T>(value);
+}
+
+} // namespace
+
 template <class T>
 Status Instance::get(Type type, const unsigned* references, std::size_t n, T* out) {
     if (!allowed(Call::get_variable)) return Status::error;
+    const Slot* const slots = slots_;
+    const auto size = static_cast<unsigned>(table_.size());
     unsigned groups = 0;
+    std::size_t rows = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        if (!names(references[i], type) && !row_of(references[i], type)) return Status::error;
-        groups |= slots_[references[i]].group;
+        const unsigned reference = references[i];
+        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
+        groups |= slots[reference].group;
+        rows += static_cast<std::size_t>(slots[reference].rows);
     }
     if (refresh(groups) != Status::ok) return Status::error;
+    const double* const values = values_;
+    const auto time_row = static_cast<unsigned>(time_row_);
+    if (rows == n) { // one each
+        for (std::size_t i = 0; i < n; ++i) out[i] = told_as<T>(references[i] == time_row ? time_s_ : values[references[i]]);
+        return Status::ok;
+    }
     for (std::size_t i = 0; i < n; ++i) {
-        const bool is_time = static_cast<int>(references[i]) == time_row_;
-        const double *value = is_time ? &time_s_ : values_ + references[i], *end = value + slots_[references[i]].rows;
-        for (; value < end; ++value) {
-            if constexpr (std::is_same_v<T, int>) *out++ = static_cast<T>(std::fmin(*value, 2147483647)); // where 32 bits end
-            else *out++ = static_cast<T>(*value);
-        }
+        const double* value = references[i] == time_row ? &time_s_ : values + references[i];
+        for (int k = 0; k < slots_[references[i]].rows; ++k) *out++ = told_as<T>(value[k]);
     }
     return Status::ok;
 }
@@ -368,29 +378,39 @@ Status Instance::check_value(const Variable& v, double value) const {
     return Status::ok;
 }
 
+// The same for all rows of a variable. By itself: what a simulation sets is inputs.
+template <class T>
+__attribute__((noinline)) Status Instance::check_values(unsigned reference, const T* values) const {
+    for (int k = 0; k < slots_[reference].rows; ++k)
+        if (check_value(table_[static_cast<int>(reference) + k], static_cast<double>(values[k])) != Status::ok)
+            return Status::error;
+    return Status::ok;
+}
+
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
     const T* value = in;
     const Slot* const slots = slots_;
+    const auto size = static_cast<unsigned>(table_.size());
     bool inputs = false;
     for (std::size_t i = 0; i < n; ++i) {
-        if (!names(references[i], type) && !row_of(references[i], type)) return Status::error;
-        const Slot& slot = slots[references[i]];
+        const unsigned reference = references[i];
+        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
         // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
-        if (slot.is_input) inputs = true;
-        else
-            for (int k = 0; k < slot.rows; ++k)
-                if (check_value(table_[references[i] + k], static_cast<double>(value[k])) != Status::ok) return Status::error;
-        value += slot.rows;
+        if (slots[reference].is_input) inputs = true;
+        else if (check_values(reference, value) != Status::ok) return Status::error;
+        value += slots[reference].rows;
     }
     if (inputs && !allowed(Call::set_input)) return Status::error;
     // All or nothing: a refused call has changed no value.
     double* const values = values_;
+    if (value == in + n) { // one row each
+        for (std::size_t i = 0; i < n; ++i) values[references[i]] = static_cast<double>(in[i]);
+        return Status::ok;
+    }
     for (std::size_t i = 0; i < n; ++i) {
         double* const to = values + references[i];
-        const int rows = slots[references[i]].rows;
-        *to = static_cast<double>(*in++); // most have one row
-        for (int k = 1; k < rows; ++k) to[k] = static_cast<double>(*in++);
+        for (int k = 0; k < slots[references[i]].rows; ++k) to[k] = static_cast<double>(*in++);
     }
     return Status::ok;
 }
@@ -422,8 +442,8 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     double end_s = t_s + step_s;
     take_samples(t_s);
     // A sample that falls inside the step is worth an early return to an importer that handles events.
-    const double due_s = model_->next_sample_s(values_);
-    if (options_.event_mode_used && options_.early_return_allowed && due_s < end_s - time_tolerance(end_s, step_s)) {
+    const double due_s = options_.event_mode_used ? model_->next_sample_s(values_) : no_bound;
+    if (options_.early_return_allowed && due_s < end_s - time_tolerance(end_s, step_s)) {
         end_s = due_s;
         reply->early_return = true;
     }
@@ -432,7 +452,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;
-    reply->event_handling_needed = options_.event_mode_used && due_s <= end_s + time_tolerance(end_s, step_s);
+    reply->event_handling_needed = due_s <= end_s + time_tolerance(end_s, step_s);
     reply->last_successful_s = end_s;
     if (update) { // the importer may read, and no more, while its callback runs
         mode_ = intermediate;

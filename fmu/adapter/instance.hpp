@@ -52,7 +52,10 @@ public:
     ~Instance();
 
     // Says why and answers false when the call may not come now.
-    bool allowed(Call call) const;
+    bool allowed(Call call) const {
+        const Rule& rule = rule_of(call);
+        return ((rule.interfaces & options_.interface) && (rule.modes & mode_)) || refuse(rule);
+    }
     Status permit(Call call) const { return allowed(call) ? Status::ok : Status::error; }
     Status fail(const char* format, ...) const __attribute__((format(printf, 2, 3)));
     // Of the log, by the status that it goes with.
@@ -135,12 +138,12 @@ private:
     // The row that an importer names; null when there is none, or none of this type, which is said.
     const Variable* row_of(unsigned reference) const;
     const Variable* row_of(unsigned reference, Type type) const;
+    bool refuse(const Rule& rule) const; // false, with the reason
     Status check_value(const Variable& row, double value) const;
+    template <class T>
+    Status check_values(unsigned reference, const T* values) const;
     // Rows of the variable of this value reference; 1 where arrays are none, and for references without a variable.
     int rows_at(unsigned reference) const { return row_of_table(reference) ? slots_[reference].rows : 1; }
-    bool names(unsigned reference, Type type) const {
-        return row_of_table(reference) && slots_[reference].rows > 0 && slots_[reference].type == type;
-    }
     bool row_of_table(unsigned reference) const { return reference < static_cast<unsigned>(table_.size()); }
     std::size_t elements(const unsigned* references, std::size_t n) const;
     Status check_states(const double* x, std::size_t n) const;
@@ -163,6 +166,7 @@ private:
         unsigned group;
         Type type;
         bool is_input;
+        bool is_of(Type asked) const { return rows > 0 && type == asked; }
     };
     Slot* slots_ = nullptr;
     int time_row_ = -1; // of the independent variable

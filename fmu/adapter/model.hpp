@@ -11,7 +11,8 @@ namespace hnav::fmu {
 
 // A line for the importer's log.
 struct Message {
-    char text[320] = "";
+    char text[320];
+    Message() { text[0] = '\0'; } // not all of it: each step has one
 };
 
 // Which samples were lost: by the parameter that is the period and its value, or by the counter, which has none.

@@ -79,7 +79,7 @@ private:
     // A counter that went up by more than one says that samples came and went between two communication points.
     bool counter_changed(double now, double* lost) {
         if (now == seen) return false;
-        *lost = std::fmax(0, now - seen - 1); // a sensor that starts anew has lost nothing
+        *lost = std::max(0.0, now - seen - 1); // a sensor that starts anew has lost nothing
         seen = now;
         return true;
     }
