@@ -6,6 +6,7 @@ import pytest
 
 from command_line import hnav
 from hnav.filters.observer import Observer
+from hnav.reports.observer_page import _shown_to
 from observer.little_fmu import MODES, packed
 from observer.test_fmu_plants import T_S, little_plan, samples
 from observer.test_plan_files import TEXT
@@ -143,3 +144,12 @@ def test_an_fmu_that_cannot_be_observed(little_binary, tmp_path):
     fmu = packed(tmp_path / "ball.fmu", little_binary, indicators=1)
     done = hnav("observe", fmu)
     assert done.returncode == 2 and "1 state event and cannot save its state" in done.stderr
+
+
+def test_innovations_are_drawn_at_their_own_size():
+    sigma, innovation = np.full(100, 0.1), np.full(100, 0.05)
+    sigma[0] = innovation[0] = 50.0
+    innovation[50] = 2.0
+    assert 0.3 < _shown_to(sigma, np.array([0.05] * 100)) < 1
+    assert _shown_to(sigma, innovation) > 2
+    assert _shown_to(np.zeros(3), np.zeros(3)) == 1

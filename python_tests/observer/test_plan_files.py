@@ -48,6 +48,7 @@ def test_a_plan_of_a_file_is_the_same_plan(little_fmu, tmp_path):
         ("[input.u]\nstart = 0", "[input]\nu = 1", r'\[input\] has no tables: write \[input."u"\]'),
         ("[plant]", "[plant", "no TOML"),
         ("horizon_s", "horizn_s", "did you mean horizon_s"),
+        ("set = {mode = 0}", "neverfreed = true", r"\[plant\] has no neverfreed; it has fmu, set, memoryless, never_freed"),
     ],
 )
 def test_a_wrong_file_is_refused_by_its_entry(little_fmu, tmp_path, old, new, said):
