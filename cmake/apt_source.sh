@@ -24,5 +24,5 @@ apt() {
 }
 apt update
 cd "$folder"
-apt source --download-only "$package"
+apt source --download-only --tar-only "$package"
 ls "$folder/${package}"_*.orig.tar.* | grep -v '\.asc$' | head -1
