@@ -79,6 +79,20 @@ bool Model::split_at_newest(const Run& run, double* part) const {
     return split(run, waiting, part, e, -std::fabs(e.rate) * since_s, J);
 }
 
+// The part beside what it is if the event comes, which is to_s and distance away.
+bool Model::split_after_jump(const Run& run, double* part, Passage& e, double to_s, double distance) const {
+    const Problem& p = *problem_;
+    const Layout& at = layout();
+    double *jumped = work_->branch(work_->branches_used), *J = work_->slope_here;
+    std::copy_n(part, at.part_numbers, jumped);
+    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
+    jumped[at.next_event] = e.next_after;
+    jumped[at.jumps] += 1;
+    for (int i = 0; i < p.N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
+    expected(part, e.X);
+    return split(run, part, jumped, e, distance, J);
+}
+
 // The event has not come, but may have: the guard is reached along the flow, jumped there, and flown back from.
 bool Model::split_at_next(const Run& run, double* part) const {
     const Problem& p = *problem_;
@@ -105,15 +119,8 @@ bool Model::split_at_next(const Run& run, double* part) const {
     if (!e.derivable) return true;
     if (e.silent) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
 
-    double *jumped = work_->branch(work_->branches_used), *J = work_->slope_here;
-    std::copy_n(part, at.part_numbers, jumped);
-    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
-    jumped[at.next_event] = e.next_after;
-    jumped[at.jumps] += 1;
-    for (int i = 0; i < p.N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
-    expected(part, e.X);
     for (int i = 0; !falls && i < p.N; ++i) e.gradient[i] = -e.gradient[i];
-    return split(run, part, jumped, e, distance, J);
+    return split_after_jump(run, part, e, to_s, distance);
 }
 
 // e.X goes along its slope to a guard and as little as it takes beyond, after_s from now.

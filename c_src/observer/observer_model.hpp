@@ -279,6 +279,7 @@ private:
     bool doubt_stiffly(const Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(const Run& run, double* part) const;
     bool split_at_next(const Run& run, double* part) const;
+    bool split_after_jump(const Run& run, double* part, Passage& e, double to_s, double distance) const;
     bool reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const;
     int next_guard(const double* part, const double* P) const;
     bool split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const;
