@@ -1,10 +1,12 @@
 // The C boundary of the observer: how one is made, and its samples.
 #include "c_api/observer.hpp"
 
+#include "base/hash.hpp"
 #include "c_api/sized.hpp"
 #include "observer/callback_plant.hpp"
 #include "options/lists.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <initializer_list>
 
@@ -115,6 +117,10 @@ hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hna
     if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
     if (status != HNAV_OK) return status;
     o->plant->holders = {o, each_holder};
+    // A place is used again, and another copy of this library in the process counts by itself.
+    static std::atomic<std::uint64_t> made{0};
+    const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
+    o->own_number = hnav::hash(own, sizeof own);
     push_start(o);
     return status;
 }

@@ -38,6 +38,7 @@ struct hnav_observer : hnav::KeptMessage<512> {
     Filter filter;
     std::optional<double> start_s; // when it is given
     std::uint64_t dropped = 0;
+    std::uint64_t own_number = 0; // no other observer of this process has it
 };
 
 namespace hnav {

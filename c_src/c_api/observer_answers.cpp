@@ -52,6 +52,28 @@ hnav_status push_row(hnav_observer* o, const hnav_observer_run_input& in, std::s
     return HNAV_OK;
 }
 
+// What a snapshot begins with.
+struct SnapshotHead {
+    std::uint64_t observer, dropped;
+};
+
+// Of a snapshot of this observer; else it is said.
+const unsigned char* behind_head(const hnav_observer* o, const void* buffer, std::size_t bytes, SnapshotHead* head) {
+    if (bytes > sizeof *head) std::memcpy(head, buffer, sizeof *head);
+    if (bytes > sizeof *head && head->observer == o->own_number) return static_cast<const unsigned char*>(buffer) + sizeof *head;
+    o->fail(HNAV_ERROR_STATE_CORRUPT,
+            "these %zu bytes are no snapshot of this observer: a snapshot ends with the observer that it was taken of", bytes);
+    return nullptr;
+}
+
+// What the plant has remembered is held by the snapshot too, or no more.
+bool hold_states(const hnav_observer* o, const unsigned char* snapshot, std::size_t bytes, int by) {
+    const Layout& at = o->layout();
+    return o->filter.visit_snapshot(snapshot, bytes, [&](const hnav::RuntimeState& s) {
+        for (int i = 0; i < at.parts; ++i) o->plant->hold(s.x() + i * at.part_numbers + at.memory, by);
+    });
+}
+
 } // namespace
 
 extern "C" {
@@ -179,7 +201,8 @@ hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size
     if (!observer->plant->memory_lasts())
         return observer->fail(
             HNAV_ERROR_UNSUPPORTED,
-            "the plant cannot write down what it remembers (canSerializeFMUstate): its observer cannot be saved");
+            "the plant cannot write down what it remembers (canSerializeFMUstate): its observer cannot be saved, but for a "
+            "snapshot in this process; export the plant with it");
     if (const hnav_status status = hnav::save_status(*observer, bytes, observer->filter.state_size())) return status;
     observer->filter.save(buffer);
     return HNAV_OK;
@@ -188,6 +211,44 @@ hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size
 hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes) {
     REQUIRE(observer, buffer);
     return hnav::load_status(*observer, observer->filter.load(buffer, bytes), "observer", bytes, observer->filter.state_size());
+}
+
+hnav_status hnav_observer_snapshot_size(const hnav_observer* observer, size_t* bytes) {
+    REQUIRE(observer, bytes);
+    *bytes = sizeof(SnapshotHead) + observer->filter.snapshot_size();
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_take_snapshot(const hnav_observer* observer, void* buffer, size_t bytes) {
+    REQUIRE(observer, buffer);
+    const std::size_t inside = observer->filter.snapshot_size();
+    const SnapshotHead head{observer->own_number, observer->dropped};
+    if (const hnav_status status = hnav::save_status(*observer, bytes, sizeof head + inside)) return status;
+    auto* place = static_cast<unsigned char*>(buffer) + sizeof head;
+    std::memcpy(buffer, &head, sizeof head);
+    observer->filter.take_snapshot(place);
+    hold_states(observer, place, inside, 1);
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_restore_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
+    REQUIRE(observer, buffer);
+    SnapshotHead head;
+    const unsigned char* place = behind_head(observer, buffer, bytes, &head);
+    if (!place) return HNAV_ERROR_STATE_CORRUPT;
+    if (!observer->filter.restore_snapshot(place, bytes - sizeof head))
+        return observer->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
+    observer->dropped = head.dropped;
+    return HNAV_OK;
+}
+
+hnav_status hnav_observer_release_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
+    REQUIRE(observer, buffer);
+    SnapshotHead head;
+    const unsigned char* place = behind_head(observer, buffer, bytes, &head);
+    if (!place) return HNAV_ERROR_STATE_CORRUPT;
+    if (hold_states(observer, place, bytes - sizeof head, -1)) return HNAV_OK;
+    return observer->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
 }
 
 } // extern "C"

@@ -299,14 +299,27 @@ public:
         for (int i = 0; i < queue_.solved(); ++i) place = put(place, &queue_.after(i), queue_.sizes().state_bytes());
     }
 
+    // Every state in a snapshot, one after the other in the same place. False: no snapshot of such a filter.
+    template <class Visit>
+    bool visit_snapshot(const void* buffer, std::size_t size, Visit&& visit) const {
+        Kept kept;
+        const unsigned char* place = open_snapshot(buffer, size, &kept);
+        if (!place) return false;
+        place = get(place, spare_, queue_.sizes().state_bytes());
+        visit(*spare_);
+        place += kept.events * queue_.sizes().event_bytes();
+        for (std::uint64_t i = 0; i < kept.solved; ++i) {
+            place = get(place, spare_, queue_.sizes().state_bytes());
+            visit(*spare_);
+        }
+        return true;
+    }
+
     // False: no snapshot of such a filter; it is as it was.
     bool restore_snapshot(const void* buffer, std::size_t size) {
         Kept kept;
-        if (size < sizeof kept) return false;
-        const unsigned char* place = get(static_cast<const unsigned char*>(buffer), &kept, sizeof kept);
-        if (!possible(kept) ||
-            size != sizeof kept + (1 + kept.solved) * queue_.sizes().state_bytes() + kept.events * queue_.sizes().event_bytes())
-            return false;
+        const unsigned char* place = open_snapshot(buffer, size, &kept);
+        if (!place) return false;
         place = get(place, coasted_, queue_.sizes().state_bytes());
         queue_.clear();
         for (std::uint64_t i = 0; i < kept.events; ++i) queue_.append();
@@ -370,6 +383,15 @@ private:
     bool possible(const Kept& kept) const {
         return kept.events >= 1 && kept.events <= static_cast<std::uint64_t>(settings_.queue_capacity) && kept.solved >= 1 &&
                kept.solved <= kept.events;
+    }
+
+    // What stands behind kept, or null.
+    const unsigned char* open_snapshot(const void* buffer, std::size_t size, Kept* kept) const {
+        if (size < sizeof *kept) return nullptr;
+        const unsigned char* place = get(static_cast<const unsigned char*>(buffer), kept, sizeof *kept);
+        const bool fits = possible(*kept) && size == sizeof *kept + (1 + kept->solved) * queue_.sizes().state_bytes() +
+                                                         kept->events * queue_.sizes().event_bytes();
+        return fits ? place : nullptr;
     }
 
     void take_back(const Kept& kept) {

@@ -302,6 +302,10 @@ Answer FmuPlant::recall(const double* memory) {
     return done;
 }
 
+void FmuPlant::hold(const double* memory, int by) {
+    if (sizes.events) memory_.hold(memory + inputs_and_parameters(), by);
+}
+
 Answer FmuPlant::step_done(const Point& at, bool* wants_event) {
     *wants_event = false;
     if (!plan_.step_done) return Answer::ok;

@@ -23,6 +23,7 @@ public:
     Answer event(const Point& at, double* x, double* next_s) override;
     Answer remember(double* memory) override;
     Answer recall(const double* memory) override;
+    void hold(const double* memory, int by) override;
     Answer step_done(const Point& at, bool* wants_event) override;
     bool memory_lasts() const override { return !sizes.events || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }

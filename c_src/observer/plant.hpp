@@ -71,6 +71,8 @@ public:
     // What it remembers, to and from so many numbers; nothing else changes.
     virtual Answer remember(double*) { return Answer::ok; }
     virtual Answer recall(const double*) { return Answer::ok; }
+    // Once more (by 1) or once less (-1) somebody beside the holders holds it.
+    virtual void hold(const double* /*memory*/, int /*by*/) {}
     // A step of the solver has come to this point. wants_event: now.
     virtual Answer step_done(const Point&, bool* wants_event) {
         *wants_event = false;

@@ -384,6 +384,36 @@ TEST(ObserverEvents, GoesOnFromASavedStateBitForBit) {
         }
 }
 
+TEST(ObserverEvents, ASnapshotIsGoneBackToAsOftenAsWantedBitForBit) {
+    for (Case& c : cases()) {
+        Observer o(c.given(0.2)), other(c.given(0.2));
+        const std::size_t cut = c.samples.size() / 2;
+        for (std::size_t k = 0; k < cut; ++k) use(o, c.interval_s * (k + 1), c.samples[k]);
+        std::size_t bytes = 0;
+        ASSERT_EQ(hnav_observer_snapshot_size(o, &bytes), HNAV_OK);
+        Bytes snapshot(bytes), end;
+        EXPECT_EQ(hnav_observer_take_snapshot(o, snapshot.data(), bytes - 1), HNAV_ERROR_SIZE);
+        ASSERT_EQ(hnav_observer_take_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+        for (int time = 0; time < 3; ++time) {
+            for (std::size_t k = cut; k < c.samples.size(); ++k) use(o, c.interval_s * (k + 1), c.samples[k]);
+            if (time == 0) end = o.saved();
+            EXPECT_EQ(o.saved(), end);
+            if (time == 1) EXPECT_EQ(hnav_observer_reset(o), HNAV_OK);
+            ASSERT_EQ(hnav_observer_restore_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+        }
+        const Bytes before = o.saved();
+        for (const std::size_t wrong : {std::size_t{0}, std::size_t{16}, std::size_t{24}, bytes - 8}) {
+            EXPECT_EQ(hnav_observer_restore_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
+            EXPECT_EQ(hnav_observer_release_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
+        }
+        EXPECT_EQ(hnav_observer_restore_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
+        EXPECT_NE(other.message().find("ends with the observer that it was taken of"), std::string::npos);
+        EXPECT_EQ(hnav_observer_release_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
+        EXPECT_EQ(hnav_observer_release_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+        EXPECT_EQ(o.saved(), before);
+    }
+}
+
 TEST(ObserverEvents, TwoObserversOfOnePlantAreAsAlone) {
     // One heater for both: each puts back what it remembers.
     Heater shared;

@@ -103,7 +103,7 @@ public:
     }; // followed by the numbers
     Status take_snapshot(Snapshot** snapshot);
     Status restore_snapshot(const Snapshot* snapshot);
-    Status release_snapshot(Snapshot** snapshot) const;
+    Status release_snapshot(Snapshot** snapshot);
     Status get_snapshot_bytes(const Snapshot* snapshot, std::size_t* bytes) const;
     Status serialise(const Snapshot* snapshot, unsigned char* bytes, std::size_t size) const;
     Status deserialise(const unsigned char* bytes, std::size_t size, Snapshot** snapshot) const;
@@ -152,6 +152,10 @@ private:
     const double* rows_along(double* direction);
     Status refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
+    // Where the model's numbers stand in a snapshot, and how many bytes they take; null: it has none.
+    const unsigned char* model_in(const Snapshot* snapshot, std::size_t* bytes) const;
+    bool can_serialise(const Snapshot* snapshot) const; // false, with the reason
+    void release_model(const Snapshot* snapshot);
     std::uint64_t parameter_hash() const;
 
     Table table_;

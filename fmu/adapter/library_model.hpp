@@ -43,11 +43,11 @@ public:
             Calls::save(object_, static_cast<char*>(buffer) + sizeof memory_, state_size() - sizeof memory_);
     }
 
-    bool load(const void* buffer, std::size_t bytes) final {
+    bool load(const void* buffer, std::size_t bytes, Message* why) final {
         if (bytes < sizeof memory_ || (!has_history && bytes != sizeof memory_)) return false;
         if constexpr (has_history) {
             const char* state = static_cast<const char*>(buffer) + sizeof memory_;
-            if (Calls::load(object_, state, bytes - sizeof memory_) != HNAV_OK) return false;
+            if (!done(Calls::load(object_, state, bytes - sizeof memory_), why)) return false;
         }
         std::memcpy(&memory_, buffer, sizeof memory_);
         return true;

@@ -126,10 +126,12 @@ public:
 
     // The complete state apart from values, as plain numbers, whose size may change with what is waiting. load: into a model
     // made by initialise with equal values.
-    virtual bool can_save(Message* /*why*/) const { return true; }
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
-    virtual bool load(const void* buffer, std::size_t bytes) = 0;
+    virtual bool load(const void* buffer, std::size_t bytes, Message* why) = 0;
+    // Whether what was saved is good in another process; and its end, for a model that keeps something for it.
+    virtual bool can_serialise(const void* /*saved*/, std::size_t /*bytes*/, Message* /*why*/) const { return true; }
+    virtual void release(const void* /*saved*/, std::size_t /*bytes*/) {}
 
     // Back to the moment before initialise.
     virtual void clear() = 0;

@@ -33,18 +33,26 @@ std::size_t Instance::snapshot_bytes() const {
     return sizeof(Header) + (table_.size() + state_count_) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
 }
 
+const unsigned char* Instance::model_in(const Snapshot* snapshot, std::size_t* bytes) const {
+    const auto* place = reinterpret_cast<const unsigned char*>(snapshot + 1);
+    Header header;
+    std::memcpy(&header, place, sizeof header);
+    const std::size_t before = sizeof header + (table_.size() + state_count_) * sizeof(double);
+    *bytes = snapshot->bytes - before;
+    return header.has_model ? place + before : nullptr;
+}
+
 Status Instance::take_snapshot(Snapshot** snapshot) {
     if (!allowed(Call::fmu_state)) return Status::error;
     if (!snapshot) return fail("GetFMUState got a null pointer");
-    Message why;
-    if (has_model_ && !model_->can_save(&why)) return fail("%s", why.text);
     const std::size_t bytes = snapshot_bytes();
     if (!*snapshot || (*snapshot)->bytes != bytes) {
-        auto* fresh = static_cast<Snapshot*>(std::realloc(*snapshot, sizeof(Snapshot) + bytes));
+        auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + bytes));
         if (!fresh) return fail("no memory for the state of the FMU");
+        release_snapshot(snapshot);
         *snapshot = fresh;
         fresh->bytes = bytes;
-    }
+    } else release_model(*snapshot);
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
     Header header{snapshot_magic, 0,          token_,      bytes,   options_.interface, options_.event_mode_used,
                   mode_,          has_model_, parameters_, time_s_, start_s_,           stop_s_};
@@ -72,7 +80,7 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
         // A model that was made with these parameters is there, but for a state that came from elsewhere.
         const bool made = (has_model_ && parameters_ == header.parameters) ||
                           model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why);
-        if (!made || !model_->load(place + used, header.bytes - used)) {
+        if (!made || !model_->load(place + used, header.bytes - used, &why)) {
             restart();
             return fail("the state does not fit this instance: %s", why.text);
         }
@@ -87,21 +95,38 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     return Status::ok;
 }
 
-Status Instance::release_snapshot(Snapshot** snapshot) const {
+void Instance::release_model(const Snapshot* snapshot) {
+    std::size_t bytes = 0;
+    if (const unsigned char* saved = model_in(snapshot, &bytes)) model_->release(saved, bytes);
+}
+
+Status Instance::release_snapshot(Snapshot** snapshot) {
     if (!snapshot) return Status::ok;
+    if (*snapshot) release_model(*snapshot);
     std::free(*snapshot);
     *snapshot = nullptr;
     return Status::ok;
 }
 
+bool Instance::can_serialise(const Snapshot* snapshot) const {
+    std::size_t bytes = 0;
+    Message why;
+    const unsigned char* saved = model_in(snapshot, &bytes);
+    if (!saved || model_->can_serialise(saved, bytes, &why)) return true;
+    fail("%s", why.text);
+    return false;
+}
+
 Status Instance::get_snapshot_bytes(const Snapshot* snapshot, std::size_t* bytes) const {
     if (!snapshot || !bytes) return fail("SerializedFMUStateSize got a null pointer");
+    if (!can_serialise(snapshot)) return Status::error;
     *bytes = snapshot->bytes;
     return Status::ok;
 }
 
 Status Instance::serialise(const Snapshot* snapshot, unsigned char* bytes, std::size_t size) const {
     if (!snapshot || !bytes) return fail("SerializeFMUState got a null pointer");
+    if (!can_serialise(snapshot)) return Status::error;
     if (size < snapshot->bytes) return fail("SerializeFMUState got %zu bytes, the state has %zu", size, snapshot->bytes);
     std::memcpy(bytes, snapshot + 1, snapshot->bytes);
     Header header;

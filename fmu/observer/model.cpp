@@ -10,8 +10,23 @@ namespace {
 
 using namespace observer;
 
-using ObserverCalls = LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, hnav_observer_state_size,
-                                    hnav_observer_save, hnav_observer_load>;
+// A plant with events may be unable to write down what it remembers: then states are snapshots, good for this observer alone.
+bool keeps_states(const hnav_observer* o) {
+    double nothing;
+    return hnav_observer_save(o, &nothing, 0) == HNAV_ERROR_UNSUPPORTED;
+}
+hnav_status size_of_state(const hnav_observer* o, std::size_t* bytes) {
+    return keeps_states(o) ? hnav_observer_snapshot_size(o, bytes) : hnav_observer_state_size(o, bytes);
+}
+hnav_status save_state(const hnav_observer* o, void* buffer, std::size_t bytes) {
+    return keeps_states(o) ? hnav_observer_take_snapshot(o, buffer, bytes) : hnav_observer_save(o, buffer, bytes);
+}
+hnav_status load_state(hnav_observer* o, const void* buffer, std::size_t bytes) {
+    return keeps_states(o) ? hnav_observer_restore_snapshot(o, buffer, bytes) : hnav_observer_load(o, buffer, bytes);
+}
+
+using ObserverCalls =
+    LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, size_of_state, save_state, load_state>;
 
 constexpr int max_channels = 62; // known inputs and sensors together
 
@@ -21,6 +36,7 @@ struct ObserverMemory {
     double start_s, model_exchange;
     double reset_level, was_reset; // was_reset: Model Exchange has still to take the states
     double now_s, behind;          // of the last step; 1: outputs that look ahead are still to be brought there
+    double keeps_states;           // 1: its saved states are snapshots
 };
 
 class Observer final : public LibraryModel<Model, ObserverCalls, ObserverMemory> {
@@ -50,6 +66,7 @@ public:
         }
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
+        memory_.keeps_states = keeps_states(object_);
         memory_.reset_level = values[at_.row(reset_command)];
         for (int c = 0; c < channels(); ++c)
             memory_.sampled.clock[c] = {start_s, period_s(values, c), values[at_.row(sampling_mode)], 0, 0};
@@ -179,13 +196,27 @@ public:
     void show(double t_s, const double* x) override { hnav_observer_show(object_, t_s, x); }
     void rows_along(const double*, double*) const override {}
 
-    // A plant with events may be unable to write down what it remembers.
-    bool can_save(Message* why) const override {
-        double nothing;
-        return hnav_observer_save(object_, &nothing, 0) != HNAV_ERROR_UNSUPPORTED || done(HNAV_ERROR_UNSUPPORTED, why);
+    bool can_serialise(const void* saved, std::size_t bytes, Message* why) const override {
+        if (!is_snapshot(saved, bytes)) return true;
+        std::snprintf(
+            why->text, sizeof why->text,
+            "the plant cannot write down what it remembers: export it with canSerializeFMUstate, and the observer anew; "
+            "GetFMUState and SetFMUState work as they are");
+        return false;
+    }
+    // One of an observer that is gone went with it.
+    void release(const void* saved, std::size_t bytes) override {
+        if (object_ && is_snapshot(saved, bytes))
+            hnav_observer_release_snapshot(object_, static_cast<const char*>(saved) + sizeof memory_, bytes - sizeof memory_);
     }
 
 private:
+    static bool is_snapshot(const void* saved, std::size_t bytes) {
+        ObserverMemory memory{};
+        if (bytes > sizeof memory) std::memcpy(&memory, saved, sizeof memory);
+        return memory.keeps_states != 0;
+    }
+
     int channels() const { return at_.sizes.known_inputs + at_.sizes.sensors; }
     bool is_input(int channel) const { return channel < at_.sizes.known_inputs; }
     int sensor(int channel) const { return channel - at_.sizes.known_inputs; }

@@ -148,7 +148,7 @@ public:
 
     std::size_t state_size() const override { return sizeof memory_; }
     void save(void* buffer) const override { std::memcpy(buffer, &memory_, sizeof memory_); }
-    bool load(const void* buffer, std::size_t bytes) override {
+    bool load(const void* buffer, std::size_t bytes, Message* /*why*/) override {
         if (bytes != sizeof memory_) return false;
         std::memcpy(&memory_, buffer, sizeof memory_);
         return true;

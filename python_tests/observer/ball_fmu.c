@@ -22,7 +22,7 @@ typedef struct {
     fmi2CallbackFunctions callbacks;
 } Plant;
 
-static int copies = 0; /* of states that are out */
+int copies = 0; /* of states that are out */
 
 static fmi2Status fail(Plant* p, const char* text) {
     p->callbacks.logger(p->callbacks.componentEnvironment, "plant", fmi2Error, "error", "%s", text);

@@ -1,5 +1,8 @@
 """Observers as FMUs whose plant has events of its own, with what the plant can save."""
 
+import ctypes as C
+from pathlib import Path
+
 import fmpy
 import numpy as np
 import pytest
@@ -80,16 +83,129 @@ def test_what_the_plant_remembers_goes_with_the_saved_state(ball_binary, tmp_pat
         assert run(other, 20, 40) == end
 
 
-@versions
-def test_a_plant_that_cannot_write_its_state_makes_an_observer_that_says_so(ball_binary, tmp_path, version):
-    path = exported(tmp_path, ball_binary, version, attributes=SAVES)
-    offered = fmpy.read_model_description(str(path)).coSimulation
-    assert not offered.canGetAndSetFMUstate and not offered.canSerializeFMUstate
-    with Fmu(path) as fmu:
+@pytest.fixture(params=VERSIONS, ids=lambda v: f"fmi{v}")
+def keeping(request, ball_binary, tmp_path) -> Path:
+    """An observer whose plant can get and set its state and no more, with late samples."""
+    plan = plan_of(packed(tmp_path / "ball.fmu", ball_binary, SAVES))
+    Observer(plan, start_mode="given", horizon_s=0.12).export(tmp_path / "o.fmu", request.param, period_s=0.05)
+    return tmp_path / "o.fmu"
+
+
+def frees(fmu: Fmu):
+    return fmu.fmu.freeFMUState if fmu.fmi3 else fmu.fmu.freeFMUstate
+
+
+def copies_out(fmu: Fmu) -> C.c_int:
+    """Copies of states that the plant inside has made and that nobody has freed."""
+    (binary,) = Path(fmu._folder).glob("resources/plant/binaries/*/ball.so")
+    return C.c_int.in_dll(C.CDLL(str(binary)), "copies")
+
+
+def test_a_plant_that_keeps_its_states_itself_makes_an_observer_that_goes_back(keeping, ball_binary, tmp_path):
+    with Fmu(keeping) as fmu:
         begun(fmu)
-        assert np.isfinite(run(fmu, 0, 40)).all()
-        with pytest.raises(HnavError, match="cannot be saved"):
-            fmu.call(state_calls(fmu)[0])
+        saved, ends = {}, {}
+        for k in range(40):
+            saved[k] = fmu.call(state_calls(fmu)[0])
+            ends[k] = run(fmu, k, k + 1)
+        # Events before and after each, and hypotheses alive at some.
+        assert ends[39][4] > 2 and max(end[3] for end in ends.values()) > 1
+        put = state_calls(fmu)[3]
+        for k in (0, 39, 12, 5, 12, 30, *range(0, 40, 7)):
+            fmu.call(put, saved[k])
+            assert run(fmu, k, 40) == ends[39]
+        for k in range(40):
+            fmu.call(put, saved[k])
+            assert run(fmu, k, k + 1) == ends[k]
+        assert fmu.messages == []
+    # As where the plant writes its state down.
+    plan = plan_of(packed(tmp_path / "writes.fmu", ball_binary))
+    Observer(plan, start_mode="given", horizon_s=0.12).export(tmp_path / "w.fmu", 2, period_s=0.05)
+    with Fmu(tmp_path / "w.fmu") as writes:
+        begun(writes)
+        assert run(writes, 0, 40) == ends[39]
+
+
+def test_its_saved_states_cannot_leave_it_and_it_says_the_cure(keeping):
+    offered = fmpy.read_model_description(str(keeping))
+    for interface in (offered.coSimulation, offered.modelExchange):
+        assert interface.canGetAndSetFMUstate and not interface.canSerializeFMUstate
+    with Fmu(keeping) as fmu:
+        begun(fmu)
+        run(fmu, 0, 15)
+        take, to_bytes, _, put = state_calls(fmu)
+        state = take()
+        with pytest.raises(HnavError, match="export it with canSerializeFMUstate, and the observer anew"):
+            fmu.call(to_bytes, state)
+        expected = run(fmu, 15, 20)
+        fmu.call(put, state)
+        assert run(fmu, 15, 20) == expected
+        with Fmu(keeping) as other:
+            begun(other)
+            with pytest.raises(HnavError, match="a snapshot ends with the observer that it was taken of"):
+                other.call(state_calls(other)[3], state)
+        fmu.call(fmu.fmu.reset)
+        begun(fmu)
+        with pytest.raises(HnavError, match="a snapshot ends with the observer that it was taken of"):
+            fmu.call(put, state)
+        # The instance is as new then.
+        begun(fmu)
+        assert run(fmu, 0, 20) == expected
+        fmu.call(frees(fmu), state)
+
+
+def test_states_of_the_plant_are_freed_with_those_of_the_observer(keeping):
+    with Fmu(keeping) as fmu:
+        begun(fmu)
+        out = copies_out(fmu)
+        take, _, _, put = state_calls(fmu)
+        take_into = fmu._call_of("GetFMUState" if fmu.fmi3 else "GetFMUstate")
+        run(fmu, 0, 20)
+        start = take()
+        run(fmu, 20, 40)
+        fmu.call(put, start)
+        alone = out.value
+        for _ in range(20):
+            # Freed without having been set, after it was set, and after another was taken into it.
+            run(fmu, 20, 30)
+            states = [take() for _ in range(3)]
+            run(fmu, 30, 40)
+            fmu.call(put, states[1])
+            fmu.call(take_into, fmu.fmu.component, C.byref(states[2]))
+            for state in states:
+                fmu.call(frees(fmu), state)
+            fmu.call(put, start)
+        assert out.value <= 2 * alone
+        kept = [take() for _ in range(50)]
+        assert out.value <= 2 * alone
+        fmu.call(frees(fmu), kept[0])
+    # The instance takes with it what was not freed.
+    assert out.value == 0
+
+
+def test_an_integrator_of_the_importer_goes_back_through_events(keeping):
+    with Fmu(keeping, model_exchange=True) as fmu:
+        fmu.set("sampling_mode", "counter")
+        fmu.initialise()
+        out, y, t_s, names = copies_out(fmu), samples(), [0.0, *T_S], (*SHOWN, "est.v", "sigma.v", "time")
+
+        def goes_on(begin: int, end: int) -> list[float]:
+            for k in range(begin, end):
+                exchange_to(fmu, t_s[k], t_s[k + 1])
+                for name, value in (("value", y[k]), ("t_meas", T_S[k]), ("sample", k + 1)):
+                    fmu.set(f"h.{name}", value)
+            return [fmu.get(name) for name in names]
+
+        take, _, _, put = state_calls(fmu)
+        goes_on(0, 8)
+        before = fmu.call(take)
+        after = {end: goes_on(begin, end) for begin, end in ((8, 12), (12, 30))}
+        assert after[30][4] >= 2
+        for _ in range(3):
+            fmu.call(put, before)
+            assert {end: goes_on(begin, end) for begin, end in ((8, 12), (12, 30))} == after
+        assert fmu.messages == []
+    assert out.value == 0
 
 
 @versions

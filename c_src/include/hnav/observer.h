@@ -250,11 +250,20 @@ HNAV_API hnav_status hnav_observer_show(hnav_observer* observer, double t_s, con
 /* ------------------------------------------------------------------------------------------------ saved state */
 
 /* As for hnav_filter: numbers only; fits observers made with equal options, statistics and plant. Refused (UNSUPPORTED) for an FMU
- * with events that cannot serialise its state. */
+ * with events that cannot serialise its state: take a snapshot. */
 HNAV_API hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes);
 HNAV_API hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes);
 /* SIZE, STATE_CORRUPT, STATE_VERSION: the observer is as it was. */
 HNAV_API hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes);
+
+/* The same for this observer alone, while it lives, with any plant: an FMU that has to keep its states itself keeps those of a snapshot
+ * until the snapshot is released, once. Restoring it works as often as wanted and works nothing out again. The size changes with
+ * the samples that wait or may still be joined by late ones: ask for it each time.
+ * Errors: SIZE (of take); STATE_CORRUPT: no snapshot of this observer, which is as it was. */
+HNAV_API hnav_status hnav_observer_snapshot_size(const hnav_observer* observer, size_t* bytes);
+HNAV_API hnav_status hnav_observer_take_snapshot(const hnav_observer* observer, void* buffer, size_t bytes);
+HNAV_API hnav_status hnav_observer_restore_snapshot(hnav_observer* observer, const void* buffer, size_t bytes);
+HNAV_API hnav_status hnav_observer_release_snapshot(hnav_observer* observer, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus
 }

@@ -79,7 +79,7 @@ def texts(observer: Observer, fmi_version: int, period_s: float, covariance: boo
     title = f"Observer of {fmu.name}"
     about = About(
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
-        _saves(observer), fmu.once, observer.crosses_events() and fmu.step_done,
+        _serialises(observer), fmu.once, observer.crosses_events() and fmu.step_done,
     )  # fmt: skip
     return {
         "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
@@ -119,8 +119,8 @@ def _archive(contents: dict[str, bytes]) -> Iterator[bytes]:
     yield made.getvalue()
 
 
-def _saves(observer: Observer) -> bool:
-    """Whether its state can be saved, which is the plant's to allow."""
+def _serialises(observer: Observer) -> bool:
+    """Whether its state can be written down, which is the plant's to allow."""
     try:
         observer.save()
     except HnavError:

@@ -62,7 +62,8 @@ class About:
     description: str
     step_s: float
     stop_s: float
-    saves_state: bool = True
+    serialises_state: bool = True
+    """Its saved states are good in another process; in its own they always are."""
     once: bool = False
     """Only one instance for each process."""
     told_of_steps: bool = False
@@ -121,7 +122,9 @@ def _interfaces(about: About, fmi: int) -> list[str]:
     if fmi == 3:
         state = "canGetAndSetFMUState", "canSerializeFMUState"
     both = dict(modelIdentifier=about.identifier, canBeInstantiatedOnlyOncePerProcess=about.once or None)
-    both |= dict.fromkeys(state, about.saves_state or None) | {"canNotUseMemoryManagementFunctions": True if fmi == 2 else None}
+    both |= dict(zip(state, (True, about.serialises_state or None))) | {
+        "canNotUseMemoryManagementFunctions": True if fmi == 2 else None
+    }
     told = about.told_of_steps
     exchange = {"completedIntegratorStepNotNeeded": not told} if fmi == 2 else {"needsCompletedIntegratorStep": told}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
