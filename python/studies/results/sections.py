@@ -35,7 +35,9 @@ SECTIONS = {
     "stress": Section(
         "Recordings made harder",
         "The same trials begun in motion, with a field that is false at first, with samples lost, late and jittering; "
-        "`python -m pydoc studies.bench.stress` says what was done to them.",
+        "`python -m pydoc studies.bench.stress` says what was done to them. Samples that are lost, late or jittering cost the AHRS 10 % at "
+        "most, bursts of silence 31 %: how a fast hand turns in a tenth of a second without gyroscope is not in the other samples. Where the "
+        "field is false at a start at rest, the smoother is worse than the filter.",
         f"study bench {TRIALS} --sets CROP,XREST,XMOT,DROP,JITTER,LATE,BURST",
         False,
     ),
