@@ -11,34 +11,25 @@
 namespace hnav {
 namespace {
 
-enum class From { block, text, heap };
-
 // In front of every piece, and as long as the strictest alignment.
 struct alignas(16) Head {
     std::size_t bytes;
-    From from;
+    bool from_heap;
 };
 
 // The thread that makes a solver, and its block. The first guards the second.
 std::atomic<std::thread::id> maker;
 SundialsMemory* block = nullptr;
 
-// For the text of one error, given back at once; of two threads that fail together one goes to the heap.
-alignas(Head) char text[1024];
-std::atomic_flag text_is_taken = ATOMIC_FLAG_INIT;
-
 bool is_maker() { return maker.load(std::memory_order_relaxed) == std::this_thread::get_id(); }
 
 void* take_piece(std::size_t bytes) {
     if (bytes > PTRDIFF_MAX - 2 * sizeof(Head)) return nullptr;
     const std::size_t whole = sizeof(Head) + (bytes + sizeof(Head) - 1) / sizeof(Head) * sizeof(Head);
-    const auto headed = [&](void* piece, From from) -> void* { return piece ? new (piece) Head{bytes, from} + 1 : nullptr; };
-    if (is_maker()) {
-        if (void* piece = block ? block->take(whole) : nullptr) return headed(piece, From::block);
-    } else if (whole <= sizeof text && !text_is_taken.test_and_set(std::memory_order_acquire)) {
-        return headed(text, From::text);
-    }
-    return headed(std::malloc(whole), From::heap);
+    void* piece = is_maker() && block ? block->take(whole) : nullptr;
+    const bool from_heap = !piece;
+    if (from_heap) piece = std::malloc(whole);
+    return piece ? new (piece) Head{bytes, from_heap} + 1 : nullptr;
 }
 
 Head* head_of(void* piece) { return static_cast<Head*>(piece) - 1; }
@@ -91,11 +82,7 @@ void* hnav_sundials_realloc(void* piece, size_t bytes) {
 
 // A piece of the block goes with the block.
 void hnav_sundials_free(void* piece) {
-    if (!piece) return;
-    hnav::Head* head = hnav::head_of(piece);
-    const hnav::From from = head->from;
-    if (from == hnav::From::text) hnav::text_is_taken.clear(std::memory_order_release);
-    if (from == hnav::From::heap) std::free(head);
+    if (piece && hnav::head_of(piece)->from_heap) std::free(hnav::head_of(piece));
 }
 
 } // extern "C"

@@ -3,9 +3,8 @@
 // our vectors ask for while a solver is made is cut from it and goes with it.
 //
 // malloc has no argument to name the block by, so it is known to the process for as long as one thread makes a solver; others
-// that want to wait their turn, some microseconds. What SUNDIALS asks for beyond the block comes from the heap: a later version may
-// need more than was reserved. Once it solves, version 7 asks for memory for the text of an error, and does not look at the answer
-// either: for that a page is kept.
+// that want to wait their turn, some microseconds. What SUNDIALS asks for at any other time, or beyond the block, comes from the
+// heap: version 7 writes the texts of its errors there, and a later one may need more than was reserved.
 //
 // An installed SUNDIALS (HNAV_SYSTEM_SUNDIALS) calls malloc itself: only our vectors are cut from the block then.
 #pragma once

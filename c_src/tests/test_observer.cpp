@@ -7,6 +7,8 @@
 #include "maths/discretise.hpp"
 #include "observer.hpp"
 
+#include <sundials/sundials_config.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -687,7 +689,9 @@ TEST(Observer, AStiffIntervalAllocatesNothing) {
         EXPECT_EQ(hnav_observer_advance(observer, k), HNAV_OK);
     }
     heap::counting = false;
-    EXPECT_EQ(heap::allocations, 0);
+    // Version 7 of SUNDIALS writes the text of an error to the heap, and gives it back: that the explicit method has given up, once.
+    EXPECT_EQ(heap::allocations, SUNDIALS_VERSION_MAJOR < 7 ? 0 : 1);
+    EXPECT_EQ(heap::held, 0);
 #endif
 }
 
