@@ -3,11 +3,10 @@
 #include "hnav/hnav.h"
 
 #include "counted_heap.hpp"
+#include "hybrid/sundials_names.hpp"
 #include "laws.hpp"
 #include "maths/discretise.hpp"
 #include "observer.hpp"
-
-#include <sundials/sundials_config.h>
 
 #include <algorithm>
 #include <array>
