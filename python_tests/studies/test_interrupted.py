@@ -42,7 +42,7 @@ def test_a_command_that_writes_bit_by_bit_is_found_out(tmp_path, monkeypatch):
                 for part in range(10):
                     file.write(text[part * len(text) // 10 : (part + 1) * len(text) // 10])
                     file.flush()
-                    time.sleep(0.02)
+                    time.sleep(0.1)  # in all longer than the rest of the command
 
     monkeypatch.setattr(run_files, "write_files", write_slowly)
     (trial,) = interrupt(4, 1, tmp_path, ["filter"])
