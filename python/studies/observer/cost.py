@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import statistics
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from hnav.cli.words import UsageError
 from studies.compare.old_revision import TOP
-from studies.counting import counted, has_valgrind
+from studies.counting import compile_program, counted, has_valgrind, times_ns
 
 WORK = TOP / ".cache" / "observer"
 SAMPLES, RUNS = 200, 50
@@ -33,24 +31,14 @@ class Cost:
 
 def built() -> Path:
     """The program that runs any case. Raises UsageError."""
-    WORK.mkdir(parents=True, exist_ok=True)
-    program, library = WORK / "cost", TOP / "build/c_src"
-    source = Path(__file__).with_suffix(".cpp")
-    command = ["c++", "-std=c++17", "-O2", f"-I{TOP}/c_src/include", source, "-L", library, "-lhnav", f"-Wl,-rpath,{library}"]
-    done = subprocess.run([*map(str, command), "-o", program], capture_output=True, text=True)
-    if done.returncode:
-        raise UsageError(f"c++ failed:\n{done.stderr[-1500:]}")
-    return program
+    return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", TOP)
 
 
 def results(runs: int = RUNS) -> list[Cost]:
     """Of all cases; what a bounce adds is the difference of the last two."""
     program, made = built(), []
     for name, case in CASES.items():
-        done = subprocess.run([program, name, str(runs)], capture_output=True, text=True)
-        if done.returncode:
-            raise UsageError(done.stderr.strip())
-        times = [1e-3 * float(line) for line in done.stdout.split()]
+        times = [1e-3 * ns for ns in times_ns([program, name, str(runs)])]
         instructions = counted("timed_run", [program, name, "1"]) / SAMPLES if has_valgrind() else None
         made.append(Cost(case, instructions, min(times), statistics.median(times)))
     without, bouncing = made[-2:]
