@@ -57,13 +57,17 @@ struct SnapshotHead {
     std::uint64_t observer, dropped;
 };
 
-// Of a snapshot of this observer; else it is said.
-const unsigned char* behind_head(const hnav_observer* o, const void* buffer, std::size_t bytes, SnapshotHead* head) {
-    if (bytes > sizeof *head) std::memcpy(head, buffer, sizeof *head);
-    if (bytes > sizeof *head && head->observer == o->own_number) return static_cast<const unsigned char*>(buffer) + sizeof *head;
-    o->fail(HNAV_ERROR_STATE_CORRUPT,
-            "these %zu bytes are no snapshot of this observer: a snapshot ends with the observer that it was taken of", bytes);
-    return nullptr;
+// Of a snapshot of this observer act takes the head, what stands behind it and its bytes, and answers whether that is whole.
+template <class Act>
+hnav_status with_snapshot(const hnav_observer* o, const void* buffer, std::size_t bytes, Act&& act) {
+    SnapshotHead head{};
+    if (bytes > sizeof head) std::memcpy(&head, buffer, sizeof head);
+    if (bytes <= sizeof head || head.observer != o->own_number)
+        return o->fail(HNAV_ERROR_STATE_CORRUPT,
+                       "these %zu bytes are no snapshot of this observer: a snapshot ends with the observer that it was taken of",
+                       bytes);
+    if (act(head, static_cast<const unsigned char*>(buffer) + sizeof head, bytes - sizeof head)) return HNAV_OK;
+    return o->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
 }
 
 // What the plant has remembered is held by the snapshot too, or no more.
@@ -233,22 +237,18 @@ hnav_status hnav_observer_take_snapshot(const hnav_observer* observer, void* buf
 
 hnav_status hnav_observer_restore_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
     REQUIRE(observer, buffer);
-    SnapshotHead head;
-    const unsigned char* place = behind_head(observer, buffer, bytes, &head);
-    if (!place) return HNAV_ERROR_STATE_CORRUPT;
-    if (!observer->filter.restore_snapshot(place, bytes - sizeof head))
-        return observer->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
-    observer->dropped = head.dropped;
-    return HNAV_OK;
+    return with_snapshot(observer, buffer, bytes, [=](const SnapshotHead& head, const unsigned char* snapshot, size_t size) {
+        const bool whole = observer->filter.restore_snapshot(snapshot, size);
+        if (whole) observer->dropped = head.dropped;
+        return whole;
+    });
 }
 
 hnav_status hnav_observer_release_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
     REQUIRE(observer, buffer);
-    SnapshotHead head;
-    const unsigned char* place = behind_head(observer, buffer, bytes, &head);
-    if (!place) return HNAV_ERROR_STATE_CORRUPT;
-    if (hold_states(observer, place, bytes - sizeof head, -1)) return HNAV_OK;
-    return observer->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
+    return with_snapshot(observer, buffer, bytes, [=](const SnapshotHead&, const unsigned char* snapshot, size_t size) {
+        return hold_states(observer, snapshot, size, -1);
+    });
 }
 
 } // extern "C"
