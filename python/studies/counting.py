@@ -47,9 +47,12 @@ def run_compiler(command: Sequence[str | Path]) -> None:
 def compile_program(
     sources: Sequence[Path], program: Path, checkout: Path, folders: Sequence[Path] = (), objects: Sequence[Path] = ()
 ) -> Path:
-    """A program of C++ sources and objects, with headers in these folders, linked with the library of a checkout. Raises UsageError."""
+    """A program of C++ sources and objects, with headers in these folders and beside this file, linked with the library of a checkout.
+
+    Raises UsageError.
+    """
     program.parent.mkdir(parents=True, exist_ok=True)
-    headers, library = [f"-I{folder}" for folder in (checkout / "c_src/include", *folders)], checkout / "build/c_src"
+    headers, library = [f"-I{folder}" for folder in (checkout / "c_src/include", Path(__file__).parent, *folders)], checkout / "build/c_src"
     link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
     run_compiler(["c++", "-std=c++17", "-O3", *headers, *sources, *objects, *link])
     return program

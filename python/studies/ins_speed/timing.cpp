@@ -4,9 +4,10 @@
 //
 // DRIVE holds doubles: t_s (n), rate (n x 3), force (n x 3); of the aids t_s (m), sensor (m), value (m x 6). SOLVER: a number of
 // hnav_solver. EVERY: a row of answers for so many samples. Only timed_run is to be counted.
+#include "thread_time.hpp"
+
 #include <hnav/hnav.h>
 
-#include <time.h>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -26,12 +27,6 @@ struct Answers {
           sigma_velocity(3 * rows),
           sigma_rotation(3 * rows) {}
 };
-
-double cpu_s() {
-    timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
 
 int fail(const char* what) {
     std::fprintf(stderr, "timing: %s\n", what);

@@ -4,8 +4,8 @@
 //
 // SAMPLES holds doubles: t_s (n), rate (n x 3), force (n x 3), field (n x 3). Only timed_run is to be counted.
 #include "contenders.hpp"
+#include "thread_time.hpp"
 
-#include <time.h>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,12 +16,6 @@
 
 extern "C" __attribute__((noinline)) void timed_run(Contender& contender, const Samples& samples, const Results& results) {
     contender.run(samples, results);
-}
-
-static double cpu_s() {
-    timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
 static void time_runs(const char* file, std::size_t n, const std::string& name, int runs) {
