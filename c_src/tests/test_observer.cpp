@@ -7,6 +7,7 @@
 #include "laws.hpp"
 #include "maths/discretise.hpp"
 #include "observer.hpp"
+#include "van_der_pol.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,10 +17,13 @@
 #include <vector>
 
 using hnav::test::Bytes;
+using hnav::test::first_state;
 using hnav::test::Given;
 using hnav::test::Numbers;
 using hnav::test::Observer;
 using hnav::test::Random;
+using hnav::test::van_der_pol;
+using hnav::test::van_der_pol_jacobian;
 
 namespace {
 
@@ -53,25 +57,6 @@ Given linear() {
     g.noise = {0, 0.3, 0.02};
     g.sensor_sigma = {0.05, 0.1};
     return g;
-}
-
-int van_der_pol(void*, double, const double* x, const double*, const double*, double* dx) {
-    dx[0] = x[1];
-    dx[1] = (1 - x[0] * x[0]) * x[1] - x[0];
-    return 0;
-}
-
-int van_der_pol_jacobian(void*, double, const double* x, const double*, const double*, double* J) {
-    J[0] = 0;
-    J[1] = 1;
-    J[2] = -2 * x[0] * x[1] - 1;
-    J[3] = 1 - x[0] * x[0];
-    return 0;
-}
-
-int first_state(void*, double, const double* x, const double*, const double*, double* y) {
-    y[0] = x[0];
-    return 0;
 }
 
 Given oscillator() {

@@ -5,36 +5,20 @@
 // Cases: van_der_pol, a sample each 0.05 s; bouncing_ball, one in each jump, a little behind its top, so that a bounce and the return of
 // its indicator lie in every interval; falling_ball, the same without a floor. The estimate never splits. Only timed_run is to be counted.
 #include "hnav/hnav.h"
+#include "thread_time.hpp"
+#include "van_der_pol.hpp"
 
-#include <time.h>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 
+using namespace hnav::test;
+
 namespace {
 
 constexpr double gravity = 9.81;
-
-int oscillator(void*, double, const double* x, const double*, const double*, double* dx) {
-    dx[0] = x[1];
-    dx[1] = (1 - x[0] * x[0]) * x[1] - x[0];
-    return 0;
-}
-
-int oscillator_jacobian(void*, double, const double* x, const double*, const double*, double* J) {
-    J[0] = 0;
-    J[1] = 1;
-    J[2] = -2 * x[0] * x[1] - 1;
-    J[3] = 1 - x[0] * x[0];
-    return 0;
-}
-
-int first_state(void*, double, const double* x, const double*, const double*, double* y) {
-    y[0] = x[0];
-    return 0;
-}
 
 int first_of_two(void*, double, const double*, const double*, const double*, double* H) {
     H[0] = 1;
@@ -80,8 +64,8 @@ struct Case {
         auto plant = hnav_sized<hnav_plant>();
         plant.n_states = 2;
         plant.n_outputs = 1;
-        plant.derivatives = ball ? fall : oscillator;
-        plant.derivatives_jacobian = ball ? fall_jacobian : oscillator_jacobian;
+        plant.derivatives = ball ? fall : van_der_pol;
+        plant.derivatives_jacobian = ball ? fall_jacobian : van_der_pol_jacobian;
         plant.outputs = first_state;
         plant.outputs_jacobian = first_of_two;
         if (ball) {
@@ -114,12 +98,6 @@ struct Case {
             throw std::runtime_error("it went otherwise than meant");
     }
 };
-
-double cpu_s() {
-    timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
 
 } // namespace
 

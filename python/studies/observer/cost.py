@@ -31,7 +31,7 @@ class Cost:
 
 def built() -> Path:
     """The program that runs any case. Raises UsageError."""
-    return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", TOP)
+    return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", TOP, [TOP / "c_src/tests"])
 
 
 def results(runs: int = RUNS) -> list[Cost]:
