@@ -14,6 +14,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import numpy as np
@@ -24,7 +25,7 @@ from hnav.filters.observer import Observer
 from hnav.filters.observer_findings import findings
 from hnav.filters.observer_plan import Plan, read_plan
 from hnav.filters.observer_tuning import tune
-from hnav.io.outputs import temporary_folder, write_files
+from hnav.io.outputs import write_files
 from hnav.io.sample_table import sample_table
 from hnav.native.arrays import Array
 from studies.command import study
@@ -167,9 +168,8 @@ def observed(plan: Plan, columns: dict[str, Array], hours: float, tuned: bool = 
     return Result(nis, tuple(late), tuple(long), len(lids(hours)) - len(late), len(away) - len(hits))
 
 
-def plan_of_model() -> tuple[str, Plan]:
-    """The plan for the FMU, or, where there is none, for functions in Python; and which it is."""
-    folder = temporary_folder("hnav_thermal_box_")
+def plan_of_model(folder: Path) -> tuple[str, Plan]:
+    """The plan for the FMU, or, where there is none, for functions in Python, written into a folder; and which it is."""
     write_example(folder)
     plants = os.environ.get("HNAV_PLANTS")
     if not plants:
@@ -202,8 +202,9 @@ def command(
         say(f"hnav observe {write / 'box.py'} --plan {write / 'plan.toml'} --data {write / 'recording.csv'} --report page.html")
         return
     table = Table("model", "NIS by sensor", "lids", "found", "too late / s", "too long / s", "false")
-    name, plan = plan_of_model()
-    results = [observed(plan, recorded(np.random.default_rng(seed), hours), hours) for seed in range(runs)]
+    with TemporaryDirectory() as folder:
+        name, plan = plan_of_model(Path(folder))
+        results = [observed(plan, recorded(np.random.default_rng(seed), hours), hours) for seed in range(runs)]
     nis = np.array([result.nis for result in results])
     late, long = ([value for result in results for value in getattr(result, of)] for of in ("late_s", "long_s"))
     found, missed = len(late), sum(result.missed for result in results)

@@ -35,9 +35,9 @@ def test_an_opened_lid_is_found(box):
     assert 0 <= result.late_s[0] < 20 and 0 <= result.long_s[0] < 40
 
 
-def test_the_same_as_an_fmu_with_tuned_noises(plants):
+def test_the_same_as_an_fmu_with_tuned_noises(plants, tmp_path):
     columns = thermal_box.recorded(np.random.default_rng(3), HOURS)
-    result = thermal_box.observed(thermal_box.plan_of_model()[1], columns, HOURS)
+    result = thermal_box.observed(thermal_box.plan_of_model(tmp_path)[1], columns, HOURS)
     assert (result.missed, result.false) == (0, 0)
     assert all(0.8 < nis < 1.2 for nis in result.nis)
 

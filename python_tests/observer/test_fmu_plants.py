@@ -212,9 +212,12 @@ def test_illegal_questions_are_not_asked(little_fmu):
     assert set(proof) == {"derivatives_by_states"}
 
 
-def test_an_fmu_that_crashes_when_it_is_freed(tmp_path):
+def test_an_fmu_that_crashes_when_it_is_freed(tmp_path, monkeypatch):
     fmu = packed(tmp_path / "crashes.fmu", compiled(tmp_path, crashes_when_freed=True))
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
     done = hnav_process("observe", fmu)
+    assert not list((tmp_path / "temporary").iterdir())
     assert done.returncode == 2
     assert (
         "crashes.fmu crashed (SIGABRT), and took its process with it: ask its maker; one that crashes when it is freed goes with"

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import signal
 import sys
+import tempfile
 
 from hnav.cli.words import UsageError
+from hnav.io.outputs import temporary_folder
 
 
 def watched(binary: str, remedy: str) -> None:
@@ -19,8 +22,11 @@ def watched(binary: str, remedy: str) -> None:
         return
     sys.stdout.flush()
     sys.stderr.flush()
+    # What the child unpacks lies in here: it does not outlive a crash.
+    unpacked = temporary_folder("hnav_watched_")
     child = os.fork()
     if child == 0:
+        tempfile.tempdir = str(unpacked)
         return
     try:
         code = _ended(child)
@@ -28,6 +34,8 @@ def watched(binary: str, remedy: str) -> None:
         # From the keyboard it comes to both, from a kill to this one alone.
         os.kill(child, signal.SIGTERM)
         code = _ended(child)
+    finally:
+        shutil.rmtree(unpacked, ignore_errors=True)
     if code >= 0:
         sys.exit(code)
     raise UsageError(f"{binary} crashed ({signal.Signals(-code).name}), and took its process with it: {remedy}")
