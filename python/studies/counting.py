@@ -52,7 +52,8 @@ def compile_program(
     Raises UsageError.
     """
     program.parent.mkdir(parents=True, exist_ok=True)
-    headers, library = [f"-I{folder}" for folder in (checkout / "c_src/include", Path(__file__).parent, *folders)], checkout / "build/c_src"
+    headers = [f"-I{folder}" for folder in (checkout / "c_src/include", Path(__file__).parent, *folders)]
+    library = checkout / "build/c_src"
     link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
     run_compiler(["c++", "-std=c++17", "-O3", *headers, *sources, *objects, *link])
     return program
