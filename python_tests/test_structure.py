@@ -70,6 +70,14 @@ def test_the_attitude_filters_share_the_common_room_and_nothing_else(room):
                 assert name.split("/")[1] in ALLOWED_IN_ATTITUDE[room], f"{source.relative_to(TOP)} includes {name}"
 
 
+def test_the_navigation_filter_does_not_know_its_smoother():
+    smoother = TOP / "c_src/ins/smoother"
+    inside, outside = sources(smoother), [p for p in sources(TOP / "c_src") if smoother not in p.parents]
+    known = {name for path in outside for name in includes(path) if name.startswith("ins/smoother/")}
+    assert inside and known == {"ins/smoother/smoother.hpp"}
+    assert not [p for p in (TOP / "c_src/ins").glob("*.?pp") if any("smoother" in name for name in includes(p))]
+
+
 def test_sundials_is_behind_one_file():
     users = {
         p.name

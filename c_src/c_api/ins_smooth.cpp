@@ -1,7 +1,7 @@
 // The C boundary of the navigation filter: whole recordings with hindsight.
 #include "base/memory.hpp"
 #include "c_api/ins_object.hpp"
-#include "ins/smoother.hpp"
+#include "ins/smoother/smoother.hpp"
 
 #include <algorithm>
 #include <iterator>

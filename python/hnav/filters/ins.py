@@ -19,10 +19,11 @@ parallel; one filter serves one thread at a time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import numpy as np
 import numpy.typing as npt
@@ -411,6 +412,20 @@ class Aids:
 
 # --------------------------------------------------------------------------------------------- the filter
 
+_Arguments = ParamSpec("_Arguments")
+
+
+def _with_arguments_of(run: Callable[_Arguments, InsRun]) -> Callable[[Callable[..., InsRun]], Callable[_Arguments, InsRun]]:
+    """A method that takes what another one does, and shows it: the arguments are stated once."""
+
+    def shown(method: Callable[..., InsRun]) -> Callable[_Arguments, InsRun]:
+        known = inspect.signature(run)
+        kept = [one for name, one in known.parameters.items() if name != method.__name__]
+        method.__signature__ = known.replace(parameters=kept)  # type: ignore[attr-defined]
+        return method
+
+    return shown
+
 
 class Ins(HybridView):
     """The navigation filter.
@@ -493,37 +508,15 @@ class Ins(HybridView):
         force_b_m_s2: npt.ArrayLike,
         aids: Aids | None = None,
         every: int = 1,
+        smooth: bool = False,
     ) -> InsRun:
         """A whole recording, bit for bit as sample by sample.
 
         t_s: n, not decreasing; rate and force n x 3 in sensor axes, NaN for a missing sample. every: a row of the result for
         each so many rows, the last of them. Aids that came after the last row are not used. A run goes on from where the
-        filter stands: reset it before it takes another recording. Raises HnavValueError for arrays of other shapes,
-        HnavRuntimeError naming the row where the filter cannot go on.
+        filter stands: reset it before it takes another recording. smooth: with hindsight, as the method smooth tells. Raises
+        HnavValueError for arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
-        return self._batch("run", (ffi.NULL,), t_s, rate_b_rad_s, force_b_m_s2, aids, every)
-
-    def smooth(
-        self,
-        t_s: npt.ArrayLike,
-        rate_b_rad_s: npt.ArrayLike,
-        force_b_m_s2: npt.ArrayLike,
-        aids: Aids | None = None,
-        every: int = 1,
-    ) -> InsRun:
-        """The same with hindsight: every row from all samples, before it and after it, by a filter with the options of this one,
-        which stays as it is.
-
-        Aids act at their times of validity, however late they came. Rows from before the heading was found are navigation too, from
-        the first sample on; where nothing later tells it they are those of run, and so is the last row. Takes some ten times as long
-        as run. Raises as run does, and HnavRuntimeError when there is no memory.
-        """
-        return self._batch("smooth", (), t_s, rate_b_rad_s, force_b_m_s2, aids, every)
-
-    def _batch(
-        self, call: str, more: tuple[Any, ...], t_s: npt.ArrayLike, rate_b_rad_s: npt.ArrayLike, force_b_m_s2: npt.ArrayLike,
-        aids: Aids | None, every: int,
-    ) -> InsRun:  # fmt: skip
         if every < 1:
             raise HnavValueError("option", f"every = {every}: it is at least 1", "every")
         t = times(t_s)
@@ -538,15 +531,29 @@ class Ins(HybridView):
             aid_value=address(value),
         )  # fmt: skip
         wanted = new("hnav_ins_run_output", every=every, **{name: address(getattr(run, name)) for name in _OUTPUTS})
-        self._call(call, len(t), given, wanted, *more)
+        if smooth:
+            self._call("smooth", len(t), given, wanted)
+        else:
+            self._call("run", len(t), given, wanted, ffi.NULL)
         run.options = self.options
         return run
+
+    @_with_arguments_of(run)
+    def smooth(self, *samples: Any, **named: Any) -> InsRun:
+        """The same with hindsight: every row from all samples, before it and after it, by a filter with the options of this one,
+        which stays as it is. It takes the arguments of run.
+
+        Aids act at their times of validity, however late they came. Rows from before the heading was found are navigation too, from
+        the first sample on; where nothing later tells it they are those of run, and so is the last row. Takes some ten times as long
+        as run. Raises as run does, and HnavRuntimeError when there is no memory.
+        """
+        return self.run(*samples, **(named | {"smooth": True}))
 
     def run_recording(self, recording: Recording, every: int = 1, smooth: bool = False) -> InsRun:
         """A recording with its satellites, pressure and wheels, by a filter with the options of this one, which stays as it is.
 
-        every: as of run. smooth: with hindsight, as by smooth. Late samples are waited for, whatever horizon_s is; where gyroscope and accelerometer have times of
-        their own, the force is interpolated. Raises HnavError.
+        every: as of run. smooth: with hindsight, as by smooth. Late samples are waited for, whatever horizon_s is; where gyroscope
+        and accelerometer have times of their own, the force is interpolated. Raises HnavError.
         """
         from hnav.filters.ins_recording import run_recording  # it knows this filter
 

@@ -1,0 +1,80 @@
+// Backward: from the last correction to the first, and the rows between them.
+#include "ins/smoother/passes.hpp"
+
+namespace hnav::ins {
+
+constexpr double linear_rad = 0.005; // a heading about which everything may be linearised
+
+void Smoother::go_back(const Way& way, const Target* target) {
+    Later later{};
+    bool told = false, tried = false; // a way once more has told the rest of what led here; has been tried
+    for (std::size_t piece = way.count; piece-- > 0;) {
+        std::size_t nodes = go_through(way, piece), rows = rows_of_piece_;
+        while (nodes > 0) {
+            const Node& node = nodes_[--nodes];
+            const bool linked = node.linked;
+            if (!told) {
+                Hindsight now{{}, Covariance::of(node.state)};
+                if (target) now = seen_from(node.state, *target);
+                else if (later.known) later.known = step_back(later.step, later.hindsight, &now);
+                target = nullptr;
+                write_rows(nodes, now, later, &rows);
+                later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};
+                const bool wide = node.state.P[packed(row_phi + 2, row_phi + 2)] > linear_rad * linear_rad;
+                if (!way.model.settings().state_given && (!linked || (wide && !tried))) {
+                    told = go_back_before(Node(node), now, piece);
+                    tried = true;
+                    go_through(way, piece);
+                }
+            }
+            if (linked) continue;
+            told = tried = false;
+            later.known = false;
+            earned_ = 0;
+        }
+    }
+}
+
+// Those between this correction and the next.
+void Smoother::write_rows(std::size_t k, const Hindsight& now, const Later& later, std::size_t* rows) {
+    for (; *rows > 0; --*rows) {
+        const RowOfPiece& row = rows_[*rows - 1];
+        if (row.nodes != 0 && row.nodes != k + 1) return;
+        if (row.nodes == 0) continue;
+        earned_ |= flags_[row.row];
+        if (later.known) write_row(nodes_[k].state, row, now, later);
+    }
+}
+
+// Hindsight changes little from one correction to the next: what lies between is between them.
+void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsight& now, const Later& later) {
+    const double share = std::fmin(1, std::fmax(0, (row.t_s - node.last_event_s) / (later.t_s - node.last_event_s)));
+    double error[errors];
+    for (int i = 0; i < errors; ++i) error[i] = now.error[i] + share * (later.hindsight.error[i] - now.error[i]);
+    State s = node;
+    std::copy(row.x, row.x + nx, s.x);
+    add_error(error, s);
+    SmoothedRow out{};
+    Navigation& n = out.navigation;
+    const Matrix3 to_north = show_motion(s, mat(s.axes), &n);
+    const auto sigma = [&](int row) {
+        return sigmas_along(to_north, (1 - share) * now.P.block(row, row) + share * later.hindsight.P.block(row, row));
+    };
+    n.sigma_position = sigma(row_d);
+    n.sigma_velocity = sigma(row_v);
+    n.sigma_rotation = sigma(row_phi);
+    out.gyro_bias = vec(s.gyro_bias);
+    out.accel_bias = vec(s.accel_bias);
+    const Settings& settings = model_.settings();
+    const double lie = std::sqrt(std::fmax(1, node.nis_mean));
+    const auto ready = [&](int flag, double largest, double limit) {
+        return (earned_ >> flag & 1) != 0 && largest * lie < limit;
+    };
+    n.tilt_ready = ready(0, n.sigma_rotation.head<2>().maxCoeff(), settings.ready_tilt);
+    n.heading_ready = ready(1, n.sigma_rotation[2], settings.ready_heading);
+    n.velocity_ready = ready(2, n.sigma_velocity.maxCoeff(), settings.ready_velocity);
+    n.position_ready = ready(3, n.sigma_position.head<2>().maxCoeff(), settings.ready_position);
+    recording_.write(row.row, out);
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,96 @@
+// Across the change of phase: the part before the heading was found once more, linearised about what came later.
+#include "ins/smoother/passes.hpp"
+
+namespace hnav::ins {
+
+// The part before the heading was found, and known well enough to linearise about it. False: it could not be filtered again.
+bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std::size_t piece) {
+    Place place;
+    State begin, later = found.state;
+    if (!find_begin(found.state, piece, &place, &begin)) return false;
+    add_error(hindsight.error, later);
+    const Target target{later, hindsight.P};
+    carry_back(later, found.row, begin.last_event_s);
+    const double known_s = place_at_first_fix(later, place.aid) - begin.last_event_s;
+    Settings settings = model_.settings();
+    settings.state_given = true;
+    Way way{Model(settings), before_, 0, found.state.last_event_s, true, {}};
+    for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.aid, 5);
+    if (!go_forward(way, place, way.model.once_more(begin, later, known_s), false)) return false;
+    go_back(way, &target);
+    return true;
+}
+
+// Where the search for the heading began that has found it.
+bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, State* s) {
+    const auto within = [&found](const State& state) {
+        return state.times_lost == found.times_lost && state.phase != Phase::waiting &&
+               state.last_event_s >= found.levelling.began_s;
+    };
+    while (piece > 0 && within(main_[piece].state)) --piece;
+    *place = main_[piece].place;
+    *s = main_[piece].state;
+    Event event;
+    while (place->row < recording_.rows()) {
+        const std::size_t row = place->row;
+        while (next_event(recording_, *place, row, &event)) {
+            step_over(model_, *s, event);
+            if (within(*s)) return s->phase != Phase::navigating;
+        }
+    }
+    return false;
+}
+
+// Carried back for long a velocity is off by much, and a place by more: those of the first fixes from an aid on are near enough. Answers
+// the time of the place.
+double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
+    double at_s = s.last_event_s;
+    bool has_place = model_.settings().place_given, has_velocity = false;
+    if (has_place) vec(s.x).setZero();
+    vec(s.x + 3).setZero();
+    for (; aid < recording_.aids() && recording_.aid(aid).t_s <= s.last_event_s && !(has_place && has_velocity); ++aid) {
+        const Sample& fix = recording_.aid(aid);
+        const earth::Place place{fix.value[0], fix.value[1], fix.value[2]};
+        if (fix.channel == position && !has_place) {
+            vec(s.x) = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
+            at_s = fix.t_s;
+            has_place = true;
+        } else if (fix.channel == velocity && !has_velocity) {
+            const Vector3 v(fix.value[0], fix.value[1], std::isnan(fix.value[2]) ? 0 : fix.value[2]);
+            vec(s.x + 3) = mat(s.axes).transpose() * (mat(s.fix_axes) * v);
+            has_velocity = true;
+        }
+    }
+    return at_s;
+}
+
+// Of so many fixes from an aid on the last.
+double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
+    for (; aid < recording_.aids(); ++aid)
+        if (recording_.aid(aid).channel == channel && --count == 0) return recording_.aid(aid).t_s;
+    return -std::numeric_limits<double>::infinity();
+}
+
+// By rate and force alone, from a correction in this row back to an earlier time.
+void Smoother::carry_back(State& s, std::size_t row, double to_s) {
+    const bool backward_hold = model_.settings().backward_hold;
+    double now_s = s.last_event_s;
+    vec(s.coning).setZero();
+    vec(s.sculling).setZero();
+    Sample sample;
+    for (std::size_t i = row + 1; i-- > 0 && now_s > to_s;) {
+        if (!recording_.imu_sample(i, &sample)) continue;
+        const double until_s = std::fmax(to_s, std::fmin(now_s, sample.t_s));
+        const auto hold = [&] {
+            vec(s.rate) = vec(sample.value);
+            vec(s.force) = vec(sample.value + 3);
+        };
+        if (!backward_hold) hold();
+        model_.flow_exactly(s, until_s - now_s);
+        if (backward_hold) hold();
+        now_s = until_s;
+    }
+    quat(s.x + 6).normalize();
+}
+
+} // namespace hnav::ins

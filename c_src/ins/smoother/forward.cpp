@@ -1,0 +1,106 @@
+// Forward: the filter through the rows, states from time to time kept of it, and a piece between two of them once more, with all its
+// corrections.
+#include "ins/smoother/passes.hpp"
+
+namespace hnav::ins {
+
+// The last event of a way is one at which the covariance follows. The first fixes count little: a gate does not see which of them lies
+// far off.
+void Smoother::prepare(const Way& way, Event& event, State& s) {
+    if (!way.again) return;
+    constexpr double usual_m_s = 1;
+    const double wide[] = {usual_m_s, way.model.settings().sigma_first_fix_m};
+    for (const int channel : {velocity, position})
+        for (int i = 3; i < 6 && event.has(channel) && event.t_s < way.settled_s[channel]; ++i)
+            event.value[channel][i] = std::hypot(event.value[channel][i], wide[channel == position]);
+    if (event.t_s >= way.until_s) s.last_correction_s = -std::numeric_limits<double>::infinity();
+}
+
+// False: the way led astray.
+bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
+    Event event;
+    std::uint64_t corrections = 0;
+    const std::uint64_t lost = s.times_lost;
+    std::size_t since = 0;
+    way.count = 0;
+    for (Place p = from; p.row < recording_.rows();) {
+        const std::size_t row = p.row;
+        if (way.count == 0 || row - since >= piece_rows || s.corrections - corrections >= piece_corrections) {
+            way.checkpoints[way.count++] = {p, s};
+            since = row;
+            corrections = s.corrections;
+        }
+        while (next_event(recording_, p, row, &event)) {
+            prepare(way, event, s);
+            step_over(way.model, s, event);
+            if (way.again && (s.phase != Phase::navigating || s.times_lost != lost)) return false;
+            if (event.t_s >= way.until_s) return true;
+        }
+        if (!writes) continue;
+        State shown = s;
+        const double ahead_s = look_ahead(way.model, recording_.t_s(row), shown);
+        flags_[row] = recording_.write(row, shown, ahead_s);
+    }
+    return !way.again;
+}
+
+// Over an event; true: there was a correction while navigating, and the next node tells of it.
+bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t row, std::size_t nodes) {
+    Node& node = nodes_[nodes];
+    Model model = way.model;
+    const bool navigated = s.phase == Phase::navigating;
+    const std::uint64_t corrections = s.corrections, lost = s.times_lost;
+    model.tell_steps(&node.step);
+    prepare(way, event, s);
+    step_over(model, s, event);
+    if (s.phase != Phase::navigating || (navigated && s.corrections == corrections)) return false;
+    node.state = s;
+    node.row = row;
+    node.linked = navigated && s.times_lost == lost;
+    return true;
+}
+
+// A way once more begins with what is known of the sensors alone, and with the row of the event that it begins with.
+std::size_t Smoother::begin_once_more(const Way& way, const Checkpoint& begin) {
+    nodes_[0].state = begin.state;
+    nodes_[0].linked = false;
+    nodes_[0].row = begin.place.row;
+    if (begin.place.row > 0 && recording_.t_s(begin.place.row - 1) == begin.state.last_event_s)
+        note_row(way.model, begin.state, begin.place.row - 1, 1);
+    return 1;
+}
+
+// The piece once more, with its corrections, and its rows up to the first correction of the next piece. Answers how many corrections
+// there are.
+std::size_t Smoother::go_through(const Way& way, std::size_t piece) {
+    const Checkpoint& begin = way.checkpoints[piece];
+    const std::size_t end_row = piece + 1 < way.count ? way.checkpoints[piece + 1].place.row : recording_.rows();
+    State s = begin.state;
+    rows_of_piece_ = 0;
+    std::size_t nodes = way.again && piece == 0 ? begin_once_more(way, begin) : 0;
+    Event event;
+    for (Place p = begin.place; p.row < recording_.rows() && rows_of_piece_ < 2 * piece_rows;) {
+        const std::size_t row = p.row;
+        while (next_event(recording_, p, row, &event)) {
+            const bool corrected = step_to_node(way, s, event, row, nodes);
+            if (row >= end_row && (corrected || s.phase != Phase::navigating)) return nodes;
+            if (!corrected) continue;
+            ++nodes;
+            if (event.t_s >= way.until_s) return nodes;
+        }
+        note_row(way.model, s, row, s.phase == Phase::navigating ? nodes : 0);
+    }
+    return nodes;
+}
+
+void Smoother::note_row(const Model& model, const State& s, std::size_t row, std::size_t nodes) {
+    RowOfPiece& noted = rows_[rows_of_piece_++];
+    State shown = s;
+    look_ahead(model, recording_.t_s(row), shown);
+    noted.row = row;
+    noted.nodes = nodes;
+    noted.t_s = recording_.t_s(row);
+    std::copy(shown.x, shown.x + nx, noted.x);
+}
+
+} // namespace hnav::ins

@@ -1,0 +1,158 @@
+#include "ins/smoother/hindsight.hpp"
+
+#include <algorithm>
+
+namespace hnav::ins {
+namespace {
+
+// P as D L L' D over the rows that it knows anything of, D the sigmas.
+struct Factors {
+    int n;
+    double inverse_sigma[errors], L[errors][errors];
+    bool positive = true;
+
+    explicit Factors(const Covariance& P) : n(P.n) {
+        for (int i = 0; i < n; ++i) inverse_sigma[i] = P[i][i] > 0 ? 1 / std::sqrt(P[i][i]) : 0;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j <= i; ++j) {
+                double sum = i == j ? 1 : P[i][j] * inverse_sigma[i] * inverse_sigma[j];
+                for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
+                positive = positive && (i != j || sum > 1e-14);
+                L[i][j] = i == j ? std::sqrt(sum) : sum / L[j][j];
+            }
+    }
+
+    // P^-1 W, in its place.
+    void solve(Covariance& W) const {
+        scale(W);
+        for (int i = 0; i < n; ++i) {
+            for (int k = 0; k < i; ++k) take(L[i][k], W[k], W[i]);
+            for (int j = 0; j < n; ++j) W[i][j] /= L[i][i];
+        }
+        for (int i = n; i-- > 0;) {
+            for (int k = i + 1; k < n; ++k) take(L[k][i], W[k], W[i]);
+            for (int j = 0; j < n; ++j) W[i][j] /= L[i][i];
+        }
+        scale(W);
+    }
+
+private:
+    void scale(Covariance& W) const {
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) W[i][j] *= inverse_sigma[i];
+    }
+    void take(double share, const double* of, double* from) const {
+        for (int j = 0; j < n; ++j) from[j] -= share * of[j];
+    }
+};
+
+// Phi P.
+Covariance carried(const Transition& t, const Covariance& P) {
+    const int n = P.n;
+    Covariance W = P;
+    for (int i = 0; i < moved; ++i) {
+        for (int j = 0; j < n; ++j) W[i][j] = 0;
+        for (int k = 0; k < movers; ++k) {
+            const double m = t.M[i][k];
+            if (m == 0) continue;
+            for (int j = 0; j < n; ++j) W[i][j] += m * P[k][j];
+        }
+    }
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < n; ++j) W[row_colour + i][j] *= t.colour_kept[i];
+    if (n == errors)
+        for (int j = 0; j < n; ++j) W[row_direction][j] *= t.direction_kept;
+    return W;
+}
+
+} // namespace
+
+// P + X' (S - B) X and X' e, X = B^-1 Phi P, of P and e before a step and S after it (Rauch, Tung, Striebel 1965).
+bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
+    const int n = step.before.n;
+    now->P.extend(n); // before the first sample of a magnetometer
+    Covariance X = carried(step.transition, now->P), D{}, DX{};
+    const int told = std::min(n, after.P.n);
+    const Factors before(step.before);
+    if (!before.positive) return false;
+    before.solve(X);
+    for (int i = 0; i < n; ++i) {
+        now->error[i] = 0;
+        for (int j = 0; j < told && i < told; ++j) D[i][j] = after.P[i][j] - step.before[i][j];
+    }
+    for (int i = 0; i < n; ++i)
+        for (int k = 0; k < n; ++k) {
+            now->error[i] += X[k][i] * after.error[k];
+            for (int j = 0; j < n; ++j) DX[i][j] += D[i][k] * X[k][j];
+        }
+    for (int k = 0; k < n; ++k)
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) now->P[i][j] += X[k][i] * DX[k][j];
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < i; ++j) now->P[i][j] = now->P[j][i] = 0.5 * (now->P[i][j] + now->P[j][i]);
+    return true;
+}
+
+namespace {
+
+Quaternion turned(const double* phi, const Quaternion& q) { return multiply(rotation_quaternion(vec(phi)), q); }
+
+// Vectors of errors, and their covariance, in axes turned by C.
+void turn(const Matrix3& C, Hindsight& h) {
+    for (const int row : {row_d, row_v, row_phi, row_colour}) {
+        vec(h.error + row) = Vector3(C * vec(h.error + row));
+        turn_rows(h.P, row, C);
+    }
+}
+
+// The same state in other axes.
+void place_in(const State& axes, State& s) {
+    const Matrix3 C = mat(axes.axes).transpose() * mat(s.axes);
+    const Vector3 e = vec(s.anchor_e) - vec(axes.anchor_e);
+    vec(s.x) = mat(axes.axes).transpose() * e + C * vec(s.x);
+    vec(s.x + 3) = Vector3(C * vec(s.x + 3));
+    vec(s.colour) = Vector3(C * vec(s.colour));
+    quat(s.x + 6) = multiply(quaternion_from_matrix(C), quat(s.x + 6));
+}
+
+// What `to` differs by from `from`, in the axes of the latter. Where a state has no offset of the pressure yet there is none to tell.
+void difference(const State& to, const State& from, double* error) {
+    State s = to;
+    place_in(from, s);
+    vec(error + row_d) = vec(s.x) - vec(from.x);
+    vec(error + row_v) = vec(s.x + 3) - vec(from.x + 3);
+    vec(error + row_phi) = rotation_vector(multiply(quat(s.x + 6), conjugate(quat(from.x + 6))));
+    vec(error + row_gyro) = vec(s.gyro_bias) - vec(from.gyro_bias);
+    vec(error + row_accel) = vec(s.accel_bias) - vec(from.accel_bias);
+    vec(error + row_gyro_scale) = vec(s.gyro_scale) - vec(from.gyro_scale);
+    vec(error + row_colour) = vec(s.colour) - vec(from.colour);
+    error[row_u] = error[row_u + 1] = 0;
+    error[row_latency] = s.latency - from.latency;
+    error[row_offset] = std::isfinite(s.offset + from.offset) ? s.offset - from.offset : 0;
+    error[row_scale] = s.scale - from.scale;
+    for (int i = 0; i < 2; ++i) error[row_mount + i] = s.mount[i] - from.mount[i];
+    const double same_unit = s.field_unit == from.field_unit ? 1 : 0;
+    vec(error + row_iron) = same_unit * (vec(s.iron) - vec(from.iron));
+    error[row_strength] = same_unit * (s.strength - from.strength);
+    error[row_direction] = same_unit * (s.direction - from.direction);
+}
+
+} // namespace
+
+Hindsight seen_from(const State& state, const Target& target) {
+    Hindsight h{{}, target.P};
+    turn(mat(state.axes).transpose() * mat(target.state.axes), h);
+    difference(target.state, state, h.error);
+    return h;
+}
+
+Hindsight before_samples(const Step& step, Hindsight h, const State& after) {
+    turn(mat(step.axes).transpose() * mat(after.axes), h);
+    const Vector3 phi = vec(h.error + row_phi);
+    const Quaternion q = turned(phi.data(), rotation_quaternion(vec(step.change + row_phi)));
+    for (int i = 0; i < errors; ++i) h.error[i] += step.change[i];
+    vec(h.error + row_phi) = rotation_vector(q);
+    return h;
+}
+
+} // namespace hnav::ins
