@@ -112,7 +112,10 @@ public:
     virtual void get_states(double* x) const = 0;
     virtual void get_nominals(double* nominals) const = 0;
     virtual bool derivatives(double t_s, const double* x, double* dx) const = 0;
-    virtual bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const = 0;
+    // Along the direction seed of x; of a model that offers them.
+    virtual bool derivatives_along(double /*t_s*/, const double* /*x*/, const double* /*seed*/, double* /*out*/) const {
+        return false;
+    }
     // Event indicators of Model Exchange.
     virtual int indicator_count() const { return 0; }
     virtual bool indicators(double /*t_s*/, const double* /*x*/, double* /*z*/) const { return true; }
@@ -122,7 +125,7 @@ public:
     virtual void show(double t_s, const double* x) = 0;
     // The derivatives along the direction seed of x, where the model was shown last, of the outputs that flow; those of
     // others are 0 in rows, as they should be.
-    virtual void rows_along(const double* seed, double* rows) const = 0;
+    virtual void rows_along(const double* /*seed*/, double* /*rows*/) const {}
 
     // The complete state apart from values, as plain numbers, whose size may change with what is waiting. load: into a model
     // made by initialise with equal values.
@@ -143,10 +146,8 @@ public:
     void get_states(double*) const override {}
     void get_nominals(double*) const override {}
     bool derivatives(double, const double*, double*) const override { return true; }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return true; }
     bool jump(double, double*, bool*, Message*) override { return true; }
     void show(double, const double*) override {}
-    void rows_along(const double*, double*) const override {}
 };
 
 // Of this FMU; null when there is no memory.

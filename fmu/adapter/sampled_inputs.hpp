@@ -3,6 +3,7 @@
 
 #include "adapter/model.hpp"
 #include "adapter/sampling_clock.hpp"
+#include "adapter/sensor_rows.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -33,6 +34,26 @@ struct SampledInputs {
             if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;
         }
         return valid;
+    }
+
+    // The clocks of sensors, as their parameters have them.
+    template <int sensors>
+    void start(const SensorRows (&rows)[sensors], const double* values, double start_s, double mode) {
+        for (int s = 0; s < sensors; ++s) clock[s] = {start_s, values[rows[s].period], mode, 0, 0};
+    }
+
+    // Calls push(s, t_s, value) for each sensor that has a new sample; whether one has.
+    template <int sensors, class Push>
+    bool push_new(const SensorRows (&rows)[sensors], const double* values, double t_s, Push push) {
+        bool taken = false;
+        for (int s = 0; s < sensors; ++s) {
+            const SensorRows& at = rows[s];
+            NewSample sample;
+            if (!take(s, t_s, values[at.valid] != 0, values[at.sample], values[at.t_meas], &sample)) continue;
+            push(s, sample.t_s, values + at.value);
+            taken = true;
+        }
+        return taken;
     }
 
     // When the next one of all is due; clocks that were never set are due never.

@@ -17,7 +17,7 @@ struct Instance::Header {
 
 namespace {
 
-constexpr std::uint64_t snapshot_magic = 0x3454415453564e48ull; // "HNVSTAT4": the last character counts versions
+constexpr std::uint64_t snapshot_magic = 0x3554415453564e48ull; // "HNVSTAT5": the last character counts versions
 constexpr std::uint64_t version_bits = 0xffull << 56;
 constexpr std::size_t unchecked_bytes = 2 * sizeof(std::uint64_t); // magic and checksum
 

@@ -1,30 +1,36 @@
 // An attitude filter of the C API behind the adapter's Model. Kind is described in kind.hpp.
 #pragma once
 
-#include "adapter/library_model.hpp"
-#include "adapter/sampled_inputs.hpp"
+#include "adapter/estimate_model.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
 #include "attitude_filter/outputs.hpp"
 
 namespace hnav::fmu {
 
-using FilterCalls = LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_snapshot_size,
-                                  hnav_filter_take_snapshot, hnav_filter_restore_snapshot>;
+struct FilterCalls : LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_snapshot_size,
+                                   hnav_filter_take_snapshot, hnav_filter_restore_snapshot> {
+    static constexpr auto reset = hnav_filter_reset;
+    static constexpr auto get_x = hnav_filter_get_x;
+    static constexpr auto nominal_x = hnav_filter_nominal_x;
+    static constexpr auto derivative = hnav_filter_derivative;
+    static constexpr auto next_event_s = hnav_filter_next_event_s;
+    static constexpr auto jump = hnav_filter_jump;
+    static constexpr auto show = hnav_filter_show;
+};
 
-// What was seen of the inputs so far.
-struct FilterMemory {
+struct FilterMemory : EstimateMemory<Inputs::sensors> {
     double start_s;
-    SampledInputs<Inputs::sensors> sampled;
-    double reset_level, realign_level;
-    double command; // that Model Exchange has still to apply to the importer's states
-    double model_exchange;
-    double now_s;  // of the last step
-    double behind; // 1: outputs that look ahead to now_s are still to be brought there
+    double realign_level;
+    double was_realigned; // in Model Exchange: the importer's states are still to be
+    double now_s;         // of the last step
+    double behind;        // 1: outputs that look ahead to now_s are still to be brought there
 };
 
 template <class Kind>
-class FilterModel final : public LibraryModel<Model, FilterCalls, FilterMemory> {
+class FilterModel final : public EstimateModel<FilterCalls, FilterMemory> {
+    using Base = EstimateModel<FilterCalls, FilterMemory>;
+
 public:
     void describe(Table& table) override {
         table.add(rows::time());
@@ -48,45 +54,23 @@ public:
         memory_.model_exchange = model_exchange;
         memory_.reset_level = values[in_.reset];
         memory_.realign_level = values[in_.realign];
-        for (int s = 0; s < Inputs::sensors; ++s)
-            memory_.sampled.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
+        memory_.sampled.start(in_.sensor, values, start_s, values[in_.sampling_mode]);
         return true;
     }
 
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        bool taken = false;
-        if (rising(values[in_.reset], &memory_.reset_level)) {
-            hnav_filter_reset(object_);
-            memory_.command = command_reset;
-            taken = true;
-        }
-        if (rising(values[in_.realign], &memory_.realign_level)) {
+        const bool was_reset = take_reset(values[in_.reset]);
+        const bool was_realigned = rising(values[in_.realign], &memory_.realign_level);
+        if (was_realigned) {
             hnav_filter_realign(object_);
-            if (memory_.command != command_reset) memory_.command = command_realign;
-            taken = true;
+            memory_.was_realigned = memory_.model_exchange;
         }
-        for (int s = 0; s < Inputs::sensors; ++s) {
-            const Inputs::Sensor& in = in_.sensor[s];
-            const bool valid = values[in.valid] != 0;
-            NewSample sample;
-            if (!memory_.sampled.take(s, t_s, valid, values[in.sample], values[in.t_meas], &sample)) continue;
-            push(s, sample.t_s, values + in.value);
-            taken = true;
-        }
-        return taken;
+        const bool taken = memory_.sampled.push_new(
+            in_.sensor, values, t_s, [this](int s, double stamp_s, const double* value) { pushed(push(s, stamp_s, value)); });
+        return was_reset || was_realigned || taken;
     }
-
-    double next_sample_s(const double*) const override {
-        double next = no_bound;
-        // In Model Exchange a sample stamped later than it came waits for its time.
-        if (memory_.model_exchange != 0) hnav_filter_next_event_s(object_, &next);
-        return std::min(next, memory_.sampled.next_s());
-    }
-
-    bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
         return memory_.sampled.lost([](int s, bool counted) { return counted ? Inputs::counters[s] : Inputs::periods[s]; });
@@ -125,46 +109,32 @@ public:
 
     // ------------------------------------------------------------------------------------------------ Model Exchange
 
-    void get_states(double* x) const override { hnav_filter_get_x(object_, x); }
-    void get_nominals(double* nominals) const override { hnav_filter_nominal_x(object_, nominals); }
-    bool derivatives(double t_s, const double* x, double* dx) const override {
-        return hnav_filter_derivative(object_, t_s, x, dx) == HNAV_OK;
-    }
     bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
         return hnav_filter_derivative_along(object_, t_s, x, seed, out) == HNAV_OK;
     }
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
-        if (memory_.command != 0) {
+        if (memory_.was_realigned != 0) {
             double replaced[Kind::info.states.count];
-            hnav_filter_get_x(object_, replaced);
-            if (memory_.command == command_realign) Kind::keep_on_realign(x, replaced);
+            get_states(replaced);
+            Kind::keep_on_realign(x, replaced);
             std::memcpy(x, replaced, sizeof replaced);
-            memory_.command = 0;
+            memory_.was_realigned = 0;
             *changed = true;
         }
-        double next_s;
-        hnav_filter_next_event_s(object_, &next_s);
-        if (next_s > t_s) return true;
-        *changed = true;
-        return done(hnav_filter_jump(object_, t_s, x, x), why);
+        return Base::jump(t_s, x, changed, why);
     }
-    void show(double t_s, const double* x) override { hnav_filter_show(object_, t_s, x); }
     void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
 private:
     static constexpr std::uint64_t judged_corrections = 100;
-    enum Command { command_reset = 1, command_realign = 2 };
 
-    // What is no sample is refused and counted by the filter; that is no reason to stop a simulation.
-    void push(int s, double t_s, const double* value) {
-        hnav_status status = HNAV_OK;
+    hnav_status push(int s, double t_s, const double* value) {
         switch (s) {
-        case HNAV_SENSOR_GYRO: status = hnav_filter_push_gyro(object_, t_s, value); break;
-        case HNAV_SENSOR_ACCEL: status = hnav_filter_push_accel(object_, t_s, value); break;
-        case HNAV_SENSOR_MAG: status = hnav_filter_push_mag(object_, t_s, value); break;
-        default: status = hnav_filter_push_heading(object_, t_s, value[0], value[1]); break;
+        case HNAV_SENSOR_GYRO: return hnav_filter_push_gyro(object_, t_s, value);
+        case HNAV_SENSOR_ACCEL: return hnav_filter_push_accel(object_, t_s, value);
+        case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
+        default: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
         }
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }
 
     Inputs in_{};

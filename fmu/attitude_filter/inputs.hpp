@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapter/option_parameters.hpp"
+#include "adapter/sensor_rows.hpp"
 
 namespace hnav::fmu {
 
@@ -10,9 +11,7 @@ struct Inputs {
     static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // that the FMU has inputs for
     static constexpr const char* periods[sensors] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
     static constexpr const char* counters[sensors] = {"gyro.sample", "accel.sample", "mag.sample", "aid.sample"};
-    struct Sensor {
-        int value, sample, t_meas, valid, period; // value: three components; of the heading aid: heading, sigma
-    } sensor[sensors];
+    SensorRows sensor[sensors]; // value: three components; of the heading aid: heading, sigma
     int reset, realign;
     int preset; // -1: there is one set of defaults, and no choice
     int sampling_mode;
@@ -56,7 +55,7 @@ private:
         };
         const Described& d = described[s];
         const bool aid = s == HNAV_SENSOR_HEADING;
-        Sensor& at = sensor[s];
+        SensorRows& at = sensor[s];
         const Variable v = rows::input(rows::Name(d.prefix, d.value), d.unit, d.display, 0, d.text);
         at.value = aid ? table.add(v) : table.add_vector(v, 3);
         if (aid)
@@ -64,20 +63,12 @@ private:
                 rows::input(rows::Name(d.prefix, "heading_sigma"), "rad", "deg", 0.05, "Standard deviation of the heading"));
         else
             for (int i = 0; i < 3; ++i) table.row(at.value + i).start = d.start[i];
-        at.sample = table.add(rows::sample_counter(rows::Name(d.prefix, "sample")));
-        at.t_meas = table.add(rows::sample_time(rows::Name(d.prefix, "t_meas")));
-        at.valid = table.add(rows::input(rows::Name(d.prefix, "valid"), Type::boolean, !aid, "False: the sample is not used"));
+        at.add_marks(table, d.prefix, !aid);
     }
 
     void describe_sampling(Table& table) {
         sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
-        for (int s = 0; s < sensors; ++s) {
-            Variable v =
-                rows::parameter(periods[s], "s", 0.01, 0, 1e6, "Sampling period (sampling_mode periodic or held); 0: never");
-            v.display_unit = "ms";
-            v.basic = true;
-            sensor[s].period = table.add(v);
-        }
+        for (int s = 0; s < sensors; ++s) sensor[s].add_period(table, periods[s], 0.01);
     }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapter/option_parameters.hpp"
+#include "adapter/sensor_rows.hpp"
 
 namespace hnav::fmu {
 
@@ -13,10 +14,7 @@ struct InsInputs {
                                                         "baro.period",  "wheel.period", "aid.period",  "mag.period"};
     static constexpr const char* counters[ins_inputs] = {"accel.sample", "gyro.sample",  "gnss.sample", "gnssvel.sample",
                                                          "baro.sample",  "wheel.sample", "aid.sample",  "mag.sample"};
-    // value: as the push calls of the library have it, sigmas behind.
-    struct Sensor {
-        int value, sample, t_meas, valid, period;
-    } sensor[ins_inputs];
+    SensorRows sensor[ins_inputs]; // sigmas behind the value
     int reset, preset, sampling_mode, options;
 
     void describe(Table& table) {
@@ -80,24 +78,14 @@ private:
     }
 
     void marks(Table& table, int s, const char* prefix, int value) {
-        Sensor& at = sensor[s];
-        at.value = value;
-        at.sample = table.add(rows::sample_counter(rows::Name(prefix, "sample")));
-        at.t_meas = table.add(rows::sample_time(rows::Name(prefix, "t_meas")));
-        at.valid = table.add(rows::input(rows::Name(prefix, "valid"), Type::boolean, s == in_gyro || s == in_accel,
-                                         "False: the sample is not used"));
+        sensor[s].value = value;
+        sensor[s].add_marks(table, prefix, s == in_gyro || s == in_accel);
     }
 
     void describe_sampling(Table& table) {
         sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
         constexpr double usual_s[ins_inputs] = {0.01, 0.01, 1, 1, 0.1, 0.1, 0.1, 0.1};
-        for (int s = 0; s < ins_inputs; ++s) {
-            Variable v = rows::parameter(periods[s], "s", usual_s[s], 0, 1e6,
-                                         "Sampling period (sampling_mode periodic or held); 0: never");
-            v.display_unit = "ms";
-            v.basic = true;
-            sensor[s].period = table.add(v);
-        }
+        for (int s = 0; s < ins_inputs; ++s) sensor[s].add_period(table, periods[s], usual_s[s]);
     }
 };
 

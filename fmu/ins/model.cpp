@@ -1,6 +1,5 @@
 // The Ins FMU: position, velocity and attitude, aligned from any heading.
-#include "adapter/library_model.hpp"
-#include "adapter/sampled_inputs.hpp"
+#include "adapter/estimate_model.hpp"
 #include "adapter/state_rows.hpp"
 #include "ins/inputs.hpp"
 #include "ins/outputs.hpp"
@@ -8,19 +7,22 @@
 namespace hnav::fmu {
 namespace {
 
-using InsCalls = LibraryObject<hnav_ins, hnav_ins_destroy, hnav_ins_message, hnav_ins_state_size, hnav_ins_save, hnav_ins_load>;
-
-// What was seen of the inputs so far.
-struct InsMemory {
-    SampledInputs<ins_inputs> sampled;
-    double reset_level;
-    double force[3]; // of the newest sample of the accelerometer
-    double has_force;
-    double was_reset; // in Model Exchange: the importer's states are still to be
-    double model_exchange;
+struct InsCalls : LibraryObject<hnav_ins, hnav_ins_destroy, hnav_ins_message, hnav_ins_state_size, hnav_ins_save, hnav_ins_load> {
+    static constexpr auto reset = hnav_ins_reset;
+    static constexpr auto get_x = hnav_ins_get_x;
+    static constexpr auto nominal_x = hnav_ins_nominal_x;
+    static constexpr auto derivative = hnav_ins_derivative;
+    static constexpr auto next_event_s = hnav_ins_next_event_s;
+    static constexpr auto jump = hnav_ins_jump;
+    static constexpr auto show = hnav_ins_show;
 };
 
-class InsModel final : public LibraryModel<Model, InsCalls, InsMemory> {
+struct InsMemory : EstimateMemory<ins_inputs> {
+    double force[3]; // of the newest sample of the accelerometer
+    double has_force;
+};
+
+class InsModel final : public EstimateModel<InsCalls, InsMemory> {
 public:
     void describe(Table& table) override {
         table.add(rows::time());
@@ -38,41 +40,19 @@ public:
         if (!make(why, hnav_ins_create, &options)) return false;
         memory_.reset_level = values[in_.reset];
         memory_.model_exchange = model_exchange;
-        for (int s = 0; s < ins_inputs; ++s)
-            memory_.sampled.clock[s] = {start_s, values[in_.sensor[s].period], values[in_.sampling_mode], 0, 0};
+        memory_.sampled.start(in_.sensor, values, start_s, values[in_.sampling_mode]);
         return true;
     }
 
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        bool taken = false;
-        if (rising(values[in_.reset], &memory_.reset_level)) {
-            hnav_ins_reset(object_);
-            memory_.has_force = 0;
-            memory_.was_reset = memory_.model_exchange;
-            taken = true;
-        }
-        for (int s = 0; s < ins_inputs; ++s) {
-            const InsInputs::Sensor& in = in_.sensor[s];
-            const bool valid = values[in.valid] != 0;
-            NewSample sample;
-            if (!memory_.sampled.take(s, t_s, valid, values[in.sample], values[in.t_meas], &sample)) continue;
-            push(s, sample.t_s, values + in.value);
-            taken = true;
-        }
-        return taken;
+        const bool was_reset = take_reset(values[in_.reset]);
+        if (was_reset) memory_.has_force = 0;
+        const bool taken = memory_.sampled.push_new(
+            in_.sensor, values, t_s, [this](int s, double stamp_s, const double* value) { pushed(push(s, stamp_s, value)); });
+        return was_reset || taken;
     }
-
-    double next_sample_s(const double*) const override {
-        double next = no_bound;
-        // In Model Exchange a sample stamped later than it came waits for its time.
-        if (memory_.model_exchange != 0) hnav_ins_next_event_s(object_, &next);
-        return std::fmin(next, memory_.sampled.next_s());
-    }
-
-    bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
         return memory_.sampled.lost([](int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; });
@@ -84,25 +64,9 @@ public:
 
     // ------------------------------------------------------------------------------------------------ Model Exchange
 
-    void get_states(double* x) const override { hnav_ins_get_x(object_, x); }
-    void get_nominals(double* nominals) const override { hnav_ins_nominal_x(object_, nominals); }
-    bool derivatives(double t_s, const double* x, double* dx) const override {
-        return hnav_ins_derivative(object_, t_s, x, dx) == HNAV_OK;
-    }
     bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
         return hnav_ins_derivative_along(object_, t_s, x, seed, out) == HNAV_OK;
     }
-    bool jump(double t_s, double* x, bool* changed, Message* why) override {
-        if (memory_.was_reset != 0) hnav_ins_get_x(object_, x);
-        *changed = memory_.was_reset != 0;
-        memory_.was_reset = 0;
-        double next_s;
-        hnav_ins_next_event_s(object_, &next_s);
-        if (next_s > t_s) return true;
-        *changed = true;
-        return done(hnav_ins_jump(object_, t_s, x, x), why);
-    }
-    void show(double t_s, const double* x) override { hnav_ins_show(object_, t_s, x); }
     void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
 private:
@@ -116,26 +80,21 @@ private:
         states.add_attitude("Attitude, body to the axes of the anchor", DependsOn::all_states);
     }
 
-    // What is no sample is refused and counted by the filter; that is no reason to stop a simulation.
-    void push(int s, double t_s, const double* value) {
-        hnav_status status = HNAV_OK;
+    hnav_status push(int s, double t_s, const double* value) {
         switch (s) {
         case in_accel:
             std::memcpy(memory_.force, value, sizeof memory_.force);
             memory_.has_force = 1;
-            break;
+            return HNAV_OK;
         // A rate takes the newest force along: the library wants both at once.
-        case in_gyro:
-            if (memory_.has_force != 0) status = hnav_ins_push_imu(object_, t_s, value, memory_.force);
-            break;
-        case in_position: status = hnav_ins_push_position(object_, t_s, value[0], value[1], value[2], value + 3); break;
-        case in_velocity: status = hnav_ins_push_velocity(object_, t_s, value, value + 3); break;
-        case in_pressure: status = hnav_ins_push_pressure(object_, t_s, value[0], value[1]); break;
-        case in_speed: status = hnav_ins_push_speed(object_, t_s, value[0], value[1]); break;
-        case in_heading: status = hnav_ins_push_heading(object_, t_s, value[0], value[1]); break;
-        default: status = hnav_ins_push_mag(object_, t_s, value); break;
+        case in_gyro: return memory_.has_force != 0 ? hnav_ins_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;
+        case in_position: return hnav_ins_push_position(object_, t_s, value[0], value[1], value[2], value + 3);
+        case in_velocity: return hnav_ins_push_velocity(object_, t_s, value, value + 3);
+        case in_pressure: return hnav_ins_push_pressure(object_, t_s, value[0], value[1]);
+        case in_speed: return hnav_ins_push_speed(object_, t_s, value[0], value[1]);
+        case in_heading: return hnav_ins_push_heading(object_, t_s, value[0], value[1]);
+        default: return hnav_ins_push_mag(object_, t_s, value);
         }
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
     }
 
     InsInputs in_{};

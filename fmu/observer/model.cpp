@@ -1,6 +1,5 @@
 // The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
-#include "adapter/library_model.hpp"
-#include "adapter/sampled_inputs.hpp"
+#include "adapter/estimate_model.hpp"
 #include "observer/variables.hpp"
 
 #include <algorithm>
@@ -25,21 +24,29 @@ hnav_status load_state(hnav_observer* o, const void* buffer, std::size_t bytes) 
     return keeps_states(o) ? hnav_observer_restore_snapshot(o, buffer, bytes) : hnav_observer_load(o, buffer, bytes);
 }
 
-using ObserverCalls =
-    LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, size_of_state, save_state, load_state>;
+struct ObserverCalls
+    : LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, size_of_state, save_state, load_state> {
+    static constexpr auto reset = hnav_observer_reset;
+    static constexpr auto get_x = hnav_observer_get_x;
+    static constexpr auto nominal_x = hnav_observer_nominal_x;
+    static constexpr auto next_event_s = hnav_observer_next_event_s;
+    static constexpr auto jump = hnav_observer_jump;
+    static constexpr auto show = hnav_observer_show;
+    static hnav_status derivative(const hnav_observer* o, double, const double* x, double* dx) {
+        return hnav_observer_derivative(o, x, dx);
+    }
+};
 
 constexpr int max_channels = 62; // known inputs and sensors together
 
-// What was seen of the inputs so far. Sampled: the known inputs, then the sensors.
-struct ObserverMemory {
-    SampledInputs<max_channels> sampled;
-    double start_s, model_exchange;
-    double reset_level, was_reset; // was_reset: Model Exchange has still to take the states
-    double now_s, behind;          // of the last step; 1: outputs that look ahead are still to be brought there
-    double keeps_states;           // 1: its saved states are snapshots
+// Sampled are the known inputs, then the sensors.
+struct ObserverMemory : EstimateMemory<max_channels> {
+    double start_s;
+    double now_s, behind; // of the last step; 1: outputs that look ahead are still to be brought there
+    double keeps_states;  // 1: its saved states are snapshots
 };
 
-class Observer final : public LibraryModel<Model, ObserverCalls, ObserverMemory> {
+class Observer final : public EstimateModel<ObserverCalls, ObserverMemory> {
 public:
     bool open(const char* resources, Message* why) override {
         char path[sizeof folder_ + 16];
@@ -78,33 +85,18 @@ public:
 
     // Inputs before sensors: an instant's sensor with feed-through sees the new input.
     bool take_samples(double* values, double t_s) override {
-        bool taken = false;
-        if (rising(values[at_.row(reset_command)], &memory_.reset_level)) {
-            hnav_observer_reset(object_);
-            memory_.was_reset = 1;
-            taken = true;
-        }
+        bool taken = take_reset(values[at_.row(reset_command)]);
         for (int c = 0; c < channels(); ++c) {
             const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
             NewSample sample;
             if (!memory_.sampled.take(c, t_s, valid, at(values, c, input_sample, sensor_sample),
                                       at(values, c, input_t_meas, sensor_t_meas), &sample))
                 continue;
-            push(c, sample.t_s, at(values, c, input_value, sensor_value));
+            pushed(push(c, sample.t_s, at(values, c, input_value, sensor_value)));
             taken = true;
         }
         return taken;
     }
-
-    double next_sample_s(const double*) const override {
-        double next_s = no_bound;
-        // In Model Exchange a sample stamped later than it came waits for its time.
-        if (memory_.model_exchange != 0) hnav_observer_next_event_s(object_, &next_s);
-        return std::fmin(next_s, memory_.sampled.next_s());
-    }
-
-    bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.sampled.hold(); }
 
     Lost lost() const override {
         return memory_.sampled.lost([this](int c, bool counted) {
@@ -165,11 +157,6 @@ public:
 
     // ------------------------------------------------------------------------------------------------ Model Exchange
 
-    void get_states(double* x) const override { hnav_observer_get_x(object_, x); }
-    void get_nominals(double* nominals) const override { hnav_observer_nominal_x(object_, nominals); }
-    bool derivatives(double, const double* x, double* dx) const override {
-        return hnav_observer_derivative(object_, x, dx) == HNAV_OK;
-    }
     int indicator_count() const override { return at_.sizes.indicators; }
     bool indicators(double, const double* x, double* z) const override {
         return hnav_observer_indicators(object_, x, z) == HNAV_OK;
@@ -180,21 +167,6 @@ public:
         *wants_event = wants != 0;
         return done;
     }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return false; }
-    bool jump(double t_s, double* x, bool* changed, Message* why) override {
-        if (memory_.was_reset != 0) {
-            hnav_observer_get_x(object_, x);
-            memory_.was_reset = 0;
-            *changed = true;
-        }
-        double next_s = no_bound;
-        hnav_observer_next_event_s(object_, &next_s);
-        if (next_s > t_s && !has_events()) return true;
-        *changed = true;
-        return goes_on(hnav_observer_jump(object_, t_s, x, x), why);
-    }
-    void show(double t_s, const double* x) override { hnav_observer_show(object_, t_s, x); }
-    void rows_along(const double*, double*) const override {}
 
     bool can_serialise(const void* saved, std::size_t bytes, Message* why) const override {
         if (!is_snapshot(saved, bytes)) return true;
@@ -228,10 +200,11 @@ private:
                                  : at_.value(values, sensor_period, sensor(channel), 0);
     }
 
-    bool has_events() const {
+    // A plant with events is asked for one whenever the importer has one.
+    bool event_due(double t_s) const override {
         auto info = hnav_sized<hnav_observer_info>();
         hnav_observer_get_info(object_, &info);
-        return info.crosses != 0;
+        return info.crosses != 0 || EstimateModel::event_due(t_s);
     }
 
     bool check_periods(const double* values, Message* why) const {
@@ -278,15 +251,13 @@ private:
         return make(why, hnav_observer_open_known, &options, folder_, &known);
     }
 
-    // What is no sample is refused and counted by the observer; that is no reason to stop a simulation.
-    void push(int channel, double t_s, double value) {
-        const hnav_status status = is_input(channel) ? hnav_observer_push_input(object_, channel, t_s, value)
-                                                     : hnav_observer_push(object_, sensor(channel), t_s, value);
-        if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
+    hnav_status push(int channel, double t_s, double value) {
+        return is_input(channel) ? hnav_observer_push_input(object_, channel, t_s, value)
+                                 : hnav_observer_push(object_, sensor(channel), t_s, value);
     }
 
     // Samples that lead to no estimate are dropped and counted: the simulation goes on.
-    bool goes_on(hnav_status status, Message* why) {
+    bool goes_on(hnav_status status, Message* why) override {
         if (status != HNAV_ERROR_SOLVER) return done(status, why);
         if (!trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_observer_message(object_));
         return true;

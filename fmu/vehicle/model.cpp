@@ -94,8 +94,6 @@ public:
     }
     // Not offered: who integrates a vehicle has nothing to correct by them.
     bool offers_derivatives() const override { return false; }
-    bool derivatives_along(double, const double*, const double*, double*) const override { return false; }
-    void rows_along(const double*, double*) const override {}
     bool jump(double t_s, double* x, bool*, Message* why) override {
         std::memcpy(memory_.x, x, sizeof memory_.x);
         return see(t_s, x, why);
