@@ -161,6 +161,7 @@ def test_times_of_recordings(tmp_path):
         "t_s,a,b\n0,1.5,\n0.25,NA,2\n", "Time;a;b\n0;1,5;\n0,25;-;2\n", "t_s\ta\tb\n0\t1.5\n0.25\t\t2\n",
         "# a note\n# t_s a b\n0 1.5 nan\n0.25 nan 2\n", "time_ms,a,b\n0,1.5,null\n250,unknown,2\n",
         "\ufefftime [s], a, b,\n0,1.5,,\n0.25,n/a,2,\n", "T,a,b,time\n7,1.5,,0\n8,,2,0.25\n", "b\ta\ttime\n\t1.5\t0\n2\t\t0.25\n",
+        "# t;a;b\n0;1,5;nan\n0,25;nan;2\n",
     ],
 )  # fmt: skip
 def test_tables_as_programs_write_them(tmp_path, text):
@@ -179,7 +180,12 @@ def test_a_day_and_a_clock_and_a_degree_sign(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("t_s,a,a\n0,1,2\n", "two columns a"), ("t_s,a\n0,1,2\n", "row 1 has 3 cells, the header 2"), ("# t_s,a\n", "no table")],
+    [
+        ("t_s,a,a\n0,1,2\n", "two columns a"),
+        ("t_s,a\n0,1,2\n", "row 1 has 3 cells, the header 2"),
+        ("# t_s,a\n", "no table"),
+        (f't_s,a\n0,"{"1" * 200_000}\n', "quotation mark"),
+    ],
 )
 def test_tables_that_are_none(tmp_path, text, said):
     (tmp_path / "r.csv").write_text(text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from hnav.errors import HnavValueError
+from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
 from hnav.io.readers.tables import encoding_of
 from hnav.io.recordings import RecordingError
 
@@ -25,7 +26,6 @@ _TIME = re.compile(rf"(t|(?i:{'|'.join(TIME[1:])}))(?:[\s_\[(/]+({'|'.join(_UNIT
 _CLOCKS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _SWITCHES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0}
 _NONE = frozenset({"", "na", "n/a", "#n/a", "null", "none", "-", "unavailable", "unknown"})
-_DELIMITERS = (",", ";", "\t")
 
 
 def read_sample_table(path: Path | str, wanted: Container[str] | None = None) -> tuple[Column, dict[str, Column]]:
@@ -53,13 +53,13 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     """The names of the columns, and the rows, as long as these."""
     lines = _lines(path)
     delimiter = _delimiter(lines[0])
-    names, *rows = _parted(lines, delimiter)
+    names, *rows = _parted(path, lines, delimiter)
     while names and not names[-1]:
         names.pop()
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise HnavValueError("file", f"{path.name} has two columns {twice}: call one otherwise")
-    if delimiter != "," and not any("." in cell for row in rows for cell in row):
+    if decimal_mark(delimiter, "".join(lines[1:])) == ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     for number, row in enumerate(rows, 1):
         if any(row[len(names) :]):
@@ -80,7 +80,7 @@ def _lines(path: Path) -> list[str]:
     told = [line for line in lines if not line.lstrip().startswith("#")]
     if not told:
         raise HnavValueError("file", f"{path}: no table: all of its lines are comments")
-    if all(map(_is_number, _parted([told[0]], _delimiter(told[0]))[0])):
+    if all(map(is_number, _parted(path, told[:1], _delimiter(told[0]))[0])):
         # As numpy.savetxt writes it.
         told = [*[line.lstrip("# ") for line in lines if line.lstrip().startswith("#")][-1:], *told]
     return told
@@ -99,18 +99,19 @@ def _cells_of_time(path: Path, cells: dict[str, list[str]]) -> tuple[str, list[s
 
 
 def _delimiter(header: str) -> str:
-    most = max(_DELIMITERS, key=header.count)
-    return most if most in header else " "
+    return max((mark for mark in DELIMITERS if mark != BLANKS and mark in header), key=header.count, default=BLANKS)
 
 
-def _parted(lines: Iterable[str], delimiter: str) -> list[list[str]]:
-    rows = (line.split() for line in lines) if delimiter == " " else csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
-    return [[cell.strip() for cell in row] for row in rows]
+def _parted(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    try:
+        return [[cell.strip() for cell in row] for row in cells_of(lines, delimiter)]
+    except csv.Error:
+        raise HnavValueError("file", f"{path.name}: no table: a cell does not end; is there a quotation mark too many?") from None
 
 
 def _times(path: Path, name: str, cells: list[str]) -> Column:
     """In seconds."""
-    if any(mark in cell for cell in cells[:1] for mark in ("-", "/", ":")) and not _is_number(cells[0]):
+    if any(mark in cell for cell in cells[:1] for mark in ("-", "/", ":")) and not is_number(cells[0]):
         dates = pd.to_datetime(pd.Series(cells), utc=True, errors="coerce", format="ISO8601")
         wrong = np.flatnonzero(dates.isna())
         if len(wrong):
@@ -124,14 +125,6 @@ def _times(path: Path, name: str, cells: list[str]) -> Column:
     largest = float(np.nanmax(np.abs(t), initial=0.0)) * unit
     # What is told of a clock since 1970 may be wrong: its size is not.
     return t * unit * next((factor for limit, factor in _CLOCKS if largest > limit), 1.0)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _numbers(path: Path, name: str, cells: list[str], needed: bool) -> Column:

@@ -7,13 +7,11 @@ import io
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
 from hnav.io.readers.columns import columns_of, is_unit
 from hnav.io.recordings import RecordingError
 
 HEADER_WITHIN = 60  # lines
-BLANKS = " "
-"""The delimiter of cells that are parted by blanks, as many as there are."""
-DELIMITERS = (",", ";", "\t", BLANKS)
 COMMENT = "/#% "
 
 
@@ -55,7 +53,7 @@ def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | Non
     if score <= 0 and given:
         best = _without_header(shown, lines, given) or best
     best = replace(best, units=_units_under(shown, best, lines))
-    return replace(best, decimal=_decimal(best, lines))
+    return replace(best, decimal=decimal_mark(best.delimiter, "".join(lines[best.first_row :])))
 
 
 def at_header(shown: str, layout: Layout) -> str:
@@ -65,8 +63,7 @@ def at_header(shown: str, layout: Layout) -> str:
 
 def rows_of(lines: Iterable[str], layout: Layout) -> Iterator[tuple[int, list[str]]]:
     """Line from 1, and cells, of each row of samples."""
-    rows = (line.split() for line in lines) if layout.delimiter == BLANKS else csv.reader(lines, delimiter=layout.delimiter)
-    for number, row in enumerate(rows):
+    for number, row in enumerate(cells_of(lines, layout.delimiter)):
         if number >= layout.first_row and row:
             yield number + 1, row
 
@@ -91,10 +88,8 @@ def _names(shown: str, line: str, delimiter: str) -> list[str]:
 
 
 def _cells(shown: str, line: str, delimiter: str) -> list[str]:
-    if delimiter == BLANKS:
-        return line.split()
     try:
-        return next(csv.reader([line], delimiter=delimiter), [])
+        return next(cells_of([line], delimiter), [])
     except csv.Error:  # a cell without end
         raise RecordingError(f"{shown}: not a text file") from None
 
@@ -102,15 +97,7 @@ def _cells(shown: str, line: str, delimiter: str) -> list[str]:
 def _fits(names: list[str], below: list[str]) -> bool:
     """Whether the line below holds a number for each name: else it is prose whose words only look like names."""
     cells = next((line.split() for line in below if line.strip()), [])
-    return len(cells) == len(names) and all(map(_is_number, cells))
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.strip().replace(",", "."))
-    except ValueError:
-        return False
-    return True
+    return len(cells) == len(names) and all(map(is_number, cells))
 
 
 def _roles_in(names: list[str], given: Mapping[str, str], sensor: str | None) -> int:
@@ -136,14 +123,6 @@ def _units_under(shown: str, layout: Layout, lines: list[str]) -> list[str]:
         return []
     cells = _cells(shown, lines[layout.line + 1], layout.delimiter)
     words = [cell for cell in cells if cell.strip()]
-    if any(map(_is_number, words)) or len(without_empty_end(cells)) > len(layout.names):
+    if any(map(is_number, words)) or len(without_empty_end(cells)) > len(layout.names):
         return []
     return cells if any(map(is_unit, words)) else []
-
-
-def _decimal(layout: Layout, lines: list[str]) -> str:
-    """The mark before decimals: a comma where semicolons, tabs or blanks part the cells and no cell has a point."""
-    if layout.delimiter == ",":
-        return "."
-    rows = "".join(lines[layout.first_row :])
-    return "," if "," in rows and "." not in rows else "."

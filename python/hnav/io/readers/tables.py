@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from hnav.io.readers.aids import aids_in
+from hnav.io.readers.cells import BLANKS
 from hnav.io.readers.columns import Column, columns_of, with_unit
-from hnav.io.readers.layout import BLANKS, Layout, at_header, layout_of, rows_of, without_empty_end
+from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.streams import Raw, Stream, Wishes, library
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import S_PER
