@@ -39,7 +39,6 @@ void Model::cross(State& s, const Event& event) const {
 // What detectors look at.
 void Model::note(State& s, const Event& event) const {
     if (has_new(s, event, imu)) {
-        if (!settings_.backward_hold) hold(s, event);
         const double T = event.t_s - s.last_s[imu];
         if (std::isfinite(T)) s.rest.note(settings_.rest, vec(event.value[imu]), vec(event.value[imu] + 3), T);
     }
@@ -51,7 +50,6 @@ void Model::note(State& s, const Event& event) const {
 }
 
 void Model::try_start(State& s, const Event& event) const {
-    level(s, event);
     const bool has_place = event.has(position) || (settings_.place_given && event.has(imu));
     if (s.phase != Phase::levelling || !has_place) return;
     Tilt tilt;
@@ -66,6 +64,9 @@ void Model::jump(State& s, const Event& event) const {
     }
     if (s.started()) cross(s, event);
     note(s, event);
+    if (!s.started()) level(s, event);
+    // From here on the new sample acts, when it is held forward.
+    if (!settings_.backward_hold && has_new(s, event, imu)) hold(s, event);
     if (s.started()) {
         const double half_s = event.has(imu) ? 0.5 * s.usual_interval_s : 0;
         if (has_aid(event) || wants_field(s, event) ||

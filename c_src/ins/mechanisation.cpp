@@ -95,8 +95,20 @@ void Model::flow_exactly(State& s, double interval_s) const {
 // A sample that is the mean of its interval turns and moves the body further where its axes turn within: what lies between
 // neighbouring samples tells by how much. Three of them leave nothing of a coning of 10 Hz at 200 Hz; the coefficients make
 // the error of a steady coning vanish to the seventh order of its angle.
-void Model::hold(State& s, const Event& event) const {
+void Model::put_coning(State& s, const Vector3& turn, const Vector3& gain, double interval_s) {
     constexpr double share[history] = {113.0 / 840, -13.0 / 420, 1.0 / 280};
+    Vector3 coning = Vector3::Zero(), sculling = Vector3::Zero();
+    for (int k = 0; k < history; ++k) {
+        const Vector3 turn_k = vec(s.past_turn[k]), gain_k = vec(s.past_gain[k]);
+        coning += share[k] * turn_k.cross(turn);
+        sculling += share[k] * (turn_k.cross(gain) + gain_k.cross(turn));
+    }
+    if (!std::isfinite(coning.sum() + sculling.sum())) return;
+    vec(s.coning) = coning / interval_s;
+    vec(s.sculling) = sculling / interval_s;
+}
+
+void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
     const double T = event.t_s - s.last_s[imu];
     note_vibration(s, event);
@@ -105,22 +117,13 @@ void Model::hold(State& s, const Event& event) const {
     vec(s.force) = vec(y + 3);
     vec(s.coning).setZero();
     vec(s.sculling).setZero();
-    if (!settings_.backward_hold || !(T > 0)) return;
+    if (!(T > 0)) return;
     if (!(std::fabs(T - s.past_interval_s) <= 0.2 * T)) {
         for (int k = 0; k < history; ++k)
             for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
     }
     const Vector3 turn = T * vec(y), gain = T * vec(y + 3);
-    Vector3 coning = Vector3::Zero(), sculling = Vector3::Zero();
-    for (int k = 0; k < history; ++k) {
-        const Vector3 turn_k = vec(s.past_turn[k]), gain_k = vec(s.past_gain[k]);
-        coning += share[k] * turn_k.cross(turn);
-        sculling += share[k] * (turn_k.cross(gain) + gain_k.cross(turn));
-    }
-    if (std::isfinite(coning.sum() + sculling.sum())) {
-        vec(s.coning) = coning / T;
-        vec(s.sculling) = sculling / T;
-    }
+    if (settings_.backward_hold) put_coning(s, turn, gain, T);
     for (int k = history - 1; k > 0; --k) {
         vec(s.past_turn[k]) = vec(s.past_turn[k - 1]);
         vec(s.past_gain[k]) = vec(s.past_gain[k - 1]);

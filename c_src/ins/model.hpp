@@ -102,6 +102,7 @@ private:
 
     // mechanisation.cpp
     void hold(State& s, const Event& event) const;
+    static void put_coning(State& s, const Vector3& turn, const Vector3& gain, double interval_s);
     void note_vibration(State& s, const Event& event) const;
     static void note_saturation(State& s, const Event& event);
     static void put_gravity(State& s);

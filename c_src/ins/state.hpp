@@ -48,7 +48,7 @@ enum Row : int {
 };
 
 constexpr int nx = 10; // d 3, v 3, q 4
-constexpr int history = 3; // turns before the present one that tell coning and sculling
+constexpr int history = 3; // turns before the present one that tell coning, sculling, vibration
 
 // Column after column, i <= j: what is known without a magnetometer comes first.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }

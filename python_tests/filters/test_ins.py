@@ -297,6 +297,16 @@ def test_a_saturated_gyroscope_widens_the_heading_and_it_comes_back():
     assert all(outcome.heading_within > 0.9 and outcome.back_s < 30 for outcome in found)
 
 
+def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():
+    samples, _ = vehicle("quadrotor", "industrial", 5, 60.0)
+
+    def tilt(**options):
+        return navigate(samples, hnav.Ins("industrial", **FAST, **options)).sigma_rotation_rad[5000, :2].mean()
+
+    np.testing.assert_allclose(tilt(gyro_hold="forward"), tilt(), rtol=0.01)
+    assert tilt(gyro_hold="forward", vibration_share=0.0) < 0.5 * tilt()
+
+
 def test_the_simulation_is_its_own_truth():
     samples, truth = vehicle("aircraft", "navigation", 3, 20.0)
     at = truth.position_e

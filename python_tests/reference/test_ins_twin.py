@@ -11,7 +11,9 @@ from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
 
 
-@pytest.mark.parametrize("kind, magnetometer", [("car", False), ("aircraft", False), ("car", True), ("aircraft", True)])
+@pytest.mark.parametrize(
+    "kind, magnetometer", [("car", False), ("aircraft", False), ("quadrotor", False), ("car", True), ("aircraft", True)]
+)
 def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
     samples, truth = vehicle(kind, "industrial", 4, 20.0)
     fields = dict(zip(*fields_of(np.random.default_rng(4), truth))) if magnetometer else {}

@@ -5,7 +5,7 @@
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
 
-Without rest, gates, lever arms, vibration, and what needs the start from any heading: of that c_src/ins is the only description.
+Without rest, gates, lever arms, and what needs the start from any heading: of that c_src/ins is the only description.
 """
 
 from __future__ import annotations
@@ -24,6 +24,12 @@ ALIKE_S = 5.0
 BY_CHANCE = 1.3
 IRON_WALK = 1e-3
 STRENGTH_BY_PLACE = 0.1
+VIBRATION_S = 2.0
+"""Memory of the power between neighbouring samples."""
+FELT_S = 10.0
+"""Memory of the power of the force that moves the body."""
+SMALL_M_S2, LONGEST_S = 0.1, 1.0
+"""Vibration is averaged away to so little, within so long at the most."""
 
 
 def cross_matrix(x: Array) -> Array:
@@ -64,6 +70,9 @@ class InsReference:
         self.t_s = self.corrected_s = t_s
         self.rate, self.force = np.array(rate, float), np.array(force, float)
         self.interval_s = 0.0
+        self.before: tuple[Array, Array] | None = None  # the rate and force held before these
+        self.vibration_rate2 = self.vibration_force2 = self.felt2 = 0.0
+        self.felt: Array | None = None
         self.put_gravity()
         self.clear_window()
 
@@ -121,7 +130,9 @@ class InsReference:
 
     def gather(self, T: float, R: Array) -> None:
         """The interval that has been crossed, at its middle."""
-        rate, force = self.turn_rate(), R @ (self.force - self.accel_bias)
+        rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
+        self.feel(raw, T)
+        force = self.moving_force(raw, self.o.correction_interval_s)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):
@@ -135,6 +146,35 @@ class InsReference:
         self.steady_rate = self.steady_rate + T / (ALIKE_S + T) * (rate - self.steady_rate)
         self.turned2 += T * float(rate @ rate)
         self.length_s += T
+
+    def note_vibration(self, T: float, rate: Array, force: Array) -> None:
+        """Second differences of neighbouring samples: six times the variance of white noise, on three axes each."""
+        if self.before is not None:
+            share = T / (VIBRATION_S + T)
+            w, f = rate - 2 * self.rate + self.before[0], force - 2 * self.force + self.before[1]
+            self.vibration_rate2 += share * (float(w @ w) / 18 - self.vibration_rate2)
+            self.vibration_force2 += share * (float(f @ f) / 18 - self.vibration_force2)
+        self.before = self.rate, self.force
+
+    def felt_over_s(self) -> float:
+        """Time over which vibration is averaged away to something small."""
+        return min(LONGEST_S, self.vibration_force2 * self.interval_s / (2 * SMALL_M_S2**2))
+
+    def feel(self, force: Array, T: float) -> None:
+        """The force without what vibrates, and its mean square along the horizontal."""
+        felt = force if self.felt is None else self.felt
+        self.felt = felt + T / (self.felt_over_s() + T) * (force - felt)
+        self.felt2 += T / (FELT_S + T) * (float(self.felt[:2] @ self.felt[:2]) - self.felt2)
+
+    def moving_force(self, raw: Array, over_s: float) -> Array:
+        """The part of a force, a mean over so long, by which errors of the attitude become those of the velocity."""
+        noise2 = 2 * self.vibration_force2 * self.interval_s
+        if self.felt is None or not noise2 > 0:
+            return raw
+        moved2 = max(0.0, self.felt2 - noise2 / (2 * self.felt_over_s() + self.interval_s))
+        steady = self.felt * np.array([moved2 / self.felt2, moved2 / self.felt2, 1])
+        moving: Array = steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady)
+        return moving
 
     def transition(self) -> Array:
         """33 x 33, over the window."""
@@ -173,12 +213,14 @@ class InsReference:
             P[DIRECTION, DIRECTION] += o.field_direction_rad**2 * (1 - stays**2)
             P[IRON, IRON] += IRON_WALK**2 * T * np.eye(3)
             P[STRENGTH, STRENGTH] += IRON_WALK**2 * T
-        accel, one = o.accel_noise_m_s_per_sqrt_s**2 * T, np.eye(3)
+        share, one = o.vibration_share * self.interval_s, np.eye(3)
+        accel = max(o.accel_noise_m_s_per_sqrt_s**2, share * self.vibration_force2) * T
+        gyro = max(o.gyro_noise_rad_per_sqrt_s**2, share * self.vibration_rate2) * T
         P[V, V] += accel * one
         P[D, D] += accel * T**2 / 3 * one
         P[D, V] += accel * T / 2 * one
         P[V, D] += accel * T / 2 * one
-        P[PHI, PHI] += (o.gyro_noise_rad_per_sqrt_s**2 * T + o.gyro_rate_noise_sqrt_s**2 * self.turned2) * one
+        P[PHI, PHI] += (gyro + o.gyro_rate_noise_sqrt_s**2 * self.turned2) * one
         askew = o.gyro_scale**2 * self.steady_rate @ self.steady_rate * T / ALIKE_S
         P[GYRO, GYRO] += (o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T + askew) * one
         P[ACCEL, ACCEL] += o.accel_bias_walk_m_s2_per_sqrt_s**2 * T * one
@@ -204,6 +246,7 @@ class InsReference:
         T = t_s - self.t_s
         self.gather(T, self.flow(T))
         self.put_gravity()
+        self.note_vibration(T, np.array(rate, float), np.array(force, float))
         self.rate, self.force, self.t_s = np.array(rate, float), np.array(force, float), t_s
         half_s = 0.5 * self.interval_s
         if t_s - self.field_s + half_s < self.o.correction_interval_s:
@@ -224,7 +267,7 @@ class InsReference:
             self.begin_field(field_b)
         self.clear_window()
         if velocity_n is not None and place is not None:
-            a = self.R @ (self.force - self.accel_bias) + self.gravity
+            a = self.moving_force(self.R @ (self.force - self.accel_bias), self.interval_s) + self.gravity
             H = np.zeros((3, ERRORS))
             H[:, V], H[:, LATENCY] = np.eye(3), -a
             z = self.T.T @ earth.axes_at(place) @ velocity_n
