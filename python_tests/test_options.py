@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hnav.filters.attitude import FILTERS, Options
+from hnav.filters.attitude_options import FILTERS, Options
 from hnav.native.options import option_rows
 
 TOP = Path(__file__).resolve().parents[1]

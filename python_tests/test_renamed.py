@@ -6,7 +6,7 @@ import re
 import pytest
 
 from hnav import HnavError, Options
-from hnav.filters.attitude import FILTERS, option_table
+from hnav.filters.attitude_options import FILTERS, option_table
 from hnav.filters.calibration import calibrate_magnetometer
 from hnav.fmi.engines import run_recording
 from hnav.fmi.fmu_run import filter_parameters

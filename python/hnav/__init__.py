@@ -30,7 +30,9 @@ from typing import TYPE_CHECKING
 from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOptionError
 
 if TYPE_CHECKING:
-    from hnav.filters.attitude import Filter, Options, Run
+    from hnav.filters.attitude import Filter
+    from hnav.filters.attitude_answers import Run
+    from hnav.filters.attitude_options import Options
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
     from hnav.filters.declination import declination_rad
     from hnav.filters.ins import Aids, Ins, InsOptions, InsRun

@@ -20,7 +20,8 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 
 from hnav.cli.console import say, show
-from hnav.filters.attitude import Filter, Options
+from hnav.filters.attitude import Filter
+from hnav.filters.attitude_options import Options
 from studies import larger_q
 from studies.command import check_choices, study
 

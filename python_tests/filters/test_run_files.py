@@ -8,7 +8,7 @@ import pytest
 
 from hnav import Filter, __version__
 from hnav.errors import HnavError
-from hnav.filters.attitude import SENSOR_STATES, Run
+from hnav.filters.attitude_answers import SENSOR_STATES, Run
 from hnav.filters.run_files import columns, write_table
 from hnav.fmi.engines import run_recording
 from motion import tilted_motion

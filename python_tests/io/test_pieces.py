@@ -9,7 +9,7 @@ import pytest
 from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters import run_files
-from hnav.filters.attitude import Options
+from hnav.filters.attitude_options import Options
 from hnav.filters.calibration import calibrate_magnetometer, write_calibration
 from hnav.filters.run_files import write_pieces
 from hnav.fmi.engines import LibraryRun

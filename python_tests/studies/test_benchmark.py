@@ -12,7 +12,7 @@ from matplotlib.container import BarContainer
 from command_line import answered, hnav
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
-from hnav.filters.attitude import FILTERS
+from hnav.filters.attitude_options import FILTERS
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.io.recordings import Recording

@@ -20,7 +20,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from hnav.errors import HnavRuntimeError
-from hnav.filters.attitude import Filter, Options
+from hnav.filters.attitude import Filter
+from hnav.filters.attitude_options import Options
 from hnav.io.recordings import Recording
 from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, product
 

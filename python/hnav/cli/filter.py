@@ -17,7 +17,8 @@ from hnav.cli.console import bar, say
 from hnav.cli.parameters import Engine, FilterOrIns, Gnss, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
-from hnav.filters.attitude import Options, Run
+from hnav.filters.attitude_answers import Run
+from hnav.filters.attitude_options import Options
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
 from hnav.filters.run_files import write_pieces, write_table

@@ -11,7 +11,7 @@ import typer
 from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterOrIns
 from hnav.cli.words import UsageError
-from hnav.filters.attitude import option_table
+from hnav.filters.attitude_options import option_table
 from hnav.filters.ins import ins_option_table
 from hnav.native.options import OptionInfo
 

@@ -19,7 +19,8 @@ import numpy as np
 
 from hnav import __version__
 from hnav.errors import HnavValueError
-from hnav.filters.attitude import HEALTH_SENSORS, SENSOR_STATES, Options, Run
+from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run
+from hnav.filters.attitude_options import Options
 from hnav.filters.ins import InsOptions
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array

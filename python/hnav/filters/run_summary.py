@@ -10,7 +10,7 @@ from html import escape
 
 import numpy as np
 
-from hnav.filters.attitude import Run
+from hnav.filters.attitude_answers import Run
 from hnav.native.arrays import Array
 
 NIS_DIMENSIONS = {"hrekf": (3, 3), "ahrs": (2, 3)}

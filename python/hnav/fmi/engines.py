@@ -12,7 +12,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.filters.attitude import FILTERS, HEALTH_SENSORS, SENSOR_STATES, Filter, Options, Run, empty_run
+from hnav.filters.attitude import Filter
+from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run, empty_run
+from hnav.filters.attitude_options import FILTERS, Options
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
 from hnav.renamed import now_called

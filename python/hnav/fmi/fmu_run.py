@@ -14,7 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from hnav.filters.attitude import HEALTH_SENSORS, Options, empty_run, option_table
+from hnav.filters.attitude_answers import HEALTH_SENSORS, empty_run
+from hnav.filters.attitude_options import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
 from hnav.fmi.results import Progress, Result

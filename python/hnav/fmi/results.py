@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hnav.filters.attitude import Run
+from hnav.filters.attitude_answers import Run
 
 Progress = Callable[[int, int], None]  # rows done, rows in all
 

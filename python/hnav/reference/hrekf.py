@@ -25,7 +25,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq
 
-from hnav.filters.attitude import Filter, Options
+from hnav.filters.attitude import Filter
+from hnav.filters.attitude_options import Options
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 

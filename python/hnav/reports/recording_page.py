@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.attitude import Run
+from hnav.filters.attitude_answers import Run
 from hnav.filters.run_summary import rows, summary
 from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording

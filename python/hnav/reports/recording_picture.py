@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hnav.filters.attitude import Run
+from hnav.filters.attitude_answers import Run
 from hnav.filters.health import findings
 from hnav.io.recordings import Recording
 from hnav.reports import plots

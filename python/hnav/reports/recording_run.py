@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hnav.errors import HnavValueError
-from hnav.filters.attitude import Run
+from hnav.filters.attitude_answers import Run
 from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 from hnav.rotations import quaternion_product

@@ -9,7 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from hnav.filters.attitude import Filter, Options, Run
+from hnav.filters.attitude import Filter
+from hnav.filters.attitude_answers import Run
+from hnav.filters.attitude_options import Options
 from hnav.filters.health import findings
 from hnav.io.recordings import Recording
 from hnav.reports.scores import errors_rad, score

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from hnav.filters.attitude import Options
+from hnav.filters.attitude_options import Options
 from hnav.fmi.engines import run_recording
 from hnav.reports.scores import errors_rad
 from studies.readiness.starts import simulated_start
