@@ -172,7 +172,7 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     vec(s.x) = -(rotation_matrix(q) * settings_.antenna_b);
     vec(s.x + 3).setZero();
     for (int i = 0; i < 3; ++i) {
-        const double colour2 = settings_.colour_m[i == 2] * settings_.colour_m[i == 2];
+        const double colour2 = s.slow_m[i == 2] * s.slow_m[i == 2];
         const double wide = settings_.sigma_first_fix_m, fast = settings_.sigma_velocity * (i == 2 ? 0.2 : 1);
         s.colour[i] = 0;
         P[row_colour + i][row_colour + i] = colour2;

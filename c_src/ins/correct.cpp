@@ -168,6 +168,7 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
 
 void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s);
+    note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
     const bool sees_field = wants_field(s, event);
@@ -175,6 +176,7 @@ void Model::correct(State& s, const Event& event) const {
     note_prediction(s, P);
     s.direction *= direction_kept(s);
     for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
+    for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);

@@ -193,6 +193,23 @@ void Model::turn_tilt(Covariance& P, double lost) {
     P[row_phi + 1][row_phi] -= share * c;
 }
 
+// What a receiver states is mostly an error that stays for a while: averaging many fixes does not take it away. With an option of 0
+// all of it is noise.
+double Model::slow_sigma(double stated_m, bool vertical) const {
+    const double least = settings_.colour_m[vertical];
+    return least > 0 ? std::fmax(least, stated_m) : 0;
+}
+
+// The slow error shrinks with what is stated, and grows towards it: one bad fix is noise, many are not.
+void Model::note_stated(State& s, const Event& event) const {
+    constexpr double grows_s = 10;
+    if (!has_new(s, event, position) || !(s.window.length_s > 0)) return;
+    const double* sigma = event.value[position] + 3;
+    const double stated[] = {slow_sigma(std::fmax(sigma[0], sigma[1]), false), slow_sigma(sigma[2], true)};
+    const double most = std::exp(s.window.length_s / grows_s);
+    for (int i = 0; i < 2; ++i) s.slow_m[i] = std::fmin(stated[i], most * s.slow_before_m[i]);
+}
+
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
 // by itself.
 Model::Colour Model::colour_of(const State& s, const double* mean) const {
@@ -202,9 +219,11 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
     const double fades = std::exp(-s.window.length_s / settings_.colour_s);
     Colour c{};
     for (int i = 0; i < 3; ++i) {
-        const double sigma = settings_.colour_m[i == 2], now = std::fmax(sigma, size[i == 2] / usual);
-        c.kept[i] = now > sigma ? 1 : fades;
-        c.grown[i] = now * now * (1 - fades * fades);
+        const double before = s.slow_before_m[i == 2], now = s.slow_m[i == 2], beyond = size[i == 2] / usual;
+        const double less = before > 0 ? std::fmin(1, now / before) : 1, more = std::fmax(0, now * now - before * before);
+        const bool jumped = beyond > before;
+        c.kept[i] = jumped ? 1 : fades * less;
+        c.grown[i] = (jumped ? beyond * beyond : less * less * before * before) * (1 - fades * fades) + more;
     }
     return c;
 }

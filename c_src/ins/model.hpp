@@ -115,7 +115,10 @@ private:
     void add_noise(const State& s, Covariance& P) const;
     void feel(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
-    // Of the slow error of the satellites, north, east, down: the share that stays, and the variance that comes.
+    // The slow error of the satellites: its sigma in m by what a fix states, and north, east, down the share that stays and the variance
+    // that comes.
+    double slow_sigma(double stated_m, bool vertical) const;
+    void note_stated(State& s, const Event& event) const;
     struct Colour {
         double kept[3], grown[3];
     };

@@ -31,7 +31,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     // Satellites that have moved away from where the velocities lead are not relied upon.
     constexpr double far = 5;
     const double off = vec(s.colour).head<2>().norm();
-    const bool agree = off < std::fmax(settings_.ready_position, far * settings_.colour_m[0]);
+    const bool agree = off < std::fmax(settings_.ready_position, far * s.slow_m[0]);
     n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < settings_.ready_position &&
                         (settings_.place_given || earned(s.information_position, settings_.ready_position));
 }

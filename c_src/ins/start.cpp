@@ -191,8 +191,10 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     for (int row = 0; row < P.n; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
+    s.slow_m[0] = s.slow_before_m[0] = slow_sigma(first_sigma.head<2>().maxCoeff(), false);
+    s.slow_m[1] = s.slow_before_m[1] = slow_sigma(first_sigma[2], true);
     for (int i = 0; i < 3; ++i) {
-        const double colour = settings_.colour_m[i == 2], wide = settings_.place_given ? 0 : settings_.sigma_first_fix_m;
+        const double colour = s.slow_m[i == 2], wide = settings_.place_given ? 0 : settings_.sigma_first_fix_m;
         put(row_colour + i, colour);
         P[row_d + i][row_d + i] = first_sigma[i] * first_sigma[i] + wide * wide + colour * colour;
         P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour * colour;
@@ -284,12 +286,13 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
 // once more, and nothing is counted twice.
 State Model::once_more(State s, const State& later, double known_s) const {
     constexpr double any_tilt = 0.1, any_heading = 0.5;
+    for (int i = 0; i < 2; ++i) s.slow_m[i] = s.slow_before_m[i] = later.slow_m[i];
     Covariance P = Covariance::of(s);
     for (int row = 0; row < P.n; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     for (int i = 0; i < 3; ++i) {
-        const double fast = settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1), colour = settings_.colour_m[i == 2];
+        const double fast = settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1), colour = s.slow_m[i == 2];
         put(row_colour + i, colour);
         put(row_d + i, settings_.place_given ? colour : std::hypot(settings_.sigma_first_fix_m, fast * known_s));
         put(row_v + i, fast);

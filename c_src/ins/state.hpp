@@ -140,6 +140,8 @@ struct State {
     double gravity[3], gravity_at[3]; // where it was computed
     double fix_axes[9];               // north-east-down of the last fix in Earth-fixed axes
     std::uint64_t has_place;
+    // Sigma of the slow error of the satellites, horizontal and vertical, and at the last correction.
+    double slow_m[2], slow_before_m[2];
 
     double rate[3], force[3];     // held, as measured
     double coning[3], sculling[3]; // what must be added to them

@@ -136,7 +136,7 @@ const OptionRow rows[] = {
      nullptr, nullptr, defaults + 6, offsetof(hnav_ins_options, vibration_share),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"position_colour_m", text("aiding"), text("m"),
-     text("Slowly varying error of the satellites' position, horizontal and vertical, one sigma"),
+     text("Slowly varying error of the satellites' position, horizontal and vertical, one sigma; a fix that states more has what it states; 0: none"),
      text("Usual for a single receiver, more upwards where satellites are few; 0.02 with carrier phase corrections."),
      nullptr, nullptr, defaults + 7, offsetof(hnav_ins_options, position_colour_m),
      0, 10000, 2, 0, HNAV_OPTION_REAL, 0, 0, 0},

@@ -194,6 +194,28 @@ def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
     assert ins.innovation("speed").dimension in (1, 2)
 
 
+def test_many_fixes_of_a_receiver_do_not_take_away_what_it_states(drive):
+    samples, truth = drive
+    t, axes = samples.t_s, earth.axes_at(earth.place_of(truth.position_e))
+    velocity_n = np.einsum("nij,ni->nj", axes, truth.velocity_e)
+    fix, worst = slice(99, None, 100), 25
+
+    def navigated(stated_m, off_m):
+        place = earth.place_of(truth.position_e[fix] + np.einsum("nij,nj->ni", axes[fix], off_m))
+        aids = hnav.Aids().velocity(t[fix], velocity_n[fix], 0.1).position(t[fix], *place.T, stated_m)
+        return hnav.Ins("industrial", **FAST).run(t, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+
+    count = len(t[fix])
+    stated, off = np.full((count, 3), 6.0), np.full((count, 3), 4.0)
+    steady = navigated(stated, off)
+    assert steady.sigma_position_m[-1].min() > 4 and steady.sigma_position_m[-1].max() < 8
+    stated[worst], off[worst] = 500.0, 300.0
+    with_a_bad_one = navigated(stated, off)
+    np.testing.assert_allclose(with_a_bad_one.sigma_position_m[-1], steady.sigma_position_m[-1], rtol=0.02)
+    moved_m = earth.position_of(with_a_bad_one.place[-1]) - earth.position_of(steady.place[-1])
+    assert np.linalg.norm(moved_m) < 0.5
+
+
 def test_a_heading_from_elsewhere_is_taken_at_rest_and_a_told_rest_holds_the_velocity():
     ins = hnav.Ins("industrial", declination_rad=0.05, **FAST)
     for k in range(3000):

@@ -10,6 +10,9 @@ from hnav.reference.ins import InsReference
 from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
 
+STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 2.0)
+"""What one fix after the other says of itself."""
+
 
 @pytest.mark.parametrize(
     "kind, magnetometer", [("car", False), ("aircraft", False), ("quadrotor", False), ("car", True), ("aircraft", True)]
@@ -30,19 +33,19 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
     rng = np.random.default_rng(1)
     for i in range(len(t)):
         ins.push_imu(t[i], rate[i], force[i])
-        fixed = i % 20 == 1
+        fixed, sigma_m = i % 20 == 1, STATED_M[i // 20 % len(STATED_M)]
         if fixed:
-            place = earth.place_of(truth.position_e[i] + rng.standard_normal(3))
+            place = earth.place_of(truth.position_e[i] + sigma_m * rng.standard_normal(3))
             seen = velocity[i] + 0.1 * rng.standard_normal(3)
             ins.push_velocity(t[i], seen, InsReference.SIGMA_M_S)
-            ins.push_position(t[i], *place, InsReference.SIGMA_M)
+            ins.push_position(t[i], *place, sigma_m)
         if t[i] in fields:
             ins.push_mag(t[i], fields[t[i]])
         ins.advance(t[i])
         if twin is None:
             twin = InsReference(options, t[i], place, rate[i], force[i]) if fixed else None
         else:
-            twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)), fields.get(t[i]))
+            twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)), fields.get(t[i]), sigma_m)
         if fixed and i > 1:
             now = ins.navigation()
             assert now.phase == "navigating"

@@ -64,6 +64,7 @@ typedef enum hnav_ins_sensor {
 /* A sample acts at the next advance that reaches its time. Errors of all of them: NON_FINITE, OUT_OF_RANGE (sigmas that are not
  * positive, places that do not exist, numbers beyond 1e6), LATE_SAMPLE, QUEUE_FULL; the sample is dropped and counted. */
 HNAV_API hnav_status hnav_ins_push_imu(hnav_ins* ins, double t_s, const double rate_b_rad_s[3], const double force_b_m_s2[3]);
+/* sigma_n_m: as a receiver states it. It is taken for noise, and for the sigma of an error that stays for position_colour_s too. */
 HNAV_API hnav_status hnav_ins_push_position(hnav_ins* ins, double t_s, double latitude_rad, double longitude_rad, double height_m,
                                             const double sigma_n_m[3]);
 /* down: NaN when it is not known. */

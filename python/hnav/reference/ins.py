@@ -21,6 +21,7 @@ LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(2
 IRON, STRENGTH, DIRECTION = slice(28, 31), 31, 32
 ERRORS = 33
 ALIKE_S = 5.0
+SLOW_GROWS_S = 10.0
 BY_CHANCE = 1.3
 IRON_WALK = 1e-3
 STRENGTH_BY_PLACE = 0.1
@@ -52,7 +53,7 @@ class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
-    """Of the satellites, each axis."""
+    """Of the satellites, each axis, where nothing else is told."""
 
     def __init__(self, options: InsOptions, t_s: float, place: Array, rate: Array, force: Array):
         """At the first fix: place is latitude and longitude in rad, and height."""
@@ -79,7 +80,8 @@ class InsReference:
     def first_covariance(self) -> Array:
         """The start: of the first fix its own sigma and a wide one."""
         o, P = self.o, np.zeros((ERRORS, ERRORS))
-        colour = np.array([o.position_colour_m[0]] * 2 + [o.position_colour_m[1]]) ** 2
+        self.slow = self.slow_before = self.slow_sigma(self.SIGMA_M)
+        colour = self.slow**2
         P[D, D] = np.diag(self.SIGMA_M**2 + o.start_sigma_position_m**2 + colour)
         P[COLOUR, COLOUR] = np.diag(colour)
         P[D, COLOUR] = P[COLOUR, D] = -np.diag(colour)
@@ -228,21 +230,27 @@ class InsReference:
         P[6:8, 6:8] += max(0.0, P[8, 8] - heading) * np.array([[b, -c], [-c, a]])
         self.P = P
 
+    def slow_sigma(self, stated_m: float) -> Array:
+        """Of the slow error of a fix that states this sigma: north, east, down."""
+        least = np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
+        return np.where(least > 0, np.maximum(least, stated_m), 0)
+
     def colour_of(self) -> tuple[Array, Array]:
         """Of the slow error of the satellites: what stays of it, and the variance that comes."""
-        sigma = np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
-        size = np.array([np.hypot(*self.colour[:2])] * 2 + [abs(self.colour[2])])
-        fades = np.exp(-self.length_s / self.o.position_colour_s)
-        now = np.maximum(sigma, size / 3)
-        return np.where(now > sigma, 1, fades), now**2 * (1 - fades**2)
+        beyond = np.array([np.hypot(*self.colour[:2])] * 2 + [abs(self.colour[2])]) / 3
+        fades, before = np.exp(-self.length_s / self.o.position_colour_s), self.slow_before
+        less = np.minimum(1, np.divide(self.slow, before, out=np.ones(3), where=before > 0))
+        more = np.maximum(0, self.slow**2 - before**2)
+        jumped = beyond > before
+        return np.where(jumped, 1, fades * less), np.where(jumped, beyond, less * before) ** 2 * (1 - fades**2) + more
 
     # ----------------------------------------------------------------------------------------- at events
 
     def advance(
         self, t_s: float, rate: Array, force: Array, velocity_n: Array | None = None, place: Array | None = None,
-        field_b: Array | None = None,
+        field_b: Array | None = None, sigma_m: float = SIGMA_M,
     ) -> None:  # fmt: skip
-        """A sample, from its time on, with what satellites and a magnetometer say at that time."""
+        """A sample, from its time on, with what satellites and a magnetometer say at that time. sigma_m: of the place, each axis."""
         T = t_s - self.t_s
         self.gather(T, self.flow(T))
         self.put_gravity()
@@ -253,13 +261,16 @@ class InsReference:
             field_b = None
         given = velocity_n is not None or field_b is not None
         if given or t_s - self.corrected_s + half_s >= self.o.correction_interval_s:
-            self.correct(velocity_n, place, field_b)
+            self.correct(velocity_n, place, field_b, sigma_m)
         self.interval_s = self.interval_s + 0.1 * (T - self.interval_s) if self.interval_s > 0 else T
 
-    def correct(self, velocity_n: Array | None, place: Array | None, field_b: Array | None) -> None:
+    def correct(self, velocity_n: Array | None, place: Array | None, field_b: Array | None, sigma_m: float) -> None:
         """All corrections of one event."""
+        if place is not None:
+            self.slow = np.minimum(self.slow_sigma(sigma_m), np.exp(self.length_s / SLOW_GROWS_S) * self.slow_before)
         kept, _ = self.colour_of()
         self.propagate()
+        self.slow_before = self.slow
         if self.length_s > 0:
             self.colour = kept * self.colour
             self.direction *= np.exp(-self.length_s / self.o.field_direction_s)
@@ -275,7 +286,7 @@ class InsReference:
             H = np.zeros((3, ERRORS))
             H[:, D], H[:, COLOUR], H[:, LATENCY] = np.eye(3), np.eye(3), -self.v
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
-            self.use(H, z - (self.d + self.colour - self.latency * self.v), self.SIGMA_M**2)
+            self.use(H, z - (self.d + self.colour - self.latency * self.v), sigma_m**2)
         if field_b is not None:
             self.correct_field(field_b)
         self.put_gravity()

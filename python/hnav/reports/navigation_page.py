@@ -15,6 +15,7 @@ from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
 from hnav.reports.navigation_panels import NAVIGATION_PANELS, View, outages
 from hnav.reports.page import document, figures_as_text, heading_of
+from hnav.reports.recording_view import began
 
 
 def write_navigation_report(
@@ -30,7 +31,7 @@ def write_navigation_report(
     panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]
     name = recording.name if recording is not None else "navigation"
     about = {
-        "filter": "ins", "preset": run.options.preset if run.options else "", "begins": f"{run.t_s[0]:.10g} s" if len(run.t_s) else "",
+        "filter": "ins", "preset": run.options.preset if run.options else "", "begins": began(float(run.t_s[0])) if len(run.t_s) else "",
         "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s", "rows": str(len(run.t_s)), "hindsight": "every row from all samples" if smoothed else "",
         "hnav": __version__,
     }  # fmt: skip

@@ -46,7 +46,7 @@ def write_recording_report(run: RecordingRun, file: Path) -> list[str]:
 def _header(run: RecordingRun) -> str:
     t_s = run.recording.t_s
     facts = {
-        "filter": run.filter, "frame": "-".join(run.axes), "begins": began(run), "length": f"{t_s[-1] - t_s[0]:.6g} s",
+        "filter": run.filter, "frame": "-".join(run.axes), "begins": began(float(t_s[0])), "length": f"{t_s[-1] - t_s[0]:.6g} s",
         "rows": str(len(t_s)), "hnav": __version__,
     }  # fmt: skip
     return heading_of(run.recording.name, facts, run.findings, _options(run))

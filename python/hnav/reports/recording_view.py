@@ -90,9 +90,8 @@ def rates(run: RecordingRun) -> list[tuple[str, str]]:
     return found
 
 
-def began(run: RecordingRun) -> str:
-    """When the recording began, where its times can be read as instants; else the first time as a number."""
-    first_s = float(run.recording.t_s[0])
+def began(first_s: float) -> str:
+    """When a recording began, where its times can be read as instants; else its first time as a number."""
     if not EPOCH_S[0] < first_s < EPOCH_S[1]:
-        return f"{first_s:.10g} s"
+        return f"{round(first_s, 3):.10g} s"
     return datetime.datetime.fromtimestamp(first_s, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC")

@@ -65,7 +65,8 @@ typedef struct hnav_ins_options {
     /* ------------------------ aiding
      * Errors of the satellites, of pressure and of wheels. */
 
-    /* Slowly varying error of the satellites' position, horizontal and vertical, one sigma.
+    /* Slowly varying error of the satellites' position, horizontal and vertical, one sigma; a fix that states more has
+     * what it states; 0: none.
      * [0, 1e4] m, default 1.5, 1.5. Usual for a single receiver, more upwards where satellites are few; 0.02 with carrier
      * phase corrections. */
     double position_colour_m[2];
