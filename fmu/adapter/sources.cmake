@@ -1,3 +1,3 @@
 # What every FMU consists of beside its model and the entry points of a version.
-set(hnav_fmu_adapter ${CMAKE_CURRENT_LIST_DIR}/instance.cpp ${CMAKE_CURRENT_LIST_DIR}/model_exchange.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/saved_state.cpp)
+set(hnav_fmu_adapter instance.cpp variables.cpp model_exchange.cpp saved_state.cpp)
+list(TRANSFORM hnav_fmu_adapter PREPEND ${CMAKE_CURRENT_LIST_DIR}/)

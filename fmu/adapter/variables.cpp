@@ -1,0 +1,157 @@
+// Variables: what an importer gets and sets, by value references.
+#include "adapter/instance.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+namespace hnav::fmu {
+
+namespace {
+
+const char* type_name(Type type) {
+    switch (type) {
+    case Type::real: return "real";
+    case Type::integer: return "integer";
+    case Type::boolean: return "boolean";
+    default: return "enumeration";
+    }
+}
+
+template <class T>
+T told_as(double value) {
+    if constexpr (std::is_same_v<T, int>) return static_cast<T>(std::fmin(value, 2147483647)); // where 32 bits end
+    else return static_cast<T>(value);
+}
+
+} // namespace
+
+std::size_t Instance::elements(const unsigned* references, std::size_t n) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < n; ++i) count += static_cast<std::size_t>(rows_at(references[i]));
+    return count;
+}
+
+Status Instance::check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const {
+    if (n > 0 && (!references || !values)) return fail("a null pointer came with %zu value references", n);
+    if (!model_info.arrays && n != n_values)
+        return fail("%zu value references go with %zu values: all variables are scalars", n, n_values);
+    if (model_info.arrays && elements(references, n) != n_values)
+        return fail("variables of %zu elements go with %zu values", elements(references, n), n_values);
+    return Status::ok;
+}
+
+Status Instance::refresh(unsigned groups) {
+    groups &= stale_;
+    if (!groups || !has_model_) return Status::ok;
+    Message why;
+    if (!model_->look_ahead(groups, &why)) return fail("%s", why.text);
+    if (options_.interface == model_exchange) model_->show(time_s_, states_);
+    if (groups & state_group && first_state_ >= 0) {
+        double* x = values_ + first_state_;
+        if (options_.interface == model_exchange) std::memcpy(x, states_, state_count_ * sizeof(double));
+        else model_->get_states(x);
+        model_->derivatives(time_s_, x, values_ + first_derivative_);
+    }
+    model_->refresh(values_, groups);
+    stale_ &= ~groups;
+    return Status::ok;
+}
+
+const Variable* Instance::row_of(unsigned reference) const {
+    if (row_of_table(reference) && rows_at(reference) > 0) return &table_[static_cast<int>(reference)];
+    fail("there is no variable with value reference %u", reference);
+    return nullptr;
+}
+
+const Variable* Instance::row_of(unsigned reference, Type type) const {
+    const Variable* row = row_of(reference);
+    if (!row || row->type == type) return row;
+    fail("%s is %s, not %s", row->name, type_name(row->type), type_name(type));
+    return nullptr;
+}
+
+template <class T>
+Status Instance::get(Type type, const unsigned* references, std::size_t n, T* out) {
+    if (!allowed(Call::get_variable)) return Status::error;
+    const Slot* const slots = slots_;
+    const auto size = static_cast<unsigned>(table_.size());
+    unsigned groups = 0;
+    std::size_t rows = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const unsigned reference = references[i];
+        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
+        groups |= slots[reference].group;
+        rows += static_cast<std::size_t>(slots[reference].rows);
+    }
+    if (refresh(groups) != Status::ok) return Status::error;
+    const double* const values = values_;
+    const auto time_row = static_cast<unsigned>(time_row_);
+    if (rows == n) { // one each
+        for (std::size_t i = 0; i < n; ++i) out[i] = told_as<T>(references[i] == time_row ? time_s_ : values[references[i]]);
+        return Status::ok;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const double* value = references[i] == time_row ? &time_s_ : values + references[i];
+        for (int k = 0; k < slots_[references[i]].rows; ++k) *out++ = told_as<T>(value[k]);
+    }
+    return Status::ok;
+}
+
+template Status Instance::get(Type, const unsigned*, std::size_t, double*);
+template Status Instance::get(Type, const unsigned*, std::size_t, int*);
+template Status Instance::get(Type, const unsigned*, std::size_t, std::int64_t*);
+template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
+
+// Of what is no input.
+Status Instance::check_value(const Variable& v, double value) const {
+    if (v.causality != Causality::parameter) return fail("%s is no parameter or input and cannot be set", v.name);
+    if (!allowed(Call::set_parameter)) return Status::error;
+    // A NaN fails this comparison too.
+    if (!(value >= v.min && value <= v.max)) return fail("%s = %g lies outside [%g, %g]", v.name, value, v.min, v.max);
+    return Status::ok;
+}
+
+// The same for all rows of a variable. By itself: what a simulation sets is inputs.
+template <class T>
+__attribute__((noinline)) Status Instance::check_values(unsigned reference, const T* values) const {
+    for (int k = 0; k < slots_[reference].rows; ++k)
+        if (check_value(table_[static_cast<int>(reference) + k], static_cast<double>(values[k])) != Status::ok)
+            return Status::error;
+    return Status::ok;
+}
+
+template <class T>
+Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
+    const T* value = in;
+    const Slot* const slots = slots_;
+    const auto size = static_cast<unsigned>(table_.size());
+    bool inputs = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        const unsigned reference = references[i];
+        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
+        // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
+        if (slots[reference].is_input) inputs = true;
+        else if (check_values(reference, value) != Status::ok) return Status::error;
+        value += slots[reference].rows;
+    }
+    if (inputs && !allowed(Call::set_input)) return Status::error;
+    // All or nothing: a refused call has changed no value.
+    double* const values = values_;
+    if (value == in + n) { // one row each
+        for (std::size_t i = 0; i < n; ++i) values[references[i]] = static_cast<double>(in[i]);
+        return Status::ok;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        double* const to = values + references[i];
+        for (int k = 0; k < slots[references[i]].rows; ++k) to[k] = static_cast<double>(*in++);
+    }
+    return Status::ok;
+}
+
+template Status Instance::set(Type, const unsigned*, std::size_t, const double*);
+template Status Instance::set(Type, const unsigned*, std::size_t, const int*);
+template Status Instance::set(Type, const unsigned*, std::size_t, const std::int64_t*);
+template Status Instance::set(Type, const unsigned*, std::size_t, const bool*);
+
+} // namespace hnav::fmu
