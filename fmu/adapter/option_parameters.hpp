@@ -42,6 +42,14 @@ inline Variable option_row(OptionAt option_at, const hnav_option_info& option, c
     return v;
 }
 
+// The presets of a filter, by the call that tells of them.
+template <const hnav_preset_info* (*preset_at)(std::int32_t)>
+Choices preset_choices() {
+    int count = 0;
+    while (preset_at(count)) ++count;
+    return {[](const void*, int k) { return Choice{preset_at(k)->name, preset_at(k)->description}; }, nullptr, count};
+}
+
 // Calls visit(option, component) in the order of the rows.
 template <class Visit>
 void each_component(OptionAt option_at, Visit visit) {

@@ -7,8 +7,8 @@
 //     static void keep_on_realign(const double* x, double* replaced)    states that a realignment leaves as they are
 #pragma once
 
+#include "adapter/option_parameters.hpp"
 #include "adapter/state_rows.hpp"
-#include "hnav/hnav.h"
 
 namespace hnav::fmu {
 
@@ -24,11 +24,7 @@ struct KindOf {
     // choice: of presets.
     static Options defaults(int choice) { return defaults_(static_cast<hnav_preset>(preset_(choice)->value)); }
 
-    static Choices presets() {
-        int count = 0;
-        while (preset_(count)) ++count;
-        return {[](const void*, int k) { return Choice{preset_(k)->name, preset_(k)->description}; }, nullptr, count};
-    }
+    static Choices presets() { return preset_choices<preset_>(); }
 };
 
 } // namespace hnav::fmu

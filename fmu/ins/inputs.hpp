@@ -29,8 +29,8 @@ struct InsInputs {
                "Heading of body x, clockwise from north");
         vector(table, in_mag, "mag", "field", "T", "uT", "Magnetic field in sensor axes; another unit does as well");
         reset = table.add(rows::reset_command());
-        Variable v =
-            rows::choice("preset", presets(), "Grade of the sensors; parameters that differ from their start values override it");
+        Variable v = rows::choice("preset", preset_choices<hnav_ins_preset_info>(),
+                                  "Grade of the sensors; parameters that differ from their start values override it");
         v.basic = true;
         preset = table.add(v);
         describe_sampling(table);
@@ -39,13 +39,6 @@ struct InsInputs {
     }
 
 private:
-    static Choices presets() {
-        int count = 0;
-        while (hnav_ins_preset_info(count)) ++count;
-        return {[](const void*, int k) { return Choice{hnav_ins_preset_info(k)->name, hnav_ins_preset_info(k)->description}; },
-                nullptr, count};
-    }
-
     void describe_satellites(Table& table) {
         using namespace rows;
         const int place = table.add(input("gnss.latitude", "rad", "deg", 0, "Latitude of the antenna"));
