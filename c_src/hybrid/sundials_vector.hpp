@@ -1,0 +1,16 @@
+// The vectors that SUNDIALS computes with.
+#pragma once
+
+#include "hybrid/sundials_names.hpp"
+
+namespace hnav::sundials {
+
+// Of Dormand and Prince's method without the last one, which only tells the error.
+constexpr int stages_of_equal_steps = 6;
+
+inline double* data(N_Vector v) { return static_cast<double*>(v->content); }
+
+// n zeros; null without memory. read: how many of them the flow reads, where the method is a Runge-Kutta one.
+N_Vector create_vector(int n, int read, SUNContext context);
+
+} // namespace hnav::sundials
