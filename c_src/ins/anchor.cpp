@@ -18,6 +18,7 @@ void Model::move_anchor(State& s, Covariance& P) const {
     vec(s.felt) = Vector3(C * vec(s.felt));
     quat(s.x + 6) = multiply(quaternion_from_matrix(C), quat(s.x + 6)).normalized();
     vec(s.colour) = Vector3(C * vec(s.colour));
+    turn_field_memory(C, s);
     for (const int row : {row_d, row_v, row_phi, row_colour}) turn_rows(P, row, C);
 }
 

@@ -144,6 +144,7 @@ void Model::collapse(State& s, Covariance& P) const {
     vec(s.x + 3) = Vector3(R * vec(s.x + 3));
     vec(s.felt) = Vector3(R * vec(s.felt));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6));
+    turn_field_memory(R, s);
     vec(s.colour) = Vector3(R * vec(s.colour));
     for (double& e : s.mean) e = 0;
     s.u[0] = 1;

@@ -7,7 +7,9 @@ namespace hnav::ins {
 void add_error(const double* error, State& s) {
     vec(s.x) += vec(error + row_d);
     vec(s.x + 3) += vec(error + row_v);
-    quat(s.x + 6) = multiply(rotation_quaternion(vec(error + row_phi)), quat(s.x + 6)).normalized();
+    const Quaternion turn = rotation_quaternion(vec(error + row_phi));
+    quat(s.x + 6) = multiply(turn, quat(s.x + 6)).normalized();
+    if (s.field_unit > 0) turn_field_memory(rotation_matrix(turn), s);
     vec(s.gyro_bias) += vec(error + row_gyro);
     vec(s.accel_bias) += vec(error + row_accel);
     vec(s.gyro_scale) += vec(error + row_gyro_scale);

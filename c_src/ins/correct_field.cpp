@@ -29,6 +29,7 @@ void Model::forget_field(State& s, Covariance& P) const {
     vec(s.iron).setZero();
     s.strength = 1;
     s.direction = 0;
+    s.field_memory.until_s = nan;
     P.extend(errors);
     for (int row = row_iron; row < errors; ++row) {
         P.forget(row);
@@ -55,10 +56,22 @@ void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     P[row_direction][row_direction] += any_direction2;
     if (step_) step_->jumped(row_direction, any_direction2);
     since_s = nan;
+    s.field_memory.until_s = nan;
+}
+
+// What is not the field of a moment ago tells nothing, for as long as it is not believed.
+bool Model::leaves_out_field(State& s, const Covariance& P, const Event& event) const {
+    if (remembers_field(s, P, event)) return false;
+    ++s.inflated[field];
+    ++s.refused_in_row[field];
+    if (std::isnan(s.refused_since_s[field])) s.refused_since_s[field] = event.t_s;
+    s.field_used_s = event.t_s;
+    return true;
 }
 
 void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     believe_other_iron(s, P, event.t_s);
+    if (leaves_out_field(s, P, event)) return;
     const Matrix3 R = attitude(s);
     const Vector3 measured = R * (s.field_unit * vec(event.value[field]));
     const Vector3 iron = R * vec(s.iron), left = s.strength * measured - iron;

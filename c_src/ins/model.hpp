@@ -41,6 +41,8 @@ struct MotionAlong {
     Quaternion q_nb;
 };
 
+// field_memory.cpp: t is turned, or its attitude becomes known better.
+void turn_field_memory(const Matrix3& C, State& s);
 // A state that is off by an error no longer is.
 void add_error(const double* error, State& s);
 // The motion of a state whose axes to_earth turns to those of the Earth. Answers what turns them to north-east-down of the place.
@@ -175,10 +177,15 @@ private:
     void begin_field(State& s, Covariance& P, const Event& event) const;
     void forget_field(State& s, Covariance& P) const;
     void believe_other_iron(State& s, Covariance& P, double now_s) const;
+    bool leaves_out_field(State& s, const Covariance& P, const Event& event) const;
     double direction_kept(const State& s) const;
     void spoil_field(const State& s, Covariance& P, double* mean) const;
     double contradicted(const State& s,
                         double now_s) const; // correct_heading.cpp: a factor on the sigma of a heading that is ready
+
+    // field_memory.cpp
+    bool remembers_field(State& s, const Covariance& P, const Event& event) const;
+    double nis_of_change(const State& s, const Covariance& P, const Vector3& measured, double age_s) const;
 
     Settings settings_{};
     Step* step_ = nullptr;

@@ -126,6 +126,12 @@ struct FreeGates {
     double velocity_in_row, position_in_row;
 };
 
+// Samples of the magnetometer that were believed, in the mean over a while, in t as the attitude is known now.
+struct FieldMemory {
+    double field[3], R[9]; // as measured; attitude, row-major
+    double until_s;        // time of the newest of them; NaN: there is none
+};
+
 // Numbers of eight bytes only; x comes first.
 struct State {
     double x[nx];
@@ -133,6 +139,7 @@ struct State {
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, colour[3], offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
+    FieldMemory field_memory;
     Circle circle;
 
     double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones

@@ -94,6 +94,18 @@ def test_pieces_make_the_file_of_the_whole(tmp_path, drive, monkeypatch):
     assert taken[0] is not None and parts.read_bytes() == whole.read_bytes()
 
 
+def test_a_page_costs_the_table_no_field(tmp_path, drive):
+    path = write_drive(tmp_path / "drive.csv", drive)
+    table = pd.read_csv(path)
+    table[["mx", "my", "mz"]] = [2e-5, 1e-5, 4e-5]
+    table.to_csv(path, index=False)
+    alone, beside = tmp_path / "alone.csv", tmp_path / "beside.csv"
+    asked = ("filter", path, "--filter", "ins", "--preset", "industrial")
+    done = hnav(*asked, "--out", alone), hnav(*asked, "--out", beside, "--report", tmp_path / "page.html")
+    assert all(f"mag {len(table)}" in one.stdout for one in done), [one.stdout + one.stderr for one in done]
+    assert alone.read_bytes() == beside.read_bytes()
+
+
 run_of_pieces = navigation.run_of_pieces
 
 

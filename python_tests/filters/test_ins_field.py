@@ -8,6 +8,7 @@ import pytest
 
 import hnav
 from hnav.filters.ins import INS_SENSORS, PHASES
+from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, without_aids
 from hnav.io.recordings import Recording
 from studies.ins.experiment import wrapped
 from studies.ins.vehicles import vehicle
@@ -100,6 +101,68 @@ def test_what_is_known_by_motion_is_not_spoilt(driving):
     assert ins.innovation("mag").dimension == 2
 
 
+FALSE_S = (20.0, 30.0)
+
+
+def while_false(samples, change):
+    """The fields of the seconds FALSE_S are changed: by m (n x 3) and how far the time has gone, 0 to 1 (n x 1)."""
+    valid, _, sensor, _ = samples.aids.arrays()
+    seconds = valid[sensor == INS_SENSORS.index("mag")] - samples.t_s[0]
+    gone = (seconds - FALSE_S[0]) / (FALSE_S[1] - FALSE_S[0])
+    inside = (gone > 0) & (gone < 1)
+    return lambda m: np.where(inside[:, None], change(m, gone[:, None]), m)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda m, _: 1.5 * m,
+        lambda m, _: 0.5 * m,
+        lambda m, gone: m * (1 + np.minimum(1, 3 * gone)),
+        lambda m, _: m + 20e-6 * np.array([0.6, -0.8, 0.0]),
+    ],
+    ids=["larger", "smaller", "slowly", "beside steel"],
+)
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_heading_is_known(change, seed):
+    samples, _ = vehicle("ship", "industrial", seed, 40.0, magnetometer=True)
+    runs, left_out = [], []
+    for changed in (while_false(samples, change), while_false(samples, lambda m, _: np.nan * m)):
+        ins = hnav.Ins("industrial", **FAST)
+        aids = with_fields(samples, changed)
+        runs.append(ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids))
+        left_out.append(ins.diagnostics().inflated["mag"])
+    assert left_out[0] > 60 and left_out[1] == 0
+    off = wrapped(runs[0].heading_rad - runs[1].heading_rad) / runs[1].sigma_rotation_rad[:, 2]
+    off = off[np.isfinite(off)]
+    assert np.sqrt(np.mean(off**2)) < 0.3 and abs(off[-1]) < 0.05
+
+
+def test_a_field_that_stays_another_is_believed_after_a_while(hovering):
+    samples, _ = hovering
+    used = []
+    for longest_s in (5.0, 1e3):
+        ins = hnav.Ins("consumer", gate_longest_s=longest_s, **FAST)
+        seconds = samples.aids.arrays()[0] - samples.t_s[0]
+        seconds = seconds[samples.aids.arrays()[2] == INS_SENSORS.index("mag")]
+        aids = with_fields(samples, lambda m, late=seconds > 30: np.where(late[:, None], 3 * m, m))
+        ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+        used.append(ins.diagnostics().inflated["mag"])
+    assert used[0] < 80 and used[1] > 250
+
+
+def test_false_fields_that_pass_are_told_of_by_sigma():
+    z2 = []
+    for seed in range(40, 48):
+        samples, truth = vehicle("quadrotor", "consumer", seed, 60.0, magnetometer=True)
+        false = while_false(samples, lambda m, _, seed=seed: m + 20e-6 * np.random.default_rng(seed).standard_normal(3))
+        run = run_of(samples, with_fields(samples, false))
+        late = samples.t_s - samples.t_s[0] > FALSE_S[0]
+        error = wrapped(run.heading_rad - truth.heading_rad())[late]
+        z2.append(np.mean((error / run.sigma_rotation_rad[late, 2]) ** 2))
+    assert np.mean(z2) < 1.5
+
+
 def test_a_field_alone_makes_no_heading_ready():
     ins = hnav.Ins("industrial", start_sigma_iron=0.05, **FAST)
     for k in range(6000):
@@ -181,6 +244,21 @@ def test_a_recording_brings_its_field_along(driving):
     recording = Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, field)
     given = run_of(samples, hnav.Aids().mag(valid[rows], value[rows, :3]), "industrial", start="state")
     assert_equal(hnav.Ins("industrial", start="state", **FAST).run_recording(recording), given)
+
+
+def test_late_fields_of_a_recording_are_waited_for(driving):
+    samples, _ = driving
+    valid, _, sensor, value = samples.aids.arrays()
+    rows = sensor == INS_SENSORS.index("mag")
+    field, measured_s = np.full((len(samples.t_s), 3), np.nan), np.full(len(samples.t_s), np.nan)
+    arrived = np.searchsorted(samples.t_s, valid[rows] + LATE_S)
+    fits = arrived < len(samples.t_s)
+    field[arrived[fits]], measured_s[arrived[fits]] = value[rows, :3][fits], valid[rows][fits]
+    late = Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, field, field_t_s=measured_s)
+    run = NavigationRun(hnav.InsOptions("industrial", start="state", **FAST), aids_in(late), interval_of(late))
+    seen = run.go_on(without_aids(late))
+    assert run.counts["mag"] == fits.sum() > 500 and run.counts["late"] == 0
+    assert_equal(hnav.Ins("industrial", start="state", **FAST).run_recording(late), seen)
 
 
 def test_fields_that_are_none_are_refused():

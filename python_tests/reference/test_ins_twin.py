@@ -15,11 +15,22 @@ STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 2.0)
 
 
 @pytest.mark.parametrize(
-    "kind, magnetometer", [("car", False), ("aircraft", False), ("quadrotor", False), ("car", True), ("aircraft", True)]
+    "kind, magnetometer, other_s",
+    [
+        ("car", False, 0.0),
+        ("aircraft", False, 0.0),
+        ("quadrotor", False, 0.0),
+        ("car", True, 0.0),
+        ("aircraft", True, 0.0),
+        ("car", True, 2.0),
+        ("car", True, 6.0),
+    ],
 )
-def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
+def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
+    """other_s: for so long the field is another; another one is left out for 4 s, and believed then."""
     samples, truth = vehicle(kind, "industrial", 4, 20.0)
     fields = dict(zip(*fields_of(np.random.default_rng(4), truth))) if magnetometer else {}
+    fields = {t_s: (4 if 0 < t_s - truth.t_s[0] - 8 < other_s else 1) * field for t_s, field in fields.items()}
     t, rate, force = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2
     axes = earth.axes_at(earth.place_of(truth.position_e))
     attitude = Rotation.from_matrix(np.swapaxes(axes, 1, 2) @ truth.attitude_e.as_matrix())
@@ -27,7 +38,7 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
     start = (attitude[1] * Rotation.from_rotvec([0.01, -0.02, 0.03])).as_quat(scalar_first=True)
     options = hnav.InsOptions(
         "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
-        gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=0.0, start_sigma_velocity_m_s=1.0, declination_rad=0.1,
+        gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=200.0 if other_s else 0.0, gate_longest_s=4.0, start_sigma_velocity_m_s=1.0, declination_rad=0.1,
     )  # fmt: skip
     ins, twin = hnav.Ins(options), None
     rng = np.random.default_rng(1)
@@ -64,3 +75,5 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer):
             np.testing.assert_allclose(
                 ins.covariance() / np.outer(sigma, sigma), twin.P[:15, :15] / np.outer(sigma, sigma), atol=1e-7
             )
+    left_out = ins.diagnostics().inflated["mag"]
+    assert left_out == pytest.approx(10 * min(other_s, 4.0) + (40 if other_s > 4.0 else 0), abs=3)

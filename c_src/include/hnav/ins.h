@@ -150,7 +150,7 @@ typedef struct hnav_ins_diagnostics {
     double mean_nis; /* over dimension, of the last satellites and rests; above 1 the sigmas are too small */
     double gyro_vibration_rad_s, accel_vibration_m_s2; /* root mean square between neighbouring samples */
     uint64_t used[HNAV_INS_SENSOR_COUNT]; /* samples, by hnav_ins_sensor */
-    uint64_t inflated[HNAV_INS_SENSOR_COUNT]; /* of those, with inflated noise, or left out while the heading is not known */
+    uint64_t inflated[HNAV_INS_SENSOR_COUNT]; /* of those, with inflated noise, or left out: no heading yet, another field */
     uint64_t late, non_finite; /* samples refused */
     uint64_t times_lost; /* the start or the search for the heading began anew: a gap, gyroscopes that drifted too far */
     uint64_t corrections, solver_rhs_evals, solver_steps;

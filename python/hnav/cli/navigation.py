@@ -13,7 +13,7 @@ from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.cli.words import UsageError
 from hnav.filters.ins import INS_PRESETS, INS_SENSORS, READY, InsOptions, InsRun
 from hnav.filters.ins_files import write_navigation
-from hnav.filters.ins_recording import NavigationRun, interval_of, paired, refuse_other_clock, with_aids, without_aids
+from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, refuse_other_clock, with_aids, without_aids
 from hnav.io.aids import AidSamples
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.plausibility import Finding, check_aids
@@ -109,7 +109,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
         data = read_navigation(wanted.recording, given, options, reading)
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         doubts = warnings_of(wanted.recording, found, wanted.strict)
-        run, told = NavigationRun(options, data.aids, interval_of(data)), Told()
+        run, told = NavigationRun(options, aids_in(data), interval_of(data)), Told()
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if wanted.out is not None:
             write_navigation(wanted.out, parts, made)
@@ -198,7 +198,7 @@ def whole(parts: list[InsRun]) -> InsRun:
 
 
 def of_navigation(found: list[Finding]) -> list[Finding]:
-    """Without what concerns a magnetometer, which navigation does not read."""
+    """Without what concerns the calibration of a magnetometer, which navigation brings about itself."""
     return [finding for finding in found if finding.sensor != OF_THE_FIELD]
 
 

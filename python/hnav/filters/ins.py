@@ -207,7 +207,7 @@ class InsDiagnostics(Record):
     used: Annotated[dict[str, int], Counted(INS_SENSORS)]
     """Samples used, by sensor."""
     inflated: Annotated[dict[str, int], Counted(INS_SENSORS)]
-    """Of those, with inflated noise, or left out while the heading is not known."""
+    """Of those, with inflated noise, or left out: while the heading is not known, or as another field."""
     late: int
     """Samples refused: older than the committed estimate."""
     non_finite: int

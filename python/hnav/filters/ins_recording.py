@@ -58,8 +58,7 @@ def paired(recording: Recording) -> Recording:
     between = np.stack(
         [np.interp(t_s, recording.t_s[force], axis, np.nan, np.nan) for axis in recording.force_b_m_s2[force].T], 1
     )
-    aids = {**field_of(recording), **recording.aids}
-    return Recording(recording.name, t_s, recording.rate_b_rad_s[rate], between, aids=aids, origin=recording.origin)
+    return Recording(recording.name, t_s, recording.rate_b_rad_s[rate], between, aids=aids_in(recording), origin=recording.origin)
 
 
 def field_of(recording: Recording) -> dict[str, AidSamples]:
@@ -69,6 +68,11 @@ def field_of(recording: Recording) -> dict[str, AidSamples]:
     arrived_s, field = recording.t_s[seen], recording.field_b_tesla[seen]
     measured_s = arrived_s if recording.field_t_s is None else recording.field_t_s[seen]
     return {"mag": AidSamples(measured_s, field, np.full_like(field, np.nan), arrived_s)}
+
+
+def aids_in(recording: Recording) -> dict[str, AidSamples]:
+    """All that it has, its magnetometer too."""
+    return {**field_of(recording), **recording.aids}
 
 
 class NavigationRun:
@@ -92,7 +96,7 @@ class NavigationRun:
         end_s = float(recording.t_s[-1])
         if np.isneginf(self._until_s):  # what was before the first row says nothing about it
             self._until_s = np.nextafter(recording.t_s[0], -np.inf)
-        for kind, one in {**field_of(recording), **recording.aids}.items():
+        for kind, one in aids_in(recording).items():
             self._waiting[kind] = joined([self._waiting[kind], one]) if kind in self._waiting else one
         arrived = arrived_within(self._waiting, self._until_s, end_s)
         if "pressure" in arrived:
@@ -137,13 +141,13 @@ class NavigationRun:
 def run_recording(recording: Recording, options: InsOptions, every: int = 1, smooth: bool = False) -> InsRun:
     """A whole recording. every: a row of the result for each so many rows. smooth: with hindsight. Raises HnavError."""
     made = paired(recording)
-    run = NavigationRun(options, made.aids, interval_of(made))
+    run = NavigationRun(options, aids_in(made), interval_of(made))
     return run.go_on(without_aids(made), every, smooth)
 
 
 def without_aids(recording: Recording) -> Recording:
-    """The same rows alone."""
-    return replace(recording, aids={})
+    """The same rows alone, of rate and force."""
+    return replace(recording, aids={}, field_b_tesla=None, field_t_s=None)
 
 
 def interval_of(recording: Recording) -> float:

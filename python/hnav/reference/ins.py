@@ -5,7 +5,8 @@
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
 
-Without rest, gates, lever arms, and what needs the start from any heading: of that c_src/ins is the only description.
+Without rest, gates (but for the memory of the field), lever arms, and what needs the start from any heading: of that c_src/ins is the only
+description.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ SLOW_GROWS_S = 10.0
 BY_CHANCE = 1.3
 IRON_WALK = 1e-3
 STRENGTH_BY_PLACE = 0.1
+ANY_DIRECTION = 1.0
 VIBRATION_S = 2.0
 """Memory of the power between neighbouring samples."""
 FELT_S = 10.0
@@ -67,6 +69,7 @@ class InsReference:
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.nis_mean, self.steady_rate = 0.0, 1.0, np.zeros(3)
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
+        self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
         self.t_s = self.corrected_s = t_s
         self.rate, self.force = np.array(rate, float), np.array(force, float)
@@ -299,8 +302,47 @@ class InsReference:
         self.P[STRENGTH, STRENGTH] = self.o.start_sigma_iron**2 + STRENGTH_BY_PLACE**2
         self.P[DIRECTION, DIRECTION] = self.o.field_direction_rad**2
 
+    def remembers_field(self, field_b: Array) -> bool:
+        """In axes that the gyroscopes hold the field has not changed by itself, since the mean over the last while."""
+        o, R, measured = self.o, self.R, self.R @ (self.field_unit * field_b)
+        since_s, refused = self.t_s - self.memory_s, np.isfinite(self.refused_s)
+        if np.isnan(since_s) or (not refused and since_s > o.field_colour_s):
+            self.memory_field, self.memory_R, self.memory_s = measured, R, self.t_s
+            return True
+        before, by_turn = self.memory_field, R - self.memory_R
+        strength = max(1 / float(np.linalg.norm(before)), self.strength)
+        iron = self.iron + (strength - self.strength) / self.P[STRENGTH, STRENGTH] * self.P[IRON, STRENGTH]
+        fits = by_turn @ np.hstack([np.eye(3), -iron[:, None] / strength])
+        drift = (since_s + o.field_colour_s) * strength * cross_matrix(before) @ R
+        soft = strength**2 * float(before @ before) * float(np.sum(by_turn**2)) / 3
+        noise = o.field_noise**2 * (max(1.0, strength * float(np.linalg.norm(before[:2]))) ** 2 + soft)
+        S = fits @ self.P[28:32, 28:32] @ fits.T + drift @ self.P[GYRO, GYRO] @ drift.T + noise * np.eye(3)
+        change = strength * (measured - before) - by_turn @ iron
+        limit = min(3.0, o.gate_nis) if refused else o.gate_nis
+        if o.gate_nis > 0 and change @ np.linalg.solve(S, change) > limit:
+            return False
+        share = since_s / (since_s + o.field_colour_s)
+        self.memory_field = before + share * (measured - before)
+        self.memory_R, self.memory_s = self.memory_R + share * by_turn, self.t_s
+        return True
+
+    def believe_other_iron(self) -> None:
+        """What has been another field for long is one."""
+        if not self.t_s - self.refused_s > self.o.gate_longest_s:
+            return
+        self.P[IRON, IRON] += self.o.start_sigma_iron**2 * np.eye(3)
+        self.P[STRENGTH, STRENGTH] += self.o.start_sigma_iron**2
+        self.P[DIRECTION, DIRECTION] += ANY_DIRECTION**2
+        self.refused_s = self.memory_s = np.nan
+
     def correct_field(self, field_b: Array) -> None:
         """strength m - R iron = north, along the horizontal."""
+        self.believe_other_iron()
+        if not self.remembers_field(field_b):
+            self.refused_s = self.t_s if np.isnan(self.refused_s) else self.refused_s
+            self.field_s = self.t_s
+            return
+        self.refused_s = np.nan
         o, measured, iron = self.o, self.R @ (self.field_unit * field_b), self.R @ self.iron
         points = o.declination_rad + self.direction
         N = earth.axes_at(earth.place_of(self.anchor_e + self.T @ self.d))
@@ -327,6 +369,7 @@ class InsReference:
         X = cross_matrix(self.R.T @ error[PHI])
         self.P[ACCEL, ACCEL] += X @ self.P[ACCEL, ACCEL] @ X.T
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
+        self.memory_field, self.memory_R = turned(error[PHI])[0] @ self.memory_field, turned(error[PHI])[0] @ self.memory_R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
         self.gyro_scale, self.latency = self.gyro_scale + error[SCALE], self.latency + error[LATENCY]
         self.colour, self.iron = self.colour + error[COLOUR], self.iron + error[IRON]

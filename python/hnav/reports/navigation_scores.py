@@ -14,7 +14,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.filters.ins import PHASES, InsOptions, InsRun
-from hnav.filters.ins_recording import NavigationRun, interval_of, paired, without_aids
+from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, without_aids
 from hnav.io.recordings import Recording
 from hnav.io.truth import Truth
 from hnav.native.arrays import Array
@@ -100,9 +100,9 @@ def navigation_score(
     """The recording through the filter. Rows count from the first heading_ready on, from the first of the phase navigating where
     there is none; smooth: of the run with hindsight, but from where the filter is ready. Raises HnavValueError when nothing can be compared."""
     data = paired(recording)
-    run = told = NavigationRun(options, data.aids, interval_of(data)).go_on(without_aids(data))
+    run = told = NavigationRun(options, aids_in(data), interval_of(data)).go_on(without_aids(data))
     if smooth:
-        told = NavigationRun(options, data.aids, interval_of(data)).go_on(without_aids(data), smooth=True)
+        told = NavigationRun(options, aids_in(data), interval_of(data)).go_on(without_aids(data), smooth=True)
     navigating = run.phase == PHASES.index("navigating")
     if not navigating.any():
         raise HnavValueError(
@@ -161,7 +161,7 @@ def outages_of(data: Recording, truth: Truth, options: InsOptions, first: int, l
     room = last_s - float(data.t_s[first])
     count = int(np.clip(room // length_s, 1, MOST_OUTAGES)) if room >= 0 else 0
     begins = np.linspace(data.t_s[first], last_s, count) if count > 1 else np.full(count, data.t_s[first])
-    run = NavigationRun(options, data.aids, interval_of(data))
+    run = NavigationRun(options, aids_in(data), interval_of(data))
     ends, at = [], 0
     for begin_s in begins:
         row = int(np.searchsorted(data.t_s, begin_s, side="right"))
