@@ -10,6 +10,8 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
+from hnav.fmi.fmus import Fmu
+
 
 def assert_fits_the_standard(path: Path, version: int) -> None:
     """fmpy's own checks, and the schemas that come with it."""
@@ -36,3 +38,17 @@ def ecos():
     if not shutil.which("unzip"):
         pytest.skip("ecospy needs the command unzip")
     return ecospy
+
+
+def step_once(fmu: Fmu, solver, k: int) -> None:
+    """From 10 k ms to 10 (k + 1) ms with the inputs as they are; solver: fmpy's, for Model Exchange."""
+    t, end = 0.01 * k, 0.01 * (k + 1)
+    if solver is None:
+        fmu.do_step(t, 0.01)
+        return
+    fmu.update_discrete_states()
+    fmu.call(fmu.fmu.enterContinuousTimeMode)
+    solver.reset(t)
+    solver.step(t, end)
+    fmu.call(fmu.fmu.setTime, end)
+    fmu.call(fmu.fmu.enterEventMode)

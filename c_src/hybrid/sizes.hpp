@@ -13,7 +13,7 @@ public:
     const double* x() const { return reinterpret_cast<const double*>(this); }
 
 private:
-    double first_;
+    [[maybe_unused]] double first_;
 };
 
 template <class Event_, class State_>

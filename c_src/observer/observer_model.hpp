@@ -69,8 +69,8 @@ public:
     // anywhere, at five places of a step, and at the beginning; their gradients and rates.
     double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *z_first, *gradients, *rates,
         *probe, *slope_here;
-    // Where no derivative exists: the part as it was at the beginning of the interval, and after its newest event, its S since, a point that is sent from there, pairs of
-    // numbers for all of them, gradients of two guards there, and the mean.
+    // Where no derivative exists: the part as it was at the beginning of the interval, and after its newest event, its S since, a
+    // point that is sent from there, pairs of numbers for all of them, gradients of two guards there, and the mean.
     double *beginning, *segment, *segment_S, *point, *plane, *guards, *spread_mean;
     double* first_memory; // what the plant remembers at the start
     // Five matrices N x N; the solver for stiff intervals and a state to make it with.

@@ -509,8 +509,6 @@ TEST(SaveLoad, DamageOtherOptionsAndWrongSizesAreRefused) {
     EXPECT_EQ(hnav_filter_load(g, saved.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
 }
 
-// ------------------------------------------------------------------------------------------------ bad input
-
 TEST(SaveLoad, SignsThatChangeInTwoNumbersAreFound) {
     Handle f(precise());
     f.push(tilted_motion(0.01, {{0, 0, 0}}, 0)[0]);
@@ -545,6 +543,8 @@ TEST(SaveLoad, ALoadedStateSavesTheSameBytes) {
     EXPECT_EQ(saved, again);
 }
 
+// ------------------------------------------------------------------------------------------------ names
+
 TEST(Names, TheVersionOfTheHeadersIsThatOfTheLibrary) {
     EXPECT_STREQ(HNAV_VERSION, hnav_version());
     const std::string numbers =
@@ -561,6 +561,8 @@ TEST(Names, EveryStatusHasATextOfItsOwn) {
     for (const int none : {-1, HNAV_ERROR_STATE_VERSION + 1})
         EXPECT_STREQ(hnav_status_text(static_cast<hnav_status>(none)), "unknown status");
 }
+
+// ------------------------------------------------------------------------------------------------ bad input
 
 TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     const auto rows = tilted_motion(1, {{0, 0, 0}}, 1);

@@ -1,5 +1,6 @@
-// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth. Place and course flow: they are the
-// states of Model Exchange, and in Co-Simulation they are carried along a grid of times, so that steps change nothing.
+// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth. Place and
+// course flow: they are the states of Model Exchange, and in Co-Simulation they are carried along a grid of times, so that steps
+// change nothing.
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
@@ -146,8 +147,8 @@ private:
 
 constexpr ModelInfo model_info = {
     "Vehicle",
-    "Truth for navigation: a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, its place, velocity and attitude, and "
-    "what ideal inertial sensors in it read",
+    "Truth for navigation: a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, its place, "
+    "velocity and attitude, and what ideal inertial sensors in it read",
     Experiment{0.01, 60}, States{states, states}};
 Model* make_model() { return new Vehicle; }
 

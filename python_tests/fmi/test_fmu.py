@@ -16,7 +16,7 @@ import pytest
 from checkout import TOP, in_another_process
 from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu, fmu_path
-from importing import assert_fits_the_standard
+from importing import assert_fits_the_standard, step_once
 
 VERSIONS = (2, 3)
 FLAVOURS = [(version, exchange) for version in VERSIONS for exchange in (False, True)]
@@ -60,20 +60,6 @@ def set_sample(fmu: Fmu, k: int, t_s: float) -> None:
             fmu.set(f"{name}[{axis + 1}]", value[axis] * (1 + 0.01 * math.sin(k + i + axis)))
         fmu.set(f"{prefix}.t_meas", t_s)
         fmu.set(f"{prefix}.sample", k + 1)
-
-
-def step_once(fmu: Fmu, solver, k: int) -> None:
-    """From 10 k ms to 10 (k + 1) ms with the inputs as they are; solver: fmpy's, for Model Exchange."""
-    t, end = 0.01 * k, 0.01 * (k + 1)
-    if solver is None:
-        fmu.do_step(t, 0.01)
-        return
-    fmu.update_discrete_states()
-    fmu.call(fmu.fmu.enterContinuousTimeMode)
-    solver.reset(t)
-    solver.step(t, end)
-    fmu.call(fmu.fmu.setTime, end)
-    fmu.call(fmu.fmu.enterEventMode)
 
 
 def posterior(fmu: Fmu) -> list[float]:

@@ -16,7 +16,7 @@ from checkout import in_another_process
 from closed_loop import REALS
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.systems.turntable_scenarios import SAMPLES, TRUTH
-from importing import assert_fits_the_standard
+from importing import assert_fits_the_standard, step_once
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
@@ -238,16 +238,7 @@ def test_a_saved_turntable_replays_bit_for_bit(version, exchange):
         def go_on(first: int, last: int) -> list:
             out = []
             for k in range(first, last):
-                t, end = 0.01 * k, 0.01 * (k + 1)
-                if exchange:
-                    fmu.update_discrete_states()
-                    fmu.call(fmu.fmu.enterContinuousTimeMode)
-                    solver.reset(t)
-                    solver.step(t, end)
-                    fmu.call(fmu.fmu.setTime, end)
-                    fmu.call(fmu.fmu.enterEventMode)
-                else:
-                    fmu.do_step(t, end - t)
+                step_once(fmu, solver, k)
                 out.append(truth_of(fmu))
             return out
 
