@@ -15,8 +15,8 @@ from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
+from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.plausibility import Finding
 from hnav.units import TESLA_PER
 
 UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration

@@ -15,8 +15,9 @@ from hnav.filters.ins import INS_PRESETS, INS_SENSORS, READY, InsOptions, InsRun
 from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, refuse_other_clock, with_aids, without_aids
 from hnav.io.aids import AidSamples
+from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.plausibility import Finding, check_aids
+from hnav.io.plausibility import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording

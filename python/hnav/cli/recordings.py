@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
 from hnav.cli.words import UsageError, told
 from hnav.filters.calibration import MagnetometerCalibration
-from hnav.io.plausibility import Finding
+from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.recordings import Recording

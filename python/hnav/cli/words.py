@@ -15,7 +15,7 @@ import typer
 from hnav.errors import HnavError
 
 if TYPE_CHECKING:
-    from hnav.io.plausibility import Finding
+    from hnav.io.findings import Finding
 
 # Arguments of the library, and the options that stand for them. What is neither is an option of a filter: --set NAME=VALUE.
 OPTIONS = {

@@ -15,7 +15,7 @@ from hnav.units import TESLA_PER
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hnav.io.plausibility import Finding
+    from hnav.io.findings import Finding
 
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
 ARRAYS = {"gyro": "rate_b_rad_s", "accel": "force_b_m_s2", "mag": "field_b_tesla"}

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from hnav.cli.console import bar, say, show
 from hnav.cli.words import told
-from hnav.io.plausibility import Finding
+from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording

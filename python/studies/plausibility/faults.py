@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hnav.io.plausibility import Finding
+from hnav.io.findings import Finding
 from hnav.io.recordings import Recording
 from hnav.units import G_M_S2
 

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hnav.io.plausibility import Finding, check
+from hnav.io.findings import Finding
+from hnav.io.plausibility import check
 from hnav.io.readers.formats import reader_of
 from hnav.io.readers.streams import Wishes, recording_of
 from hnav.io.readers.tables import (

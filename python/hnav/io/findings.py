@@ -1,0 +1,56 @@
+"""What is said of a recording that is not plausible."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hnav.io.recordings import Recording
+from hnav.units import SI_PER
+
+Samples = Mapping[str, tuple[np.ndarray, np.ndarray]]
+"""Times and vectors by sensor."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about a recording that is wrong, doubtful, or cannot be known."""
+
+    level: str
+    """error, warning or note."""
+    code: str
+    """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, saturated, repeated, absent or
+    not_testable."""
+    sensor: str
+    """gyro, accel, mag or time; position or velocity of what aids navigation."""
+    message: str
+    """What was found, with its number."""
+    argument: str | None = None
+    """The argument of hnav.read, or of check, that mends it."""
+    value: str = ""
+    """Its value."""
+    advice: str = ""
+    """What else may be done."""
+
+    @property
+    def cure(self) -> str:
+        """What to do, in Python's words."""
+        sensor, _, axes = self.value.partition("=")
+        value = "True" if self.value == "yes" else f'{{"{sensor}": "{axes}"}}' if axes else f'"{self.value}"'
+        return "; ".join(filter(None, [f"use {self.argument}={value}" if self.argument else "", self.advice]))
+
+    def __str__(self) -> str:
+        return f"{self.level}: {self.sensor}: {self.message}" + (f"; {self.cure}" if self.cure else "")
+
+
+def warning(code: str, sensor: str, message: str, argument: str | None = None, value: str = "", advice: str = "") -> Finding:
+    """A finding that has a cure."""
+    return Finding("warning", code, sensor, message, argument, value, advice)
+
+
+def unit_name(recording: Recording, quantity: str) -> str:
+    """The unit that the numbers of the file were taken for."""
+    unit = recording.origin.units.get(quantity) if recording.origin else None
+    return unit.name if unit else next(iter(SI_PER[quantity]))

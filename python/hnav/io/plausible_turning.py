@@ -1,0 +1,160 @@
+"""Whether units, axes and signs of a recording fit each other, by how its field and force turn with its rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from hnav.io.findings import Finding, Samples, unit_name, warning
+from hnav.io.recordings import Recording
+from hnav.io.turning import Fit, Stay, axes_text, best_fit, fit_of, fixed_axes, stay_of
+from hnav.units import SI_PER
+
+SCALE = (0.6, 1.6)  # of the rate, by the turning of the field
+DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken for radians
+SURE, BETTER_BY = 0.8, 0.25  # correlations
+DIP_RAD = np.radians(10)  # below this the dip does not tell up from down
+DIP_SPREAD = 0.5  # of sin(dip), quartile to quartile: above, it is no dip
+NAMES = {"gyro": "rate", "accel": "force", "mag": "field"}
+
+
+def what_turning_tells(recording: Recording, live: Samples, found: list[Finding], hemisphere: str | None) -> Iterator[Finding]:
+    """What the turning of field and force tells of units and axes, and the dip of signs."""
+    codes = {(finding.sensor, finding.code): finding for finding in found}
+    time = codes.get(("time", "unit"))
+    factor = SI_PER["time"][time.value] / SI_PER["time"][unit_name(recording, "time")] if time and time.argument else 1.0
+    gravity_gone = ("accel", "gravity_removed") in codes
+    fits: dict[str, Fit | None] = {}
+    for sensor in ("mag", "accel"):
+        usable = "gyro" in live and sensor in live and not (sensor == "accel" and gravity_gone)
+        fits[sensor] = fit_of(live["gyro"], live[sensor], factor, offset=sensor == "mag") if usable else None
+    if time is not None and not time.argument:
+        return
+    yield from _scale(recording, fits, codes)
+    stay = stay_of(live["gyro"], live["accel"], factor) if "gyro" in live and "accel" in live and not gravity_gone else None
+    wrong = _wrong_axes(fits, stay)
+    yield from _axes(live, fits, stay, wrong, hemisphere)
+    if not wrong:
+        yield from _sign(live, codes, hemisphere, gravity_gone)
+
+
+def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
+    """Rates that are too fast or slow for what turns."""
+    if ("gyro", "unit") in codes:
+        return
+    for sensor, fit in fits.items():
+        if fit is None or fit.as_it_is < SURE:
+            continue
+        too_fast, word = 1 / fit.scale, NAMES[sensor]
+        taken = unit_name(recording, "gyro")
+        for ratio, other in ((too_fast, "deg/s"), (1 / too_fast, "rad/s")):
+            if DEGREES[0] < ratio < DEGREES[1] and taken != other:
+                how = "fast" if other == "deg/s" else "slow"
+                yield warning(
+                    "unit",
+                    "gyro",
+                    f"rates are {ratio:.0f} times too {how} for the turning of the {word}: this looks like {other}",
+                    "gyro_unit",
+                    other,
+                )
+                return
+        if sensor == "mag" and not SCALE[0] < fit.scale < SCALE[1]:
+            yield warning(
+                "scale",
+                "gyro",
+                f"the field turns {fit.scale:.2f} times as fast as the rates say",
+                advice="see the scale of the rates, and the times: rate_hz",
+            )
+
+
+def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None:
+    """The sensor whose axes do not fit the others."""
+    mag, accel = (fits[sensor] for sensor in ("mag", "accel"))
+    force_off = stay is not None and stay.off
+    if mag is not None and _fits_otherwise(mag):
+        return "gyro" if force_off or best_fit(mag).handed < 0 else "mag"
+    if force_off:
+        return "accel"
+    if accel is None or not _fits_otherwise(accel):
+        return None
+    # With no field that turns as the rates say, either may be wrong.
+    return "accel" if mag is not None and mag.as_it_is >= SURE else "gyro"
+
+
+def _fits_otherwise(fit: Fit) -> bool:
+    best = best_fit(fit)
+    return best.correlation >= SURE and best.correlation - fit.as_it_is > BETTER_BY
+
+
+def _axes(
+    live: Samples, fits: Mapping[str, Fit | None], stay: Stay | None, wrong: str | None, hemisphere: str | None
+) -> Iterator[Finding]:
+    fit = fits["mag"]
+    if wrong == "accel" and stay is not None and stay.off:
+        matrix = fixed_axes(stay.best.matrix.T, wrong, live, hemisphere)
+        shown = f"the axes do not fit: {stay.as_it_is:.2f} of gravity stays when the body turns, with these {stay.best.correlation:.2f}"
+        yield warning("axes", wrong, shown, "axes", f"{wrong}={axes_text(matrix)}")
+    elif wrong:
+        yield from _other_axes(live, fits, wrong, hemisphere)
+    else:
+        yield from _axes_not_testable(live, fit, stay)
+
+
+def _axes_not_testable(live: Samples, fit: Fit | None, stay: Stay | None) -> Iterator[Finding]:
+    if "accel" in live and "gyro" in live and not (stay and stay.tells):
+        yield Finding("note", "not_testable", "accel", "not testable: axes of force and rate, because the body turns too little")
+    if "mag" in live and "gyro" in live:
+        if fit is None:
+            yield Finding("note", "not_testable", "mag", "not testable: axes of field and rate, because the body hardly turns")
+        elif fit.as_it_is < SURE:
+            shown = f"not testable: axes of field and rate, because the field changes by more than turning (correlation {fit.as_it_is:.2f})"
+            yield Finding("note", "not_testable", "mag", shown)
+
+
+def _other_axes(live: Samples, fits: Mapping[str, Fit | None], wrong: str, hemisphere: str | None) -> Iterator[Finding]:
+    """The axes with which field or force turn as the rates say."""
+    for other in ("mag", "accel"):
+        fit = fits[other]
+        if fit is None or not _fits_otherwise(fit) or (wrong != "gyro" and other != wrong):
+            continue
+        best = best_fit(fit)
+        matrix = best.matrix if wrong == "gyro" else fixed_axes(best.matrix, wrong, live, hemisphere)
+        shown = f"the axes do not fit: {NAMES[other]} and rate turn together with a correlation of {fit.as_it_is:.2f}, with these of {best.correlation:.2f}"
+        yield warning("axes", wrong, shown, "axes", f"{wrong}={axes_text(matrix)}")
+        return
+
+
+def _sign(
+    live: Samples, codes: Mapping[tuple[str, str], Finding], hemisphere: str | None, gravity_gone: bool
+) -> Iterator[Finding]:
+    """Force points up, and north of the magnetic equator the field down."""
+    if "accel" not in live:
+        return
+    not_testable = "not testable: sign of the force, because "
+    if "mag" not in live or gravity_gone:
+        reason = "nothing else tells up from down" if "mag" not in live else "gravity was removed"
+        yield Finding("note", "not_testable", "accel", not_testable + reason)
+        return
+    if ("mag", "strength") in codes:
+        yield Finding("note", "not_testable", "accel", not_testable + "the field is not that of the Earth")
+        return
+    sines = dip_sines(live)
+    low, middle, high = np.quantile(sines, [0.25, 0.5, 0.75]) if len(sines) else (-1.0, 0.0, 1.0)
+    dip_deg = float(np.degrees(np.arcsin(np.clip(middle, -1, 1))))
+    if high - low > DIP_SPREAD or abs(middle) < np.sin(DIP_RAD):
+        yield Finding("note", "not_testable", "accel", f"{not_testable}the field is level or disturbed (dip {dip_deg:.0f} deg)")
+    elif (middle < 0) == (hemisphere != "south"):
+        points, side, other = ("up", "south", "south") if middle < 0 else ("down", "north", "north")
+        shown = f"the field points {points} by {abs(dip_deg):.0f} deg as the force has it: right only {side} of the magnetic equator, else force or field is negated"
+        yield warning("sign", "accel", shown, "axes", "accel=-x,-y,-z", advice=f'or say hemisphere "{other}"')
+
+
+def dip_sines(live: Samples) -> np.ndarray:
+    """Sine of the field's dip, positive downward, where the force is that of a body that hardly accelerates."""
+    (accel_s, force), (mag_s, field) = live["accel"], live["mag"]
+    nearest = np.clip(np.searchsorted(accel_s, mag_s), 0, len(accel_s) - 1)
+    force = force[nearest]
+    lengths, strengths = np.linalg.norm(force, axis=1), np.linalg.norm(field, axis=1)
+    quiet = (np.abs(lengths / np.median(lengths) - 1) < 0.15) & (strengths > 0)
+    return np.asarray(-(force[quiet] * field[quiet]).sum(axis=1) / (lengths[quiet] * strengths[quiet]))
