@@ -42,6 +42,18 @@ double Model::heading_variance(const State& s, const Covariance& P) const {
     return std::fmax(0, P[row][row] - by_u) + along * along;
 }
 
+// The largest of these rows: where the heading is unknown, of what is known but for it.
+double Model::largest_variance(const State& s, const Covariance& P, int row, int count) const {
+    double largest = 0;
+    const bool free = is_free(s);
+    const OnU on = free ? regression(P) : OnU{};
+    for (int i = row; i < row + count; ++i) {
+        const double by_u = free ? on.G[i][0] * P[row_u][i] + on.G[i][1] * P[row_u + 1][i] : 0;
+        largest = std::fmax(largest, P[i][i] - by_u);
+    }
+    return largest;
+}
+
 // How far a sample lies from what the likeliest heading lets expect, heading unknown by its spread: the mean of the Gaussian
 // may have a short u, for which a fix that lies far off looks like any other.
 double Model::nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const {
@@ -103,7 +115,8 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
 
 // Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through
 // what is known of the state given u, and by turning what is held in axes turned by -alpha, is linear in (x, y) = (cos - 1, sin)
-// of what it is off by.
+// of what it is off by. What is turned changes with (x, y) itself: of these products x^2 + y^2 = -2 x counts, which takes away what turning
+// a place and a velocity that satellites hold would seem to change along them.
 Covariance Model::given_circle(const State& s, Covariance P) const {
     const OnU on = regression(P);
     const double c = std::cos(s.circle.mode_rad), t = std::sin(s.circle.mode_rad);
@@ -114,10 +127,10 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
         for (int k = 0; k < 2; ++k) GS[i][k] = P[i][row_u + k];
     }
     const auto turns = [&by](int row, const double* vector) {
-        by[row][0] += vector[0];
         by[row][1] -= vector[1];
-        by[row + 1][0] += vector[1];
         by[row + 1][1] += vector[0];
+        by[row][0] = by[row + 1][1];
+        by[row + 1][0] = -by[row][1];
     };
     turns(row_d, s.x);
     turns(row_v, s.x + 3);

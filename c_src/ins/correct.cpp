@@ -76,7 +76,7 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
 
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
     const double heading = heading_variance(s, P), tilt = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
-    const double velocity_before = P.variances(row_v).maxCoeff(), position_before = P.variances(row_d).head<2>().maxCoeff();
+    const double velocity_before = largest_variance(s, P, row_v, 3), position_before = largest_variance(s, P, row_d, 2);
     double before[errors];
     for (int i = 0; i < errors; ++i) before[i] = s.mean[i];
     const Covariance prior = P;
@@ -98,8 +98,8 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (heading_after > 0 && heading_after < heading) s.gained_nats[m.channel] += 0.5 * std::log(heading / heading_after);
     s.information_heading += gained(heading, heading_after);
     s.information_tilt += gained(tilt, std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]));
-    s.information_velocity += gained(velocity_before, P.variances(row_v).maxCoeff());
-    s.information_position += gained(position_before, P.variances(row_d).head<2>().maxCoeff());
+    s.information_velocity += gained(velocity_before, largest_variance(s, P, row_v, 3));
+    s.information_position += gained(position_before, largest_variance(s, P, row_d, 2));
     if (is_free(s) && std::sqrt(heading_after) < settings_.found_rad) collapse(s, P);
 }
 
@@ -119,6 +119,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
             P[row + i][row + i] += m.r[i] * m.r[i];
             if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
         }
+        if (m.channel == position) s.glide.jumped = 1;
         m.gated = false;
         since_s = nan;
         in_row = 0;

@@ -10,7 +10,7 @@ bool Model::at_rest(const State& s, double now_s) const {
     if (now_s - s.last_s[ins::rest] < fresh_s) return true;
     const bool alone = settings_.place_given && s.used[velocity] + s.used[position] + s.used[speed] == 0;
     if (alone) return s.rest.sways(settings_.rest);
-    if (!s.rest.still(settings_.rest)) return false;
+    if (!s.rest.still(settings_.rest) || s.glide.found > 0) return false;
     if (now_s - s.speed_known_s < fresh_s)
         return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
     if (!s.started()) return false;
@@ -18,14 +18,39 @@ bool Model::at_rest(const State& s, double now_s) const {
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 
+// A rest that was a glide has held velocity and position back meanwhile. Where satellites tell no velocities their positions lead away.
+void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
+    constexpr double far = 5, fresh_s = 60;
+    const double stood_s = now_s - s.glide.began_s,
+                 moved_m = std::hypot(s.colour[0] - s.glide.off[0], s.colour[1] - s.glide.off[1]);
+    const bool alone = !(now_s - s.last_s[velocity] < fresh_s) && s.glide.jumped == 0;
+    const bool by_place = alone && stood_s > 0 && moved_m > far * s.slow_m[0];
+    if (s.glide.found > 0 || !at_rest(s, now_s) || !(s.glide.shows() || by_place)) return;
+    s.glide.found = 1;
+    const double speed = std::fmax(s.glide.speed_m_s(), by_place ? moved_m / stood_s : 0);
+    const auto widen = [&](int row, double sigma) {
+        for (int i = 0; i < 2; ++i) {
+            P[row + i][row + i] += sigma * sigma;
+            if (step_) step_->jumped(row + i, sigma * sigma);
+        }
+    };
+    widen(row_v, speed);
+    widen(row_d, speed * stood_s);
+    widen(row_colour, speed * stood_s);
+}
+
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
+    look_for_glide(s, P, event.t_s);
     const bool told = has_new(s, event, ins::rest);
     if (!told && !at_rest(s, event.t_s)) return;
     Measurement still{ins::rest};
     still.rows = 3;
     still.put(0, row_v, Matrix3::Identity());
     const double sigma = told ? event.value[ins::rest][0] : settings_.rest_velocity_m_s;
-    for (double& r : still.R) r = sigma * sigma;
+    // A body that comes to rest creeps for some seconds more.
+    constexpr double creeps_m_s = 0.2, settles_s = 1;
+    const double creep = told ? 0 : creeps_m_s * std::exp((settings_.rest.duration_s - s.rest.still_s) / settles_s);
+    for (double& r : still.R) r = sigma * sigma + creep * creep;
     vec(still.r) = -vec(s.x + 3);
     use_absolute(s, P, event, still);
 

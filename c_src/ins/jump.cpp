@@ -42,11 +42,14 @@ void Model::note(State& s, const Event& event) const {
         const double T = event.t_s - s.last_s[imu];
         if (std::isfinite(T)) s.rest.note(settings_.rest, vec(event.value[imu]), vec(event.value[imu] + 3), T);
     }
+    const bool still = s.rest.still(settings_.rest);
+    if (!still) s.glide.begin(event.t_s, s.colour);
     if (!event.has(velocity)) return;
     const double* z = event.value[velocity];
     s.speed_known_m_s = std::hypot(z[0], z[1]);
     s.speed_sigma_m_s = std::fmax(z[3], z[4]);
     s.speed_known_s = event.t_s;
+    if (still) s.glide.note(event.t_s, z, s.speed_sigma_m_s);
 }
 
 void Model::try_start(State& s, const Event& event) const {

@@ -149,6 +149,7 @@ private:
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;
     double heading_variance(const State& s, const Covariance& P) const;
+    double largest_variance(const State& s, const Covariance& P, int row, int count) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
@@ -166,6 +167,7 @@ private:
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;
+    void look_for_glide(State& s, Covariance& P, double now_s) const;
     void correct_speed(State& s, Covariance& P, const Event& event) const;
     void correct_car(State& s, Covariance& P, const Event& event) const;
     void correct_pressure(State& s, Covariance& P, const Event& event) const;

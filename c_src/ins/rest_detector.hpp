@@ -1,5 +1,5 @@
 // Whether the body stands, by its rate and force: their root mean squares about running means stay small for a while. What
-// moves smoothly looks the same, so the filter asks for a small speed too.
+// moves smoothly looks the same, so the filter asks for a small speed too, and looks for a glide.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -38,6 +38,30 @@ struct RestDetector {
     bool still(const RestSettings& s) const { return s.rate_rad_s > 0 && still_s > s.duration_s; }
     // The same with wider limits: on something that sways.
     bool sways(const RestSettings& s) const { return s.rate_rad_s > 0 && swaying_s > s.duration_s; }
+};
+
+// What glides evenly looks as still as what stands, but the satellites' velocities have a mean, which many of them tell even where
+// each is smaller than its sigma.
+struct Glide {
+    static constexpr double alike_s = 1, limit = 20, least_m_s = 0.02; // errors within alike_s are the same; chi-square of two
+
+    double sum[2], weight, began_s, last_s;
+    double off[2]; // of the satellites' position when it began, m
+    double jumped, found;
+
+    void begin(double t_s, const double* off_m) {
+        *this = {};
+        began_s = last_s = t_s;
+        for (int i = 0; i < 2; ++i) off[i] = off_m[i];
+    }
+    void note(double t_s, const double* velocity, double sigma_m_s) {
+        const double share = std::fmin(1, (t_s - last_s) / alike_s) / (sigma_m_s * sigma_m_s);
+        for (int i = 0; i < 2; ++i) sum[i] += share * velocity[i];
+        weight += share;
+        last_s = t_s;
+    }
+    double speed_m_s() const { return weight > 0 ? std::hypot(sum[0], sum[1]) / weight : 0; }
+    bool shows() const { return speed_m_s() > least_m_s && speed_m_s() * speed_m_s() * weight > limit; }
 };
 
 } // namespace hnav::ins

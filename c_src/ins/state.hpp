@@ -162,6 +162,7 @@ struct State {
     Levelling levelling;
     FreeGates gates;
     RestDetector rest;
+    Glide glide;
 
     double last_s[channel_count]; // time of the newest sample
     double last_event_s, usual_interval_s, last_correction_s, field_used_s;

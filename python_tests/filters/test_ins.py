@@ -216,6 +216,41 @@ def test_many_fixes_of_a_receiver_do_not_take_away_what_it_states(drive):
     assert np.linalg.norm(moved_m) < 0.5
 
 
+@pytest.mark.parametrize("speed_m_s, velocities", [(0.05, True), (0.2, True), (0.2, False)])
+def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
+    rng, n = np.random.default_rng(1), 40_000
+    t = np.arange(1, n + 1) / 100
+    swings = np.where(t < 30, 3 * np.sin(np.pi * np.minimum(t, 30) / 30) ** 2, 0)
+    along = np.clip((t - 30) * 0.2, 0, speed_m_s)
+    velocity = np.stack([swings * np.sin(2 * np.pi * t / 10) + along, swings * np.sin(2 * np.pi * t / 7), 0 * t], axis=1)
+    force = np.gradient(velocity, 0.01, axis=0) + [0, 0, -9.81] + 0.02 * rng.standard_normal((n, 3))
+    fix = slice(99, None, 100)
+    moved = np.cumsum(velocity, axis=0)[fix] / 100 + 0.5 * rng.standard_normal((n // 100, 3))
+    place = np.array([0.8, 0.2, 400.0]) + moved / [6.37e6, 6.39e6 * np.cos(0.8), -1]
+    aids = hnav.Aids().position(t[fix], *place.T, 0.5)
+    if velocities:
+        aids.velocity(t[fix], velocity[fix] + 0.1 * rng.standard_normal((n // 100, 3)), 0.1)
+    run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
+    north_m = (run.place[-1, 0] - 0.8) * 6.37e6 - np.sum(velocity[:, 0]) / 100
+    assert abs(north_m) < 3 * run.sigma_position_m[-1, 0] < 40
+    assert abs(run.velocity_n_m_s[-1, 0] - speed_m_s) < 4 * run.sigma_velocity_m_s[-1, 0]
+
+
+def test_a_straight_ride_leaves_the_heading_open_and_nothing_else():
+    rng, n = np.random.default_rng(1), 6000
+    t = np.arange(1, n + 1) / 100
+    fix = slice(99, None, 100)
+    velocity = np.tile([20.0, 0, 0], (n, 1))
+    north = 0.8 + 20 * t[fix] / 6.37e6
+    seen = velocity[fix] + 0.1 * rng.standard_normal((n // 100, 3))
+    aids = hnav.Aids().velocity(t[fix], seen, 0.1).position(t[fix], north, np.full(n // 100, 0.2), np.full(n // 100, 400.0), 0.5)
+    force = [0, 0, -9.81] + 0.3 * rng.standard_normal((n, 3))
+    run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
+    assert run.sigma_rotation_rad[-1, 2] > 0.2 and run.ready[-1].tolist() == [True, False, True, True]
+    assert run.sigma_position_m[-1].max() < 2 and run.sigma_velocity_m_s[-1].max() < 0.2
+    assert np.abs(run.velocity_n_m_s[-1] - velocity[-1]).max() < 0.2
+
+
 def test_a_heading_from_elsewhere_is_taken_at_rest_and_a_told_rest_holds_the_velocity():
     ins = hnav.Ins("industrial", declination_rad=0.05, **FAST)
     for k in range(3000):
@@ -307,10 +342,11 @@ def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
     "fault, largest_m, told", [("jump", 5, True), ("long_jump", 8, True), ("drift", 15, True), ("outage_30", 15, False)]
 )
 def test_faults_of_the_satellites_are_told_and_leave_nothing_behind(fault, largest_m, told):
-    for outcome in outcomes("car", fault, 2, 21, 1):
+    found = list(outcomes("car", fault, 6, 21, 1))
+    assert np.mean([outcome.heading_within for outcome in found]) > 0.97
+    for outcome in found[:2]:
         assert outcome.told or not told
         assert outcome.largest_m < largest_m and outcome.back_s < 30
-        assert outcome.heading_within > 0.9
 
 
 def test_a_saturated_gyroscope_widens_the_heading_and_it_comes_back():
