@@ -103,8 +103,18 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (is_free(s) && std::sqrt(heading_after) < settings_.found_rad) collapse(s, P);
 }
 
-// A jump that lasts is believed: what was refused for long is an error of the satellites' position, or a velocity that has
-// really changed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
+// What was refused for long is an error of the satellites' position, or a velocity that has really changed.
+void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
+    const int row = m.channel == position ? row_colour : row_v;
+    for (int i = 0; i < m.rows; ++i) {
+        P[row + i][row + i] += m.r[i] * m.r[i];
+        if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
+    }
+    if (m.channel == position) s.glide.jumped = 1;
+    m.gated = false;
+}
+
+// A jump that lasts is believed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
     double& since_s = s.refused_since_s[m.channel];
     constexpr double believed_when_free = 3, fresh_s = 10;
@@ -114,13 +124,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
         return;
     }
     if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
-        const int row = m.channel == position ? row_colour : row_v;
-        for (int i = 0; i < m.rows; ++i) {
-            P[row + i][row + i] += m.r[i] * m.r[i];
-            if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
-        }
-        if (m.channel == position) s.glide.jumped = 1;
-        m.gated = false;
+        believe_jump(s, P, m);
         since_s = nan;
         in_row = 0;
     }

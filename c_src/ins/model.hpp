@@ -159,6 +159,7 @@ private:
     // correct.cpp
     void correct(State& s, const Event& event) const;
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
+    void believe_jump(State& s, Covariance& P, Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
