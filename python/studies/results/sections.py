@@ -84,6 +84,15 @@ SECTIONS = {
         "--set gyro_bias_walk_rad_s_per_sqrt_s=1e-6 --set start_sigma_gyro_scale=1e-5 --set start_sigma_gyro_misalignment_rad=1e-5",
         False,
     ),
+    "readiness_clean": Section(
+        "Heading ready: told that the field is clean",
+        "The same by a filter that is told of the field alone: no iron in the place, from the first sample on. Nothing that estimates how "
+        "disturbed the field is can make the sigma of heading in a clean field narrower than this. What is left stands for the gyroscope, the "
+        "accelerometer and the motion, and these starts have less of their errors than the AHRS allows for.",
+        "study readiness --starts 1200 --set local_declination_rad=1e-6 --set mag_azimuth_noise_per_sqrt_hz=0.0018 "
+        "--set mag_intensity_noise_per_sqrt_hz=0.00125 --set reference_walk_per_sqrt_s=3e-4",
+        False,
+    ),
     "ins": Section(
         "Navigation from any heading",
         "Simulated starts with exact truth, industrial sensors, coloured satellites with outliers and a latency that nobody tells: when "
