@@ -238,8 +238,9 @@ void Model::add_noise(const State& s, Covariance& P) const {
     const double T = w.length_s, share = settings_.vibration_share * s.usual_interval_s;
     const double accel = force_psd(s) * T;
     const double gyro = std::fmax(settings_.gyro_psd, share * s.vibration_rate2) * T + settings_.gyro_rate_psd * w.turned2;
-    // Axes that are askew, and forces on them, are a bias for as long as the body turns alike.
-    const double across = settings_.gyro_scale2 * vec(s.steady_rate).squaredNorm() * T / turns_alike_s;
+    // Axes that are askew show the rate about the other two: a bias for as long as the body turns alike.
+    const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
+    const Vector3 across = settings_.gyro_scale2 * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
     // While samples are missing the body may turn and accelerate as vehicles do.
     constexpr double gap_rate = 0.2, gap_force = 2;
     const double missed_turn = gap_rate * w.gap_s, missed_velocity = gap_force * w.gap_s,
@@ -253,7 +254,7 @@ void Model::add_noise(const State& s, Covariance& P) const {
         P[row_d + i][row_v + i] += accel * T / 2;
         P[row_v + i][row_d + i] += accel * T / 2;
         P[row_phi + i][row_phi + i] += gyro + missed_turn * missed_turn;
-        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across;
+        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across[i];
         P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
     }
 }

@@ -116,7 +116,7 @@ const OptionRow rows[] = {
      nullptr, nullptr, defaults + 2, offsetof(hnav_ins_options, gyro_bias_walk_rad_s_per_sqrt_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"gyro_scale", text("noise"), text(""),
-     text("What the axes of the gyroscope are askew by and forces do to it, one sigma: a bias of this x rate while the body turns alike"),
+     text("What the axes of the gyroscope are askew by, one sigma: a bias of this x the rate about the other two axes while the body turns alike"),
      text("Of a usual chip; errors of scale are states, start_sigma_gyro_scale."),
      nullptr, nullptr, defaults + 3, offsetof(hnav_ins_options, gyro_scale),
      0, 1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},

@@ -226,8 +226,9 @@ class InsReference:
         P[D, V] += accel * T / 2 * one
         P[V, D] += accel * T / 2 * one
         P[PHI, PHI] += (gyro + o.gyro_rate_noise_sqrt_s**2 * self.turned2) * one
-        askew = o.gyro_scale**2 * self.steady_rate @ self.steady_rate * T / ALIKE_S
-        P[GYRO, GYRO] += (o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T + askew) * one
+        turns2 = self.steady_rate**2
+        askew = o.gyro_scale**2 * T / ALIKE_S * (turns2.sum() - turns2)
+        P[GYRO, GYRO] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * one + np.diag(askew)
         P[ACCEL, ACCEL] += o.accel_bias_walk_m_s2_per_sqrt_s**2 * T * one
         a, b, c = P[6, 6], P[7, 7], P[6, 7]
         P[6:8, 6:8] += max(0.0, P[8, 8] - heading) * np.array([[b, -c], [-c, a]])

@@ -46,8 +46,8 @@ typedef struct hnav_ins_options {
     /* Random walk of the gyro bias.
      * [0, 1e3] rad/s/sqrt(s), default 2e-5. Temperature moves the bias more than the walk on the datasheet. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
-    /* What the axes of the gyroscope are askew by and forces do to it, one sigma: a bias of this x rate while the body
-     * turns alike.
+    /* What the axes of the gyroscope are askew by, one sigma: a bias of this x the rate about the other two axes while the
+     * body turns alike.
      * [0, 1], default 2e-3. Of a usual chip; errors of scale are states, start_sigma_gyro_scale. */
     double gyro_scale;
     /* Velocity random walk: white noise of the accelerometer.
