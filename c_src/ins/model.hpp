@@ -134,6 +134,7 @@ private:
         Matrix3 variance_b = Matrix3::Zero(); // of it, as far as the motion of the window has left it open
         bool by_velocity = false;
     };
+    static void begin_window(State& s, const Event& event);
     double levelling_variance(const State& s, double window_s) const;
     Tilt tilt_by_velocity(const State& s, double now_s) const;
     bool find_tilt(const State& s, double now_s, Tilt* tilt) const;

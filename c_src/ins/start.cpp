@@ -39,7 +39,7 @@ struct OnCircle {
 void Model::begin_levelling(State& s) const {
     s.levelling = {};
     s.levelling.q[0] = 1;
-    s.levelling.began_s = s.levelling.first_velocity_s = nan;
+    s.levelling.began_s = s.levelling.since_s = s.levelling.first_velocity_s = nan;
     s.phase = std::isfinite(s.last_s[imu]) ? Phase::levelling : Phase::waiting;
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = nan;
@@ -88,6 +88,20 @@ void Model::anchor(State& s, const earth::Place& place) const {
     s.has_place = 1;
 }
 
+// From this velocity on both sides are gathered.
+void Model::begin_window(State& s, const Event& event) {
+    const Levelling before = s.levelling;
+    Levelling& l = s.levelling;
+    l = {};
+    l.q[0] = 1;
+    l.began_s = before.began_s;
+    l.since_s = before.since_s;
+    l.samples = before.samples;
+    vec(l.force) = vec(before.force);
+    l.first_velocity_s = event.t_s;
+    vec(l.velocity0) = vec(event.value[velocity]);
+}
+
 // A sample of the IMU, or a velocity, on the way to the first tilt.
 void Model::level(State& s, const Event& event) const {
     Levelling& l = s.levelling;
@@ -114,17 +128,11 @@ void Model::level(State& s, const Event& event) const {
     }
     if (!event.has(velocity) || std::isnan(event.value[velocity][2]) || std::isnan(l.began_s)) return;
     const Vector3 v = vec(event.value[velocity]);
-    if (std::isnan(l.first_velocity_s)) {
-        // From here on both sides are gathered.
-        const double samples = l.samples, began = l.began_s;
-        const Vector3 force = vec(l.force);
-        l = {};
-        l.q[0] = 1;
-        l.began_s = began;
-        l.samples = samples;
-        vec(l.force) = force;
-        l.first_velocity_s = event.t_s;
-        vec(l.velocity0) = v;
+    // Gyroscopes whose bias is unknown turn a longer window by more than the tilt is told to be wrong by.
+    const double longest_s = std::fmax(2 * settings_.level_window_s, settings_.sigma_tilt / settings_.sigma_gyro);
+    if (std::isnan(l.first_velocity_s) || (l.count >= 2 && event.t_s - l.first_velocity_s > longest_s)) {
+        if (std::isnan(l.since_s)) l.since_s = event.t_s;
+        begin_window(s, event);
         return;
     }
     const double strength = s.has_place ? vec(s.gravity).norm() : 9.8;
@@ -175,12 +183,13 @@ bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
         *tilt = tilt_by_velocity(s, now_s);
         // A straight acceleration ends, and its end tells the tilt.
         constexpr double wide_rad = 0.05, patience = 6;
-        return tilt->variance_b.trace() < wide_rad * wide_rad || window_s > patience * settings_.level_window_s;
+        return tilt->variance_b.trace() < wide_rad * wide_rad || now_s - l.since_s > patience * settings_.level_window_s;
     }
     // A single velocity may be the last one.
     const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
+    const double alone_s = now_s - (l.first_velocity_s > l.since_s ? l.first_velocity_s : l.began_s);
     const Vector3 force = vec(l.force);
-    if (l.count >= 2 || !(now_s - l.began_s >= patience * settings_.level_window_s) || !(force.norm() > 0)) return false;
+    if (l.count >= 2 || !(alone_s >= patience * settings_.level_window_s) || !(force.norm() > 0)) return false;
     tilt->down_b = -force.normalized();
     return true;
 }
@@ -274,6 +283,11 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
     s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
+    if (event.has(velocity)) {
+        // The second one may lie far off, when nothing else is known yet.
+        s.gates.velocity_s = event.t_s;
+        vec(s.gates.velocity) = vec(event.value[velocity]);
+    }
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
     put_gravity(s);
     s.felt[0] = nan;

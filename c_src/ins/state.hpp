@@ -112,7 +112,8 @@ struct Window {
 struct Levelling {
     double q[4];      // body to the axes held since the start
     double gained[3]; // velocity by force in them
-    double began_s, first_velocity_s, velocity0[3];
+    double began_s, since_s; // of the first sample of rate and force, of the first velocity
+    double first_velocity_s, velocity0[3]; // of the window
     double moment[9], sum_seen[3], sum_gained[3], count;
     double variance; // sum of those of the velocities
     double A[9], sum_A[9]; // integral of the rotation, and of that, for the part of the biases

@@ -365,6 +365,41 @@ def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for(
     assert tilt(gyro_hold="forward", vibration_share=0.0) < 0.5 * tilt()
 
 
+def test_axes_that_are_askew_spoil_the_biases_across_the_turn_alone():
+    t, turning, speed = np.arange(1, 3001) / 100, 0.3, 10.0
+    rate, force = np.tile([0, 0, turning], (3000, 1)), np.tile([0, speed * turning, -9.8], (3000, 1))
+    course = turning * t[19::20]
+    aids = hnav.Aids().velocity(t[19::20], speed * np.stack([np.cos(course), np.sin(course), 0 * course], 1), 0.1)
+    aids.position(t[19:20], 0.8, 0.2, 0.0, 1.0)
+
+    def bias(askew):
+        options = {"start": "state", "start_velocity_n_m_s": (speed, 0, 0), "start_sigma_gyro_bias_rad_s": 1e-3}
+        ins = hnav.Ins("consumer", **FAST, **options, gyro_scale=askew, rest_rate_rad_s=0.0)
+        ins.run(t, rate, force, aids)
+        return np.sqrt(np.diag(ins.covariance())[9:12])
+
+    wider = bias(2e-3) / bias(0.0)
+    np.testing.assert_allclose(wider[2], 1, rtol=0.02)
+    assert (wider[:2] > 1.2).all()
+
+
+def test_a_velocity_that_lies_far_off_right_after_the_start_tilts_nothing():
+    samples, truth = vehicle("aircraft", "consumer", 7, 12.0)
+    valid, _, sensor, value = samples.aids.arrays()
+    whole = navigate(samples, hnav.Ins("consumer", **FAST))
+    begin_s = whole.t_s[np.argmax(np.isfinite(whole.q_nb[:, 0]))]
+    hit = np.flatnonzero((sensor == INS_SENSORS.index("velocity")) & (valid > begin_s))[0]
+    aids = hnav.Aids()
+    for i in range(len(valid)):
+        if sensor[i] == INS_SENSORS.index("position"):
+            aids.position(valid[i], *value[i, :3], value[i, 3:])
+        else:
+            aids.velocity(valid[i], value[i, :3] + (i == hit) * np.array([3, -3, 0]), value[i, 3:])
+    spoilt = hnav.Ins("consumer", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    later = whole.t_s > begin_s + 2
+    np.testing.assert_allclose(spoilt.euler_rad[later, :2], whole.euler_rad[later, :2], atol=0.02)
+
+
 def test_the_simulation_is_its_own_truth():
     samples, truth = vehicle("aircraft", "navigation", 3, 20.0)
     at = truth.position_e
