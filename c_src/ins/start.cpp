@@ -34,6 +34,12 @@ struct OnCircle {
     }
 };
 
+// Gyroscopes whose bias is unknown turn a longer window than this by more than the tilt is told to be wrong by.
+bool wants_window(const Settings& settings, const Levelling& l, double now_s) {
+    const double longest_s = std::fmax(2 * settings.level_window_s, settings.sigma_tilt / settings.sigma_gyro);
+    return std::isnan(l.first_velocity_s) || (l.count >= 2 && now_s - l.first_velocity_s > longest_s);
+}
+
 } // namespace
 
 void Model::begin_levelling(State& s) const {
@@ -128,9 +134,7 @@ void Model::level(State& s, const Event& event) const {
     }
     if (!event.has(velocity) || std::isnan(event.value[velocity][2]) || std::isnan(l.began_s)) return;
     const Vector3 v = vec(event.value[velocity]);
-    // Gyroscopes whose bias is unknown turn a longer window by more than the tilt is told to be wrong by.
-    const double longest_s = std::fmax(2 * settings_.level_window_s, settings_.sigma_tilt / settings_.sigma_gyro);
-    if (std::isnan(l.first_velocity_s) || (l.count >= 2 && event.t_s - l.first_velocity_s > longest_s)) {
+    if (wants_window(settings_, l, event.t_s)) {
         if (std::isnan(l.since_s)) l.since_s = event.t_s;
         begin_window(s, event);
         return;
