@@ -114,7 +114,7 @@ SECTIONS = {
         "Starts with chips of phones and hobby, without a magnetometer and with one that nobody has calibrated and whose declination nobody tells: "
         "hard iron of up to one and a half times the horizontal field, soft iron of 3 %, steel beside the way, for one start in four half a "
         "minute in a false field of the size of the true one.",
-        "study ins --magnetometer --starts 200 --seed 3 --grade consumer --kinds car,aircraft,quadrotor,walker",
+        "study ins --magnetometer --starts 200 --seed 3 --grade consumer --kinds car,aircraft,ship,quadrotor,walker",
         False,
     ),
     "ins_faults": Section(
