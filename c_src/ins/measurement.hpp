@@ -38,6 +38,7 @@ struct Covariance {
             for (int j = 0; j < rows; ++j)
                 for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
         });
+        ++s.seldom_changes;
     }
     // More rows, of which nothing is unknown.
     void extend(int rows) {

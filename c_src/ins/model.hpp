@@ -19,6 +19,8 @@
 #include "ins/state.hpp"
 #include "ins/step.hpp"
 
+#include <cstddef>
+
 namespace hnav::ins {
 
 // What is told of the body at one time, in north-east-down axes at the place.
@@ -58,6 +60,8 @@ public:
     static constexpr int nx = ins::nx;
     using Event = ins::Event;
     using State = ins::State;
+    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = sizeof State::P;
+    static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
 
     Model() = default;
     explicit Model(const Settings& settings) : settings_(settings) {}

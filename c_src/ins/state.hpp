@@ -136,7 +136,8 @@ struct FieldMemory {
 // Numbers of eight bytes only; x comes first.
 struct State {
     double x[nx];
-    double P[errors * (errors + 1) / 2]; // just after the last correction
+    double P[errors * (errors + 1) / 2]; // just after the last correction; more than half of the state
+    std::uint64_t seldom_changes;        // of P
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, colour[3], offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
