@@ -143,7 +143,18 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     }
     P.forget(row_u);
     P.forget(row_u + 1);
+    admit_latency(s, P);
     return P;
+}
+
+// While the heading is unknown the latency of the satellites is noise, but it is the same in all fixes: they are behind by one way.
+void Model::admit_latency(const State& s, Covariance& P) {
+    const double variance = P[row_latency][row_latency];
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) P[row_d + i][row_d + j] += s.x[3 + i] * s.x[3 + j] * variance;
+        P[row_d + i][row_latency] += s.x[3 + i] * variance;
+        P[row_latency][row_d + i] += s.x[3 + i] * variance;
+    }
 }
 
 // The heading is found: the state is turned by alpha, and goes on as everybody's.

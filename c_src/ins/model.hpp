@@ -150,6 +150,7 @@ private:
     // any_heading.cpp
     void centre(State& s, Covariance& P, bool look_at_circle) const;
     Covariance given_circle(const State& s, Covariance P) const;
+    static void admit_latency(const State& s, Covariance& P);
     void collapse(State& s, Covariance& P) const;
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;

@@ -19,6 +19,8 @@ from studies.ins.vehicles import vehicle
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
 FAST = {"solver": "closed_form"}
+NORTH_M_PER_RAD = 6.36872e6
+"""At 0.8 rad of latitude, 400 m up."""
 
 
 @pytest.fixture(scope="module")
@@ -226,28 +228,30 @@ def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
     force = np.gradient(velocity, 0.01, axis=0) + [0, 0, -9.81] + 0.02 * rng.standard_normal((n, 3))
     fix = slice(99, None, 100)
     moved = np.cumsum(velocity, axis=0)[fix] / 100 + 0.5 * rng.standard_normal((n // 100, 3))
-    place = np.array([0.8, 0.2, 400.0]) + moved / [6.37e6, 6.39e6 * np.cos(0.8), -1]
+    place = np.array([0.8, 0.2, 400.0]) + moved / [NORTH_M_PER_RAD, 6.39e6 * np.cos(0.8), -1]
     aids = hnav.Aids().position(t[fix], *place.T, 0.5)
     if velocities:
         aids.velocity(t[fix], velocity[fix] + 0.1 * rng.standard_normal((n // 100, 3)), 0.1)
     run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
-    north_m = (run.place[-1, 0] - 0.8) * 6.37e6 - np.sum(velocity[:, 0]) / 100
+    north_m = (run.place[-1, 0] - 0.8) * NORTH_M_PER_RAD - np.sum(velocity[:, 0]) / 100
     assert abs(north_m) < 3 * run.sigma_position_m[-1, 0] < 40
     assert abs(run.velocity_n_m_s[-1, 0] - speed_m_s) < 4 * run.sigma_velocity_m_s[-1, 0]
 
 
-def test_a_straight_ride_leaves_the_heading_open_and_nothing_else():
-    rng, n = np.random.default_rng(1), 6000
+@pytest.mark.parametrize("speed_m_s", [20.0, 100.0])
+def test_a_straight_ride_leaves_the_heading_open_and_nothing_else(speed_m_s):
+    rng, n, late_s = np.random.default_rng(1), 6000, 0.06
     t = np.arange(1, n + 1) / 100
     fix = slice(99, None, 100)
-    velocity = np.tile([20.0, 0, 0], (n, 1))
-    north = 0.8 + 20 * t[fix] / 6.37e6
+    velocity = np.tile([speed_m_s, 0, 0], (n, 1))
+    north = 0.8 + speed_m_s * (t[fix] - late_s) / NORTH_M_PER_RAD
     seen = velocity[fix] + 0.1 * rng.standard_normal((n // 100, 3))
     aids = hnav.Aids().velocity(t[fix], seen, 0.1).position(t[fix], north, np.full(n // 100, 0.2), np.full(n // 100, 400.0), 0.5)
     force = [0, 0, -9.81] + 0.3 * rng.standard_normal((n, 3))
     run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
-    assert run.sigma_rotation_rad[-1, 2] > 0.2 and run.ready[-1].tolist() == [True, False, True, True]
-    assert run.sigma_position_m[-1].max() < 2 and run.sigma_velocity_m_s[-1].max() < 0.2
+    assert run.sigma_rotation_rad[-1, 2] > 0.2 and run.ready[-1].tolist() == [True, False, True, speed_m_s < 80]
+    assert run.sigma_position_m[-1].max() < 2 + late_s * speed_m_s and run.sigma_velocity_m_s[-1].max() < 0.2
+    assert abs((run.place[-1, 0] - 0.8) * NORTH_M_PER_RAD - speed_m_s * t[-1]) < 2 * run.sigma_position_m[-1, 0]
     assert np.abs(run.velocity_n_m_s[-1] - velocity[-1]).max() < 0.2
 
 
