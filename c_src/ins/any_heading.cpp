@@ -218,17 +218,23 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     put_gravity(s);
 }
 
+// Whether a change of velocity, of this sigma, may be by so much longer than what the force has gained meanwhile.
+bool Model::is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const {
+    constexpr double unmodelled_m_s2 = 0.2;
+    const double noise2 = sigma_m_s * sigma_m_s + force_psd(s) * since_s;
+    return !(std::fabs(off_m_s) > 6 * std::sqrt(noise2) + unmodelled_m_s2 * since_s);
+}
+
 // Jumps that show without a heading: by the length of what was gained, or position against velocity. Four in a row are
 // believed.
 bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
-    constexpr double believed = 4, unmodelled_m_s2 = 0.2;
+    constexpr double believed = 4;
     const double* z = event.value[channel];
     FreeGates& g = s.gates;
     if (channel == velocity) {
         const double since_s = event.t_s - g.velocity_s;
         const Vector3 change = vec(z) - vec(g.velocity);
-        const bool bad = std::fabs(change.head<2>().norm() - vec(g.gained).head<2>().norm()) >
-                         6 * std::sqrt(z[3] * z[3] + force_psd(s) * since_s) + unmodelled_m_s2 * since_s;
+        const bool bad = !is_likely(s, change.head<2>().norm() - vec(g.gained).head<2>().norm(), z[3], since_s);
         g.velocity_in_row = bad ? g.velocity_in_row + 1 : 0;
         if (bad && g.velocity_in_row < believed) return false;
         vec(g.velocity) = vec(z);

@@ -133,6 +133,7 @@ private:
 
     // start.cpp
     void level(State& s, const Event& event) const;
+    void level_by_velocity(State& s, const Event& event) const;
     struct Tilt {
         Vector3 down_b = Vector3(0, 0, 1); // the vertical in the body now
         Matrix3 variance_b = Matrix3::Zero(); // of it, as far as the motion of the window has left it open
@@ -153,6 +154,7 @@ private:
     static void admit_latency(const State& s, Covariance& P);
     void collapse(State& s, Covariance& P) const;
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
+    bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;
     double heading_variance(const State& s, const Covariance& P) const;
     double largest_variance(const State& s, const Covariance& P, int row, int count) const;

@@ -104,7 +104,8 @@ void Model::begin_window(State& s, const Event& event) {
     l.since_s = before.since_s;
     l.samples = before.samples;
     vec(l.force) = vec(before.force);
-    l.first_velocity_s = event.t_s;
+    l.believing = before.believing;
+    l.first_velocity_s = l.fits_s = event.t_s;
     vec(l.velocity0) = vec(event.value[velocity]);
 }
 
@@ -132,16 +133,34 @@ void Model::level(State& s, const Event& event) const {
         l.samples += 1;
         s.phase = Phase::levelling;
     }
-    if (!event.has(velocity) || std::isnan(event.value[velocity][2]) || std::isnan(l.began_s)) return;
-    const Vector3 v = vec(event.value[velocity]);
+    const bool with_velocity = event.has(velocity) && !std::isnan(event.value[velocity][2]);
+    if (with_velocity && !std::isnan(l.began_s)) level_by_velocity(s, event);
+}
+
+void Model::level_by_velocity(State& s, const Event& event) const {
+    constexpr double believed = 4;
+    Levelling& l = s.levelling;
     if (wants_window(settings_, l, event.t_s)) {
         if (std::isnan(l.since_s)) l.since_s = event.t_s;
         begin_window(s, event);
         return;
     }
     const double strength = s.has_place ? vec(s.gravity).norm() : 9.8;
-    const Vector3 seen = v - vec(l.velocity0) - Vector3(0, 0, strength * (event.t_s - l.first_velocity_s)),
-                  gained = vec(l.gained);
+    const Vector3 gained = vec(l.gained), seen = vec(event.value[velocity]) - vec(l.velocity0) -
+                                                 Vector3(0, 0, strength * (event.t_s - l.first_velocity_s));
+    const double since_s = event.t_s - l.fits_s;
+    const double off = (seen - vec(l.fits_seen)).norm() - (gained - vec(l.fits_gained)).norm();
+    if (l.believing == 0 && !is_likely(s, off, vec(event.value[velocity] + 3).maxCoeff(), since_s)) {
+        // One that lies far off is left out; after some it was rather the one that they are compared with.
+        if (++l.doubted < believed) return;
+        begin_window(s, event);
+        l.believing = 1;
+        return;
+    }
+    l.doubted = 0;
+    l.fits_s = event.t_s;
+    vec(l.fits_seen) = seen;
+    vec(l.fits_gained) = gained;
     mat(l.moment) += seen * gained.transpose();
     l.variance += vec(event.value[velocity] + 3).squaredNorm() / 3;
     vec(l.sum_seen) += seen;

@@ -118,6 +118,8 @@ struct Levelling {
     double variance; // sum of those of the velocities
     double A[9], sum_A[9]; // integral of the rotation, and of that, for the part of the biases
     double length_s, force[3], samples;
+    double fits_s, fits_seen[3], fits_gained[3]; // of the last velocity whose change has the size of what was gained
+    double doubted, believing; // how many in a row had not; 1: no more is doubted
 };
 
 // Jumps of the satellites that show without a heading.
