@@ -18,16 +18,27 @@ bool Model::at_rest(const State& s, double now_s) const {
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 
-// A rest that was a glide has held velocity and position back meanwhile. Where satellites tell no velocities their positions lead away.
+// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently. Where they tell no velocities their positions lead away.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
-    constexpr double far = 5, fresh_s = 60;
+    constexpr double far = 5, silent_s = 60, departs_s = 5;
+    if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(settings_.rest)) return;
     const double stood_s = now_s - s.glide.began_s,
                  moved_m = std::hypot(s.colour[0] - s.glide.off[0], s.colour[1] - s.glide.off[1]);
-    const bool alone = !(now_s - s.last_s[velocity] < fresh_s) && s.glide.jumped == 0;
-    const bool by_place = alone && stood_s > 0 && moved_m > far * s.slow_m[0];
-    if (s.glide.found > 0 || !at_rest(s, now_s) || !(s.glide.shows() || by_place)) return;
+    const bool alone = !(now_s - s.last_s[velocity] < silent_s) && s.glide.jumped == 0;
+    double speed = 0, way = 0;
+    if (s.glide.always.shows()) {
+        speed = s.glide.always.speed_m_s();
+        way = speed * stood_s;
+    } else if (s.glide.lately.shows()) {
+        speed = s.glide.lately.speed_m_s();
+        way = speed * std::fmin(departs_s, stood_s);
+    } else if (alone && moved_m > far * s.slow_m[0]) {
+        speed = moved_m / stood_s;
+        way = moved_m;
+    } else {
+        return;
+    }
     s.glide.found = 1;
-    const double speed = std::fmax(s.glide.speed_m_s(), by_place ? moved_m / stood_s : 0);
     const auto widen = [&](int row, double sigma) {
         for (int i = 0; i < 2; ++i) {
             P[row + i][row + i] += sigma * sigma;
@@ -35,14 +46,15 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
         }
     };
     widen(row_v, speed);
-    widen(row_d, speed * stood_s);
-    widen(row_colour, speed * stood_s);
+    widen(row_d, way);
+    widen(row_colour, way);
 }
 
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     look_for_glide(s, P, event.t_s);
     const bool told = has_new(s, event, ins::rest);
     if (!told && !at_rest(s, event.t_s)) return;
+    s.glide.rested = 1;
     Measurement still{ins::rest};
     still.rows = 3;
     still.put(0, row_v, Matrix3::Identity());
