@@ -236,13 +236,13 @@ def test_a_velocity_that_lies_far_off_does_not_tilt_a_start(kind, spoilt):
     assert np.linalg.norm(np.cross(told_b, down_b)) < 4 * run.sigma_rotation_rad[first, :2].max() < 0.3
 
 
-@pytest.mark.parametrize("speed_m_s, velocities", [(0.05, True), (0.2, True), (0.2, False)])
-def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
+def after_a_rest(along_m_s, velocities=True):
+    """Swings for half a minute, ten seconds of rest, then this speed towards north by time: runs of fixes once a second, and the truth."""
     rng, n = np.random.default_rng(1), 40_000
     t = np.arange(1, n + 1) / 100
     swings = np.where(t < 30, 3 * np.sin(np.pi * np.minimum(t, 30) / 30) ** 2, 0)
-    along = np.clip((t - 30) * 0.2, 0, speed_m_s)
-    velocity = np.stack([swings * np.sin(2 * np.pi * t / 10) + along, swings * np.sin(2 * np.pi * t / 7), 0 * t], axis=1)
+    north = swings * np.sin(2 * np.pi * t / 10) + along_m_s(t - 40)
+    velocity = np.stack([north, swings * np.sin(2 * np.pi * t / 7), 0 * t], axis=1)
     force = np.gradient(velocity, 0.01, axis=0) + [0, 0, -9.81] + 0.02 * rng.standard_normal((n, 3))
     fix = slice(99, None, 100)
     moved = np.cumsum(velocity, axis=0)[fix] / 100 + 0.5 * rng.standard_normal((n // 100, 3))
@@ -250,10 +250,25 @@ def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
     aids = hnav.Aids().position(t[fix], *place.T, 0.5)
     if velocities:
         aids.velocity(t[fix], velocity[fix] + 0.1 * rng.standard_normal((n // 100, 3)), 0.1)
-    run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
+    ins = hnav.Ins("industrial", **FAST)
+    return ins, ins.run(t, 0.001 * rng.standard_normal((n, 3)), force, aids), velocity
+
+
+@pytest.mark.parametrize("speed_m_s, velocities", [(0.05, True), (0.2, True), (0.2, False)])
+def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
+    _, run, velocity = after_a_rest(lambda t: np.clip(0.2 * t, 0, speed_m_s), velocities)
     north_m = (run.place[-1, 0] - 0.8) * NORTH_M_PER_RAD - np.sum(velocity[:, 0]) / 100
     assert abs(north_m) < 3 * run.sigma_position_m[-1, 0] < 40
     assert abs(run.velocity_n_m_s[-1, 0] - speed_m_s) < 4 * run.sigma_velocity_m_s[-1, 0]
+
+
+@pytest.mark.parametrize("gains_m_s2", [0.03, 0.1, 0.3])
+def test_a_gentle_departure_loses_no_alignment(gains_m_s2):
+    ins, run, velocity = after_a_rest(lambda t: np.clip(gains_m_s2 * t, 0, 10))
+    assert ins.diagnostics().times_lost == 0
+    later = run.t_s > 40 + 0.5 / gains_m_s2 + 3
+    off = np.abs(run.velocity_n_m_s - velocity)[later] / run.sigma_velocity_m_s[later]
+    assert np.sqrt(np.mean(off**2)) < 2
 
 
 @pytest.mark.parametrize("speed_m_s", [20.0, 100.0])
