@@ -1,5 +1,7 @@
 """The table of faults: damage that is what it is called, figures that can be counted by hand, rows for all."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
@@ -53,7 +55,8 @@ def test_three_seeds_of_an_event(event):
     assert [run.seed for run in found] == [0, 1, 2]
     assert all(run.settled_s < 20 and run.false_share < 0.2 for run in found)
     assert np.isnan([run.peer_settled_s for run in found]).all() == EVENTS[event].heading
-    assert found == recoveries(range(3), event, "ahrs", {})
+    again = recoveries(range(3), event, "ahrs", {})
+    np.testing.assert_array_equal([astuple(run) for run in again], [astuple(run) for run in found])
 
 
 def test_the_table_has_a_row_for_each_event(monkeypatch):
