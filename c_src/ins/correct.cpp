@@ -110,7 +110,7 @@ void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
         P[row + i][row + i] += m.r[i] * m.r[i];
         if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
     }
-    if (m.channel == position) s.glide.jumped = 1;
+    if (m.channel == position) s.glide.jumped = s.drifted = 1;
     m.gated = false;
 }
 
@@ -173,6 +173,20 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
     begin_levelling(s);
 }
 
+// Positions that drift away slowly drag the estimate along until their error is found to be too large for what they are: by about as much.
+void Model::admit_drift(State& s, Covariance& P) const {
+    const double off_m = vec(s.colour).head<2>().norm();
+    const bool beyond = off_m > usual_colour * s.slow_m[0];
+    const bool found = beyond && s.drifted == 0;
+    s.drifted = beyond ? 1 : 0;
+    if (!found) return;
+    for (const int row : {row_d, row_colour})
+        for (int i = 0; i < 2; ++i) {
+            P[row + i][row + i] += off_m * off_m;
+            if (step_) step_->jumped(row + i, off_m * off_m);
+        }
+}
+
 void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s);
     note_stated(s, event);
@@ -184,6 +198,7 @@ void Model::correct(State& s, const Event& event) const {
     s.direction *= direction_kept(s);
     for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
     for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
+    admit_drift(s, P);
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);

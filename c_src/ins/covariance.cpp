@@ -213,13 +213,12 @@ void Model::note_stated(State& s, const Event& event) const {
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
 // by itself.
 Model::Colour Model::colour_of(const State& s, const double* mean) const {
-    constexpr double usual = 3;
     const Vector3 error = vec(s.colour) + vec(mean + row_colour);
     const double size[] = {error.head<2>().norm(), std::fabs(error[2])};
     const double fades = std::exp(-s.window.length_s / settings_.colour_s);
     Colour c{};
     for (int i = 0; i < 3; ++i) {
-        const double before = s.slow_before_m[i == 2], now = s.slow_m[i == 2], beyond = size[i == 2] / usual;
+        const double before = s.slow_before_m[i == 2], now = s.slow_m[i == 2], beyond = size[i == 2] / usual_colour;
         const double less = before > 0 ? std::fmin(1, now / before) : 1, more = std::fmax(0, now * now - before * before);
         const bool jumped = beyond > before;
         c.kept[i] = jumped ? 1 : fades * less;

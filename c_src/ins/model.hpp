@@ -121,6 +121,7 @@ private:
     void add_noise(const State& s, Covariance& P) const;
     void feel(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
+    static constexpr double usual_colour = 3; // sigmas that the slow error of the satellites may have
     // The slow error of the satellites: its sigma in m by what a fix states, and north, east, down the share that stays and the variance
     // that comes.
     double slow_sigma(double stated_m, bool vertical) const;
@@ -167,6 +168,7 @@ private:
     // correct.cpp
     void correct(State& s, const Event& event) const;
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
+    void admit_drift(State& s, Covariance& P) const;
     void believe_jump(State& s, Covariance& P, Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;

@@ -153,6 +153,7 @@ struct State {
     std::uint64_t has_place;
     // Sigma of the slow error of the satellites, horizontal and vertical, and at the last correction.
     double slow_m[2], slow_before_m[2];
+    double drifted; // 1: that error is beyond what is usual, and the estimate has admitted it
 
     double rate[3], force[3];     // held, as measured
     double coning[3], sculling[3]; // what must be added to them

@@ -381,6 +381,7 @@ def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
 def test_faults_of_the_satellites_are_told_and_leave_nothing_behind(fault, largest_m, told):
     found = list(outcomes("car", fault, 12, 21, 1))
     assert np.mean([outcome.heading_within for outcome in found]) > 0.97
+    assert np.mean([outcome.within for outcome in found]) > 0.95
     for outcome in found[:2]:
         assert outcome.told or not told
         assert outcome.largest_m < largest_m and outcome.back_s < 30
