@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from hnav.filters.ins import Aids, Ins, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_aids import Aids
+from hnav.filters.ins_answers import InsRun
 from hnav.reference import earth
 from hnav.simulation.vehicle import Drive
 

@@ -35,8 +35,11 @@ if TYPE_CHECKING:
     from hnav.filters.attitude_options import Options
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
     from hnav.filters.declination import declination_rad
-    from hnav.filters.ins import Aids, Ins, InsOptions, InsRun
+    from hnav.filters.ins import Ins
+    from hnav.filters.ins_aids import Aids
+    from hnav.filters.ins_answers import InsRun
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
+    from hnav.filters.ins_options import InsOptions
     from hnav.filters.linear_model import LinearModel
     from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
     from hnav.filters.observer_plan import Plan, read_plan
@@ -82,14 +85,14 @@ __all__ = [
 ]
 
 _HOME = {
-    "Aids": "filters.ins",
+    "Aids": "filters.ins_aids",
     "Filter": "filters.attitude",
     "Ins": "filters.ins",
     "InsErrorFilter": "filters.ins_error",
     "InsErrorOptions": "filters.ins_error",
     "InsErrorRun": "filters.ins_error",
-    "InsOptions": "filters.ins",
-    "InsRun": "filters.ins",
+    "InsOptions": "filters.ins_options",
+    "InsRun": "filters.ins_answers",
     "LinearModel": "filters.linear_model",
     "MagnetometerCalibration": "filters.calibration",
     "Observer": "filters.observer",

@@ -8,7 +8,7 @@ import pytest
 
 import recorded
 from command_line import hnav
-from hnav.filters.ins import InsOptions
+from hnav.filters.ins_options import InsOptions
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.io.truth import read_truth

@@ -10,7 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import hnav
-from hnav.filters.ins import INS_SENSORS, PHASES, ins_option_table
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_answers import PHASES
+from hnav.filters.ins_options import ins_option_table
 from hnav.reference import earth
 from studies.ins.experiment import experiment, figures, wrapped
 from studies.ins.faults import outcomes

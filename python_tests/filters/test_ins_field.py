@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import hnav
-from hnav.filters.ins import INS_SENSORS, PHASES
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, without_aids
 from hnav.io.recordings import Recording
 from studies.ins.experiment import wrapped

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import hnav
-from hnav.filters.ins import INS_SENSORS, PHASES, InsRun
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.reference import earth
 from studies.ins import hindsight
 from studies.ins.experiment import wrapped

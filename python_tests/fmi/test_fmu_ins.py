@@ -10,7 +10,9 @@ from fmpy import simulate_fmu
 
 import hnav
 from hnav.errors import HnavError
-from hnav.filters.ins import INS_PRESETS, INS_SENSORS, PHASES, InsOptions, ins_option_table
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_answers import PHASES
+from hnav.filters.ins_options import INS_PRESETS, InsOptions, ins_option_table
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.reference import earth
 from importing import assert_fits_the_standard

@@ -27,7 +27,7 @@ def among(*words: str) -> Callable[[str], list[str]]:
 def option_names(ctx: Any, incomplete: str) -> list[str]:
     """NAME= of the filter that is named before; its choices after it."""
     from hnav.filters.attitude_options import option_table
-    from hnav.filters.ins import ins_option_table
+    from hnav.filters.ins_options import ins_option_table
 
     filter = ctx.params.get("filter") or "ahrs"
     try:

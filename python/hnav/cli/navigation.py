@@ -11,8 +11,10 @@ import numpy as np
 from hnav.cli.console import bar, say, working
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.cli.words import UsageError
-from hnav.filters.ins import INS_PRESETS, INS_SENSORS, READY, InsOptions, InsRun
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
+from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, refuse_other_clock, with_aids, without_aids
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding

@@ -12,7 +12,7 @@ from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterOrIns
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_options import option_table
-from hnav.filters.ins import ins_option_table
+from hnav.filters.ins_options import ins_option_table
 from hnav.native.options import OptionInfo
 
 FEW = 5  # of which everything is told

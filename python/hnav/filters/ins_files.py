@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.ins import PHASES, READY, InsRun
+from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.filters.run_files import option_lines, write_columns
 
 AXES = ("north", "east", "down")

@@ -14,7 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from hnav.errors import HnavValueError
-from hnav.filters.ins import INS_SENSORS, Aids, Ins, InsOptions, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_answers import InsRun
+from hnav.filters.ins_options import InsOptions
 from hnav.io.aids import AidSamples, arrived_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array

@@ -21,7 +21,7 @@ from hnav import __version__
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run
 from hnav.filters.attitude_options import Options
-from hnav.filters.ins import InsOptions
+from hnav.filters.ins_options import InsOptions
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hnav.filters.ins import InsOptions
+from hnav.filters.ins_options import InsOptions
 from hnav.native.arrays import Array
 from hnav.reference import earth
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.ins import READY, InsRun
+from hnav.filters.ins_answers import READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
-from hnav.filters.ins import PHASES, READY, InsRun
+from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference.earth import axes_at, position_of

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import plotly.graph_objects as go
 
-from hnav.filters.ins import READY, InsRun
+from hnav.filters.ins_answers import READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, VERMILION

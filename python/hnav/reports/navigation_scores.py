@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hnav.errors import HnavValueError
-from hnav.filters.ins import PHASES, InsOptions, InsRun
+from hnav.filters.ins_answers import PHASES, InsRun
+from hnav.filters.ins_options import InsOptions
 from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, without_aids
 from hnav.io.recordings import Recording
 from hnav.io.truth import Truth

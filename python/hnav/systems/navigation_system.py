@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hnav.filters.ins import INS_PRESETS, InsOptions
+from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.systems.sensors import DEG, G_M_S2
 from hnav.systems.system_files import NOMINAL, Definition, Values
 

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from hnav.cli.console import bar, show
 from hnav.cli.words import UsageError
-from hnav.filters.ins import INS_PRESETS, InsOptions
+from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study
 from studies.ins import hindsight

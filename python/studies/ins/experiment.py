@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins import Ins, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_answers import InsRun
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 from studies.ins.motions import AT_REST

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hnav.filters.ins import INS_SENSORS, Aids, Ins, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped

@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins import Aids, Ins, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_aids import Aids
+from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 

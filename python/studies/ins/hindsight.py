@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins import PHASES, Ins, InsRun
+from hnav.filters.ins import Ins
+from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from studies.ins.faults import FAULTS

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins import Aids, InsOptions
+from hnav.filters.ins_aids import Aids
+from hnav.filters.ins_options import InsOptions
 from hnav.native.arrays import Array
 from hnav.reference import earth
 from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S

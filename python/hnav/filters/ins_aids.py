@@ -1,0 +1,106 @@
+"""Samples of what aids the navigation filter, from any number of sources, in the order of their arrival."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from hnav.errors import HnavValueError
+from hnav.native.arrays import Array, times
+from hnav.native.library import enumerators
+
+INS_SENSORS = enumerators("hnav_ins_sensor", "HNAV_INS_")[:-1]
+"""What samples are of: imu, and the aids rest, speed, pressure, velocity, position, heading."""
+
+
+@dataclass
+class Aids:
+    """Samples of aids for Ins.run, from any number of sources. Each call adds m samples and answers the same object.
+
+    t_s is the time of validity; received_s, where it differs, the time at which the filter is given the sample: the option
+    horizon_s has to be at least their difference. Rows with a NaN are left out, but for a missing vertical velocity. A
+    sigma is a number, or one for each row, or one for each row and axis.
+    """
+
+    _parts: list[tuple[Array, Array, int, Array]] = field(default_factory=list)
+    """What was added, call by call: times of validity and of arrival, sensor, values."""
+
+    def position(
+        self, t_s: npt.ArrayLike, latitude_rad: npt.ArrayLike, longitude_rad: npt.ArrayLike, height_m: npt.ArrayLike,
+        sigma_n_m: npt.ArrayLike, received_s: npt.ArrayLike | None = None,
+    ) -> Aids:  # fmt: skip
+        """Places: m each; sigma north, east, down."""
+        place = np.stack(np.broadcast_arrays(*(times(np.atleast_1d(v)) for v in (latitude_rad, longitude_rad, height_m))), 1)
+        return self._add("position", t_s, place, sigma_n_m, received_s)
+
+    def velocity(
+        self,
+        t_s: npt.ArrayLike,
+        velocity_n_m_s: npt.ArrayLike,
+        sigma_n_m_s: npt.ArrayLike,
+        received_s: npt.ArrayLike | None = None,
+    ) -> Aids:
+        """Velocities: m x 3, north, east, down, the last NaN where it is not known; sigma likewise."""
+        return self._add("velocity", t_s, np.asarray(velocity_n_m_s, float), sigma_n_m_s, received_s)
+
+    def pressure(
+        self, t_s: npt.ArrayLike, pressure_pa: npt.ArrayLike, sigma_pa: npt.ArrayLike, received_s: npt.ArrayLike | None = None
+    ) -> Aids:
+        """Pressures of the air: m."""
+        return self._add("pressure", t_s, np.asarray(pressure_pa, float), sigma_pa, received_s)
+
+    def speed(
+        self, t_s: npt.ArrayLike, speed_m_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None
+    ) -> Aids:
+        """Speeds along body x: m."""
+        return self._add("speed", t_s, np.asarray(speed_m_s, float), sigma_m_s, received_s)
+
+    def heading(
+        self, t_s: npt.ArrayLike, heading_rad: npt.ArrayLike, sigma_rad: npt.ArrayLike, received_s: npt.ArrayLike | None = None
+    ) -> Aids:
+        """Headings of body x: m."""
+        return self._add("heading", t_s, np.asarray(heading_rad, float), sigma_rad, received_s)
+
+    def mag(self, t_s: npt.ArrayLike, field_b: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
+        """Fields of a magnetometer: m x 3, any unit, in sensor axes; those of zero are left out."""
+        field = np.atleast_2d(np.asarray(field_b, float))
+        field = np.where((field == 0).all(axis=-1, keepdims=True), np.nan, field)
+        return self._add("mag", t_s, field, None, received_s)
+
+    def rest(self, t_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
+        """Instants at which the body is known to stand: m; sigma of its velocity."""
+        return self._add("rest", t_s, np.empty((len(np.atleast_1d(np.asarray(t_s))), 0)), sigma_m_s, received_s)
+
+    def arrays(self) -> tuple[Array, Array, npt.NDArray[np.int32], Array]:
+        """Times of validity (m), times of arrival (m), places in INS_SENSORS (m), values (m x 6); in the order of arrival."""
+        if not self._parts:
+            return np.empty(0), np.empty(0), np.empty(0, np.int32), np.empty((0, 6))
+        t, received, value = (np.concatenate([part[i] for part in self._parts]) for i in (0, 1, 3))
+        sensor = np.concatenate([np.full(len(part[0]), part[2], np.int32) for part in self._parts])
+        order = np.argsort(received, kind="stable")
+        return t[order], received[order], sensor[order], np.ascontiguousarray(value[order])
+
+    def _add(
+        self, sensor: str, t_s: npt.ArrayLike, values: np.ndarray, sigma: npt.ArrayLike | None, received_s: npt.ArrayLike | None
+    ) -> Aids:
+        t = times(np.atleast_1d(np.asarray(t_s, float)))
+        read = values.reshape(len(t), -1) if values.size == len(t) * (values.size // max(1, len(t))) else values
+        if read.ndim != 2 or len(read) != len(t):
+            raise HnavValueError(
+                "size", f"{sensor} has the shape {values.shape}, expected one row for each of {len(t)} times", sensor
+            )
+        width = 0 if sigma is None else max(1, read.shape[1])
+        sigmas = np.asarray(0.0 if sigma is None else sigma, float)
+        sigmas = np.broadcast_to(sigmas[:, None] if sigmas.shape == (len(t),) else sigmas, (len(t), width))
+        table = np.zeros((len(t), 6))
+        table[:, : read.shape[1]] = read
+        table[:, read.shape[1] : read.shape[1] + width] = sigmas
+        needed = [0, 1, 3, 4] if sensor == "velocity" else range(read.shape[1] + width)
+        received = t if received_s is None else times(np.atleast_1d(np.asarray(received_s, float)))
+        if received.shape != t.shape:
+            raise HnavValueError("size", f"received_s has the shape {received.shape}, expected {t.shape}", "received_s")
+        whole = np.isfinite(table[:, list(needed)]).all(axis=1) & np.isfinite(t) & np.isfinite(received)
+        self._parts.append((t[whole], received[whole], INS_SENSORS.index(sensor), table[whole]))
+        return self

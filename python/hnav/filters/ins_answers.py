@@ -1,0 +1,254 @@
+"""What the navigation filter answers: the estimate and what has told it, and the arrays of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_options import InsOptions
+from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Named, Record
+from hnav.native.library import enumerators
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PHASES = enumerators("hnav_ins_phase", "HNAV_INS_PHASE_")
+"""Where the filter stands: waiting, levelling, any_heading, navigating; InsRun.phase counts them from 0."""
+
+READY = ("tilt", "heading", "velocity", "position")
+"""The columns of InsRun.ready."""
+
+
+@dataclass(frozen=True, eq=False)
+class Navigation(Record):
+    """The estimate at the time of the last advance; numbers are NaN before there is a tilt. While the heading is unknown they are
+    those of the likeliest heading."""
+
+    t_s: float
+    """The time of the last advance."""
+    latitude_rad: float
+    """Of the body."""
+    longitude_rad: float
+    """Of the body."""
+    height_m: float
+    """Above the ellipsoid."""
+    velocity_n_m_s: Array
+    """3: north, east, down."""
+    q_nb: Array
+    """4: body to north-east-down, scalar first."""
+    euler_rad: Array
+    """3: roll, pitch, yaw; yaw is the true heading of body x."""
+    position_e_m: Array
+    """3: Earth-centred, Earth-fixed."""
+    velocity_e_m_s: Array
+    """3: in the same axes."""
+    gyro_bias_rad_s: Array
+    """3, body axes."""
+    accel_bias_m_s2: Array
+    """3, body axes."""
+    sigma_position_m: Array
+    """3: north, east, down."""
+    sigma_velocity_m_s: Array
+    """3: north, east, down."""
+    sigma_rotation_rad: Array
+    """3: about north, east, down; the third is heading, its spread over the whole circle."""
+    sigma_gyro_bias_rad_s: Array
+    """3."""
+    sigma_accel_bias_m_s2: Array
+    """3."""
+    heading_second_rad: float
+    """The strongest other heading."""
+    heading_second_share: float
+    """Its probability; 0: there is none."""
+    latency_s: float
+    """Of the satellites behind their stamps."""
+    sigma_latency_s: float
+    """Its standard deviation."""
+    phase: Annotated[str, Named(PHASES)]
+    """One of PHASES."""
+    tilt_ready: bool
+    """Known: a small sigma that was earned from samples."""
+    heading_ready: bool
+    """Likewise."""
+    velocity_ready: bool
+    """Likewise."""
+    position_ready: bool
+    """Likewise."""
+    at_rest: bool
+    """The body stands."""
+    gyro_scale: Array
+    """3, body axes: how much more than the rate each gyroscope shows, in parts of it."""
+    sigma_gyro_scale: Array
+    """3."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed(Record):
+    """Nats gained about the heading since the start, by what brought them: half the logarithm of the ratio of variances."""
+
+    by_rest: float
+    """By standing still: the rate of the Earth."""
+    by_speed: float
+    """By wheels."""
+    by_pressure: float
+    """By heights."""
+    by_velocity: float
+    """By velocities of the satellites."""
+    by_position: float
+    """By their positions."""
+    by_heading: float
+    """By a heading aid."""
+    by_field: float
+    """By a magnetometer."""
+
+
+@dataclass(frozen=True, eq=False)
+class InsInnovation(Record):
+    """What the last used sample of an aid said."""
+
+    t_s: float
+    """The time of that sample."""
+    value: Array
+    """3, of which the first `dimension` count: measured minus expected."""
+    variance: Array
+    """3: of each."""
+    nis: float
+    """Normalised innovation squared: about `dimension` on average when model and noise are right."""
+    noise_scale: float
+    """Above 1: the gate inflated the noise."""
+    dimension: int
+    """1 to 3."""
+
+
+@dataclass(frozen=True, eq=False)
+class InsDiagnostics(Record):
+    """Counts since the start."""
+
+    newest_sample_s: float
+    """Time of the newest used sample; NaN if there was none."""
+    mean_nis: float
+    """Over dimension, of the last satellites and rests; above 1 the sigmas are too small."""
+    gyro_vibration_rad_s: float
+    """Root mean square of the rate between neighbouring samples."""
+    accel_vibration_m_s2: float
+    """Of the force."""
+    used: Annotated[dict[str, int], Counted(INS_SENSORS)]
+    """Samples used, by sensor."""
+    inflated: Annotated[dict[str, int], Counted(INS_SENSORS)]
+    """Of those, with inflated noise, or left out: while the heading is not known, or as another field."""
+    late: int
+    """Samples refused: older than the committed estimate."""
+    non_finite: int
+    """Samples refused for their numbers."""
+    times_lost: int
+    """The start or the search for the heading began anew."""
+    corrections: int
+    """Jumps of the estimate."""
+    solver_rhs_evals: int
+    """Evaluations of the differential equation by the solver."""
+    solver_steps: int
+    """Steps of the solver."""
+
+
+@dataclass(repr=False)
+class InsRun:
+    """Arrays of a batch run, one row for each instant; NaN before there is a tilt."""
+
+    t_s: Array
+    """n: the instants."""
+    place: Array
+    """n x 3: latitude, longitude in rad, height in m above the ellipsoid."""
+    velocity_n_m_s: Array
+    """n x 3: north, east, down."""
+    q_nb: Array
+    """n x 4: body to north-east-down, scalar first."""
+    sigma_position_m: Array
+    """n x 3: north, east, down."""
+    sigma_velocity_m_s: Array
+    """n x 3: north, east, down."""
+    sigma_rotation_rad: Array
+    """n x 3: about north, east, down; the third is heading, its spread over the whole circle."""
+    gyro_bias_rad_s: Array
+    """n x 3, body axes."""
+    accel_bias_m_s2: Array
+    """n x 3, body axes."""
+    heading_second: Array
+    """n x 2: the strongest other heading in rad and its probability."""
+    phase: ByteArray
+    """n: places in PHASES."""
+    ready: BoolArray
+    """n x 4: tilt, heading, velocity, position."""
+    at_rest: BoolArray
+    """n: the body stands."""
+    options: InsOptions | None = field(default=None, kw_only=True)
+    """Those of the filter."""
+
+    @property
+    def euler_rad(self) -> Array:
+        """n x 3: roll, pitch, yaw."""
+        from hnav.rotations import euler_rad
+
+        return euler_rad(self.q_nb)
+
+    @property
+    def heading_rad(self) -> Array:
+        """n: true heading of body x, clockwise from north, in (-pi, pi]."""
+        heading: Array = self.euler_rad[:, 2]
+        return heading
+
+    def __repr__(self) -> str:
+        n = len(self.t_s)
+        if n == 0:
+            return "<InsRun: no rows>"
+        last = np.degrees(self.heading_rad[-1]) % 360
+        known = [name for name, flag in zip(READY, self.ready[-1]) if flag]
+        return (
+            f"<InsRun: {n} rows in {self.t_s[-1] - self.t_s[0]:.6g} s, {PHASES[self.phase[-1]]}, last heading {last:.1f} deg, "
+            f"ready: {', '.join(known) or 'nothing'}>"
+        )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name."""
+        import pandas as pd
+
+        return pd.DataFrame(ins_columns(self), index=pd.Index(self.t_s, name="t_s"))
+
+
+_AXES = ("north", "east", "down")
+_COLUMNS = {
+    "place": ("latitude_rad", "longitude_rad", "height_m"),
+    "velocity_n_m_s": tuple(f"velocity_{axis}_m_s" for axis in _AXES),
+    "q_nb": ("q_w", "q_x", "q_y", "q_z"),
+    "euler_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
+    "sigma_position_m": tuple(f"sigma_{axis}_m" for axis in _AXES),
+    "sigma_velocity_m_s": tuple(f"sigma_velocity_{axis}_m_s" for axis in _AXES),
+    "sigma_rotation_rad": ("sigma_about_north_rad", "sigma_about_east_rad", "sigma_heading_rad"),
+    "gyro_bias_rad_s": tuple(f"gyro_bias_{axis}_rad_s" for axis in "xyz"),
+    "accel_bias_m_s2": tuple(f"accel_bias_{axis}_m_s2" for axis in "xyz"),
+    "heading_second": ("heading_second_rad", "heading_second_share"),
+    "ready": tuple(f"{name}_ready" for name in READY),
+}
+
+
+def ins_columns(run: InsRun) -> dict[str, np.ndarray]:
+    """The columns of a run by name, each n long; phase as a word."""
+    columns = {name: getattr(run, array)[:, i] for array, names in _COLUMNS.items() for i, name in enumerate(names)}
+    return {**columns, "phase": np.array(PHASES)[run.phase], "at_rest": run.at_rest}
+
+
+# The arrays of an InsRun, which the library fills, and the axes of each beside its rows.
+INS_RUN_ARRAYS = {
+    "t_s": (), "place": (3,), "velocity_n_m_s": (3,), "q_nb": (4,), "sigma_position_m": (3,), "sigma_velocity_m_s": (3,),
+    "sigma_rotation_rad": (3,), "gyro_bias_rad_s": (3,), "accel_bias_m_s2": (3,), "heading_second": (2,),
+    "phase": (), "ready": (4,), "at_rest": (),
+}  # fmt: skip
+_BYTES = {"phase": np.uint8, "ready": bool, "at_rest": bool}
+
+
+def unfilled_run(rows: int) -> InsRun:
+    """A run of so many rows, before the library has written them."""
+    arrays: dict[str, Any] = {name: np.empty((rows, *axes), _BYTES.get(name, float)) for name, axes in INS_RUN_ARRAYS.items()}
+    return InsRun(**arrays)
