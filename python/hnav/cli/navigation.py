@@ -15,7 +15,7 @@ from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_options import INS_PRESETS, InsOptions
-from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, refuse_other_clock, with_aids, without_aids
+from hnav.filters.ins_recording import NavigationRun, inertial_rows, interval_of, paired, refuse_other_clock, with_aids
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
@@ -112,7 +112,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
         data = read_navigation(wanted.recording, given, options, reading)
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         doubts = warnings_of(wanted.recording, found, wanted.strict)
-        run, told = NavigationRun(options, aids_in(data), interval_of(data)), Told()
+        run, told = NavigationRun.over(data, options), Told()
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if wanted.out is not None:
             write_navigation(wanted.out, parts, made)
@@ -172,7 +172,7 @@ def runs(table: LongTable | InMemory, run: NavigationRun, told: Told) -> Iterato
 def smoothed(data: Recording, run: NavigationRun, told: Told) -> InsRun:
     """All rows at once; the run has the aids already."""
     with working(f"{data.name}: forward and back"):
-        made = run.go_on(without_aids(data), smooth=True)
+        made = run.go_on(inertial_rows(data), smooth=True)
     told.add(made)
     return made
 
@@ -184,10 +184,7 @@ class InMemory:
         self._data, self.name, self.rows = data, data.name, len(data.t_s)
 
     def __iter__(self) -> Iterator[Recording]:
-        data = self._data
-        for begin in range(0, self.rows, ROWS):
-            rows = slice(begin, begin + ROWS)
-            yield Recording(data.name, data.t_s[rows], data.rate_b_rad_s[rows], data.force_b_m_s2[rows])
+        return (inertial_rows(self._data, slice(begin, begin + ROWS)) for begin in range(0, self.rows, ROWS))
 
 
 def whole(parts: list[InsRun]) -> InsRun:

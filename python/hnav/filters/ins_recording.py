@@ -1,6 +1,6 @@
 """The navigation filter over a recording, whole or in pieces: its aids, with sigmas where a file tells none.
 
-run = NavigationRun(InsOptions("industrial"), recording.aids).go_on(recording)
+run = NavigationRun.over(recording, InsOptions("industrial")).go_on(inertial_rows(recording))
 hnav.Ins("industrial").run_recording(recording)                     # the same, of a whole one
 """
 
@@ -92,6 +92,11 @@ class NavigationRun:
         self._until_s, self._seconds, self._rows = -np.inf, 0.0, 0
         self._last_pressure = -np.inf  # the interval of the newest one, counted from time 0
 
+    @classmethod
+    def over(cls, recording: Recording, options: InsOptions) -> NavigationRun:
+        """Over a recording that is whole: it has all of its aids from the first row on, and goes on with its inertial_rows."""
+        return cls(options, aids_in(recording), interval_of(recording))
+
     def go_on(self, recording: Recording, every: int = 1, smooth: bool = False) -> InsRun:
         """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
         if not len(recording.t_s):
@@ -144,13 +149,12 @@ class NavigationRun:
 def run_recording(recording: Recording, options: InsOptions, every: int = 1, smooth: bool = False) -> InsRun:
     """A whole recording. every: a row of the result for each so many rows. smooth: with hindsight. Raises HnavError."""
     made = paired(recording)
-    run = NavigationRun(options, aids_in(made), interval_of(made))
-    return run.go_on(without_aids(made), every, smooth)
+    return NavigationRun.over(made, options).go_on(inertial_rows(made), every, smooth)
 
 
-def without_aids(recording: Recording) -> Recording:
-    """The same rows alone, of rate and force."""
-    return replace(recording, aids={}, field_b_tesla=None, field_t_s=None)
+def inertial_rows(recording: Recording, rows: slice = slice(None)) -> Recording:
+    """Rate and force of some rows alone."""
+    return Recording(recording.name, recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows])
 
 
 def interval_of(recording: Recording) -> float:

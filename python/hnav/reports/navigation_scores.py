@@ -15,7 +15,7 @@ import numpy as np
 from hnav.errors import HnavValueError
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.filters.ins_options import InsOptions
-from hnav.filters.ins_recording import NavigationRun, aids_in, interval_of, paired, without_aids
+from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired
 from hnav.io.recordings import Recording
 from hnav.io.truth import Truth
 from hnav.native.arrays import Array
@@ -101,9 +101,9 @@ def navigation_score(
     """The recording through the filter. Rows count from the first heading_ready on, from the first of the phase navigating where
     there is none; smooth: of the run with hindsight, but from where the filter is ready. Raises HnavValueError when nothing can be compared."""
     data = paired(recording)
-    run = told = NavigationRun(options, aids_in(data), interval_of(data)).go_on(without_aids(data))
+    run = told = NavigationRun.over(data, options).go_on(inertial_rows(data))
     if smooth:
-        told = NavigationRun(options, aids_in(data), interval_of(data)).go_on(without_aids(data), smooth=True)
+        told = NavigationRun.over(data, options).go_on(inertial_rows(data), smooth=True)
     navigating = run.phase == PHASES.index("navigating")
     if not navigating.any():
         raise HnavValueError(
@@ -162,23 +162,18 @@ def outages_of(data: Recording, truth: Truth, options: InsOptions, first: int, l
     room = last_s - float(data.t_s[first])
     count = int(np.clip(room // length_s, 1, MOST_OUTAGES)) if room >= 0 else 0
     begins = np.linspace(data.t_s[first], last_s, count) if count > 1 else np.full(count, data.t_s[first])
-    run = NavigationRun(options, aids_in(data), interval_of(data))
+    run = NavigationRun.over(data, options)
     ends, at = [], 0
     for begin_s in begins:
         row = int(np.searchsorted(data.t_s, begin_s, side="right"))
         if row > at:
-            run.go_on(rows_of(data, slice(at, row)))
+            run.go_on(inertial_rows(data, slice(at, row)))
             at = row
         alone = run.without(SATELLITES)
         upto = int(np.searchsorted(data.t_s, data.t_s[row - 1] + length_s, side="right"))
         if upto > row:
-            ends.append(errors_of(alone.go_on(rows_of(data, slice(row, upto))), truth, slice(-1, None)))
+            ends.append(errors_of(alone.go_on(inertial_rows(data, slice(row, upto))), truth, slice(-1, None)))
     known = [end for end in ends if np.isfinite(end.position_m).all()]
     position, rotation, sigma = (np.array([getattr(end, name)[0] for end in known]).reshape(-1, 3) for name in
                                  ("position_m", "rotation_rad", "sigma_position_m"))  # fmt: skip
     return Outage(length_s, np.hypot(*position[:, :2].T), position[:, 2], rotation[:, 2], np.hypot(*sigma[:, :2].T))
-
-
-def rows_of(data: Recording, rows: slice) -> Recording:
-    """Some rows, without aids."""
-    return Recording(data.name, data.t_s[rows], data.rate_b_rad_s[rows], data.force_b_m_s2[rows])
