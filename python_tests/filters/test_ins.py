@@ -3,6 +3,7 @@
 import copy
 import os
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from studies.ins.experiment import experiment, figures, wrapped
 from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.motions import RATE_HZ
-from studies.ins.vehicles import vehicle
+from studies.ins.vehicles import fixes, vehicle
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
 FAST = {"solver": "closed_form"}
@@ -90,16 +91,14 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(drive):
 def test_aids_that_are_received_late_change_nothing_once_they_are_there(drive):
     samples, _ = drive
     valid, _, sensor, value = samples.aids.arrays()
-    velocity, position = (np.flatnonzero(sensor == INS_SENSORS.index(name)) for name in ("velocity", "position"))
-    late = hnav.Aids().velocity(valid[velocity], value[velocity, :3], value[velocity, 3:], received_s=valid[velocity] + 0.15)
-    late.position(valid[position], *value[position, :3].T, value[position, 3:], received_s=valid[position] + 0.15)
+    late = fixes(valid, sensor, value, received_s=valid + 0.15)
     runs = [
         hnav.Ins("industrial", horizon_s=0.3, queue_capacity=200, **FAST).run(
             samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids
         )
         for aids in (samples.aids, late)
     ]
-    before_the_next = np.searchsorted(samples.t_s, valid[position]) - 1
+    before_the_next = np.searchsorted(samples.t_s, valid[sensor == INS_SENSORS.index("position")]) - 1
     rows = before_the_next[before_the_next > 10]
     assert PHASES[runs[0].phase[rows[-1]]] == "navigating"
     np.testing.assert_array_equal(runs[0].q_nb[rows], runs[1].q_nb[rows])
@@ -173,7 +172,6 @@ def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
     samples, truth = vehicle("car", "industrial", 12, 70.0)
     valid, _, sensor, value = samples.aids.arrays()
     seen = valid < samples.t_s[-1] - 20
-    velocity, position = (seen & (sensor == INS_SENSORS.index(name)) for name in ("velocity", "position"))
     rng = np.random.default_rng(1)
     rows = slice(10, None, 10)
     speed = np.linalg.norm(truth.velocity_e[rows], axis=1)
@@ -181,8 +179,7 @@ def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
     pressure = 101325 * (1 - (height + 40) / 44330.77) ** (1 / 0.190263)
     off = []
     for with_wheels in (False, True):
-        aids = hnav.Aids().velocity(valid[velocity], value[velocity, :3], 0.1)
-        aids.position(valid[position], *value[position, :3].T, 0.5)
+        aids = fixes(valid[seen], sensor[seen], value[seen])
         if with_wheels:
             aids.speed(samples.t_s[rows], 1.02 * speed + 0.1 * rng.standard_normal(len(speed)), 0.1)
         else:
@@ -227,11 +224,7 @@ def test_a_velocity_that_lies_far_off_does_not_tilt_a_start(kind, spoilt):
     samples, truth = vehicle(kind, "industrial", 12, 9.0)
     valid, received, sensor, value = samples.aids.arrays()
     value[np.flatnonzero(sensor == INS_SENSORS.index("velocity"))[spoilt], :3] += [3.0, -4.0, 3.0]
-    aids = hnav.Aids()
-    for name, add in (("velocity", aids.velocity), ("position", lambda t, v, s, r: aids.position(t, *v.T, s, r))):
-        rows = sensor == INS_SENSORS.index(name)
-        add(valid[rows], value[rows, :3], value[rows, 3:], received[rows])
-    run = hnav.Ins("industrial", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    run = navigate(replace(samples, aids=fixes(valid, sensor, value, received)), hnav.Ins("industrial", **FAST))
     first = np.flatnonzero(run.phase >= PHASES.index("any_heading"))[0]
     down_b = truth.attitude_e[first].inv().apply(earth.axes_at(earth.place_of(truth.position_e[first]))[:, 2])
     told_b = Rotation.from_quat(run.q_nb[first], scalar_first=True).inv().apply([0, 0, 1])
@@ -310,19 +303,19 @@ def test_a_heading_from_elsewhere_is_taken_at_rest_and_a_told_rest_holds_the_vel
     assert ins.covariance().shape == (15, 15) and ins.observed().by_heading > 1
 
 
+def with_a_compass(samples, rows, headings_rad, sigma_rad):
+    """The same, with a heading at some rows."""
+    valid, _, sensor, value = samples.aids.arrays()
+    return replace(samples, aids=fixes(valid, sensor, value).heading(samples.t_s[rows], headings_rad, sigma_rad))
+
+
 @pytest.mark.parametrize("off_deg, reads", [(0, "agree"), (40, "disagree")])
 def test_a_compass_that_motion_contradicts_spoils_nothing(drive, off_deg, reads):
     samples, truth = drive
     rows = slice(50, None, 10)
     headings = truth.heading_rad()[rows] + np.radians(off_deg)
-    aids = hnav.Aids().heading(samples.t_s[rows], wrapped(headings), np.radians(4))
-    for sensor in ("velocity", "position"):
-        valid, _, of, value = samples.aids.arrays()
-        kept = of == INS_SENSORS.index(sensor)
-        add = aids.velocity if sensor == "velocity" else lambda t, v, s: aids.position(t, *v.T, s)
-        add(valid[kept], value[kept, :3], value[kept, 3:])
     ins = hnav.Ins("industrial", **FAST)
-    run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    run = navigate(with_a_compass(samples, rows, wrapped(headings), np.radians(4)), ins)
     error = wrapped(run.heading_rad - truth.heading_rad())
     assert abs(error[-1]) < np.radians(1)
     assert not (run.ready[:, 1] & (abs(error) > np.radians(5))).any()
@@ -334,12 +327,7 @@ def test_a_compass_that_motion_contradicts_spoils_nothing(drive, off_deg, reads)
 def test_a_compass_a_quarter_turn_off_that_says_two_degrees_makes_no_false_heading_ready(kind, seed):
     samples, truth = vehicle(kind, "industrial", seed, 100.0)
     told = wrapped(truth.heading_rad() + np.radians(90 + 2 * np.random.default_rng(seed - 31_000_000).standard_normal()))
-    aids = hnav.Aids().heading(samples.t_s[50::10], told[50::10], np.radians(2))
-    valid, _, of, value = samples.aids.arrays()
-    velocity, position = (of == INS_SENSORS.index(sensor) for sensor in ("velocity", "position"))
-    aids.velocity(valid[velocity], value[velocity, :3], value[velocity, 3:])
-    aids.position(valid[position], *value[position, :3].T, value[position, 3:])
-    run = hnav.Ins("industrial", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    run = navigate(with_a_compass(samples, slice(50, None, 10), told[50::10], np.radians(2)), hnav.Ins("industrial", **FAST))
     error = np.abs(wrapped(run.heading_rad - truth.heading_rad()))
     assert not (run.ready[:, 1] & (error > np.maximum(3 * run.sigma_rotation_rad[:, 2], np.radians(5)))).any()
 
@@ -429,13 +417,8 @@ def test_a_velocity_that_lies_far_off_right_after_the_start_tilts_nothing():
     whole = navigate(samples, hnav.Ins("consumer", **FAST))
     begin_s = whole.t_s[np.argmax(np.isfinite(whole.q_nb[:, 0]))]
     hit = np.flatnonzero((sensor == INS_SENSORS.index("velocity")) & (valid > begin_s))[0]
-    aids = hnav.Aids()
-    for i in range(len(valid)):
-        if sensor[i] == INS_SENSORS.index("position"):
-            aids.position(valid[i], *value[i, :3], value[i, 3:])
-        else:
-            aids.velocity(valid[i], value[i, :3] + (i == hit) * np.array([3, -3, 0]), value[i, 3:])
-    spoilt = hnav.Ins("consumer", **FAST).run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    value[hit, :3] += [3, -3, 0]
+    spoilt = navigate(replace(samples, aids=fixes(valid, sensor, value)), hnav.Ins("consumer", **FAST))
     later = whole.t_s > begin_s + 2
     np.testing.assert_allclose(spoilt.euler_rad[later, :2], whole.euler_rad[later, :2], atol=0.02)
 

@@ -12,7 +12,7 @@ from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_recording import NavigationRun, inertial_rows
 from hnav.io.recordings import Recording
 from studies.ins.experiment import wrapped
-from studies.ins.vehicles import vehicle
+from studies.ins.vehicles import fixes, vehicle
 
 FAST = {"solver": "closed_form"}
 LATE_S = 0.15
@@ -31,10 +31,7 @@ def driving():
 def with_fields(samples, change, late_s=0.0):
     """The aids with other fields, received later; none: without them."""
     valid, _, sensor, value = samples.aids.arrays()
-    aids = hnav.Aids()
-    for kind, add in (("velocity", aids.velocity), ("position", lambda t, v, s: aids.position(t, *v.T, s))):
-        rows = sensor == INS_SENSORS.index(kind)
-        add(valid[rows], value[rows, :3], value[rows, 3:])
+    aids = fixes(valid, sensor, value)
     rows = sensor == INS_SENSORS.index("mag")
     return aids.mag(valid[rows], change(value[rows, :3]), valid[rows] + late_s) if change else aids
 

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 import hnav
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.reference import earth
 from studies.ins import hindsight
 from studies.ins.experiment import wrapped
 from studies.ins.faults import FAULTS
-from studies.ins.vehicles import vehicle
+from studies.ins.vehicles import fixes, vehicle
 
 FAST = {"solver": "closed_form"}
 NAVIGATING = PHASES.index("navigating")
@@ -33,11 +32,8 @@ def arrays_of(run):
 def received(aids, late_s, until_s):
     """The samples of up to a time, received later."""
     valid, _, sensor, value = aids.arrays()
-    made = hnav.Aids()
-    for kind, add in (("velocity", made.velocity), ("position", lambda t, v, s, r: made.position(t, *v.T, s, r))):
-        rows = (sensor == INS_SENSORS.index(kind)) & (valid <= until_s)
-        add(valid[rows], value[rows, :3], value[rows, 3:], valid[rows] + late_s)
-    return made
+    rows = valid <= until_s
+    return fixes(valid[rows], sensor[rows], value[rows], valid[rows] + late_s)
 
 
 def test_hindsight_is_better_than_the_filter_and_as_good_as_it_says():

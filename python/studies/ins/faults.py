@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
-from studies.ins.vehicles import OUTLIERS, Samples, Truth, vehicle
+from studies.ins.vehicles import OUTLIERS, Samples, Truth, fixes, vehicle
 
 BEGIN_S = 90.0
 """After the start."""
@@ -52,23 +52,11 @@ class Outcome:
     """After its end: from then on the position stays within 3 sigma or 5 m."""
 
 
-def _parts(aids: Aids) -> tuple[Array, Array, np.ndarray, Array]:
-    valid, received, sensor, value = aids.arrays()
-    return valid, received, sensor, value.copy()
-
-
-def _aids(valid: Array, sensor: np.ndarray, value: Array) -> Aids:
-    velocity, position = (sensor == INS_SENSORS.index(name) for name in ("velocity", "position"))
-    aids = Aids().velocity(valid[velocity], value[velocity, :3], value[velocity, 3:])
-    place = value[position, :3]
-    return aids.position(valid[position], place[:, 0], place[:, 1], place[:, 2], value[position, 3:])
-
-
 def _moved(samples: Samples, hit: BoolArray, north_m: Array | float) -> Samples:
-    valid, _, sensor, value = _parts(samples.aids)
+    valid, _, sensor, value = samples.aids.arrays()
     rows = hit & (sensor == INS_SENSORS.index("position"))
     value[rows, 0] += (np.broadcast_to(north_m, hit.shape) / 6.37e6)[rows]
-    return replace(samples, aids=_aids(valid, sensor, value))
+    return replace(samples, aids=fixes(valid, sensor, value))
 
 
 def _drifting(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
@@ -83,8 +71,8 @@ def _clipped(samples: Samples, rows: BoolArray, _: BoolArray) -> Samples:
 
 
 def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-    valid, _received, sensor, value = _parts(samples.aids)
-    return replace(samples, aids=_aids(valid[~hit], sensor[~hit], value[~hit]))
+    valid, _received, sensor, value = samples.aids.arrays()
+    return replace(samples, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
 
 
 def _as_it_is(samples: Samples, _: BoolArray, __: BoolArray) -> Samples:
