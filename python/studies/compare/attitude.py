@@ -254,14 +254,14 @@ HREKF_VARIANTS: dict[str, Settings] = {
     **{f"adaptation_{a}": {"adaptation": a, **PRECISE} for a in ("off", "paper", "corrected")},
     "adaptation_kl": {"adaptation": "corrected", "gamma_mode": "kl", "adaptation_gain": 0.1},
     "adaptation_bounds": {
-        "adaptation": "corrected", "adaptation_floor_rad_s_per_sqrt_s": 1e-5, "adaptation_cap_rad_s_per_sqrt_s": 1e-4,
+        "adaptation": "corrected", "adaptation_min_rad_s_per_sqrt_s": 1e-5, "adaptation_max_rad_s_per_sqrt_s": 1e-4,
     },
     "tight_gates": {"accel_gate_nis": 3.0, "mag_gate_nis": 3.0, "heading_gate_nis": 2.0},
     "weights": {"gamma_mode": "kl", "gamma_weight_bias": 0.1, "gamma_weight_attitude": 0.7},
     "quaternion_noise": {"quaternion_noise_per_sqrt_s": 1e-3},
     "frames": MOUNTED | {"gamma_mode": "relative"},
     **COMMON_VARIANTS,
-    "interval": {"interval_limit_s": 0.002},
+    "interval": {"max_interval_s": 0.002},
 }  # fmt: skip
 VARIANTS = {"ahrs": AHRS_VARIANTS, "hrekf": HREKF_VARIANTS}
 CROPS = {7: (5.0, 35.0), 31: (40.0, 60.0)}  # trial: seconds

@@ -60,9 +60,9 @@ CASES: dict[str, tuple[Callable[[], Recording], Settings]] = {
     "plane": (lambda: turned(plane=True), {"allow_hard_iron_only": 1}),
     "plane_refused": (lambda: turned(plane=True), {}),
     "cone": (lambda: turned(cone_deg=35), {"allow_hard_iron_only": 1}),
-    "cone_tolerant": (lambda: turned(cone_deg=35), {"condition_limit": 1e9, "coverage_limit": 0.0, "ambiguity_limit": 1.0}),
-    "few": (lambda: turned(n=20), {"samples_least": 30}),
-    "limits": (lambda: turned(noise=2.0), {"axis_ratio_limit": 1.05, "direction_sigma_limit_rad": 1e-3}),
+    "cone_tolerant": (lambda: turned(cone_deg=35), {"max_condition": 1e9, "min_coverage": 0.0, "max_ambiguity": 1.0}),
+    "few": (lambda: turned(n=20), {"min_samples": 30}),
+    "limits": (lambda: turned(noise=2.0), {"max_axis_ratio": 1.05, "max_direction_sigma_rad": 1e-3}),
     "tolerance": (turned, {"force_tolerance": 0.01, "outlier_sigma": 2.0}),
 }
 
