@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from hnav.errors import HnavValueError
 from hnav.native.library import PRESETS
-from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.native.options import OptionInfo, PresetOptions, option_rows
 from hnav.renamed import now_called
 
 FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
@@ -38,7 +38,7 @@ def parse_setting(text: str) -> tuple[str, str]:
     return name, value
 
 
-class Options(OptionSet):
+class Options(PresetOptions):
     """Options of an attitude filter, as attributes; option_table(filter) tells unit, range and meaning of each.
 
         Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
@@ -48,19 +48,7 @@ class Options(OptionSet):
     """
 
     def __init__(self, filter: str, preset: str = "default", **values: object):
-        number = checked_preset(filter, preset)
-        self.__dict__["_preset"] = preset
-        super().__init__(filter, number, values)
-
-    @property
-    def filter(self) -> str:
-        """The filter that the options are of: "ahrs" or "hrekf"."""
-        return str(self._options)
-
-    @property
-    def preset(self) -> str:
-        """The preset that the options started from."""
-        return str(self._preset)
+        super().__init__(filter, preset, checked_preset(filter, preset), values)
 
     def _arguments(self) -> tuple[str, ...]:
         return (self.filter,) if self.preset == "default" else (self.filter, self.preset)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from hnav.errors import HnavValueError
 from hnav.native.library import enumerators
-from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.native.options import OptionInfo, PresetOptions, option_rows
 
 INS_PRESETS = enumerators("hnav_ins_preset", "HNAV_INS_")
 """Grades of inertial sensors: consumer, industrial, tactical, navigation."""
@@ -17,7 +17,7 @@ def ins_option_table() -> Mapping[str, OptionInfo]:
     return option_rows("ins")
 
 
-class InsOptions(OptionSet):
+class InsOptions(PresetOptions):
     """Options of the navigation filter, as attributes; ins_option_table() tells unit, range and meaning of each.
 
         InsOptions("industrial", car_across_m_s=0.1)
@@ -29,18 +29,7 @@ class InsOptions(OptionSet):
     def __init__(self, preset: str = "consumer", **values: object):
         if preset not in INS_PRESETS:
             raise HnavValueError("option", f"preset = {preset}: choose one of {', '.join(INS_PRESETS)}", "preset")
-        self.__dict__["_preset"] = preset
-        super().__init__("ins", INS_PRESETS.index(preset), values)
-
-    @property
-    def filter(self) -> str:
-        """The filter that the options are of."""
-        return str(self._options)
-
-    @property
-    def preset(self) -> str:
-        """The preset that the options started from."""
-        return str(self._preset)
+        super().__init__("ins", preset, INS_PRESETS.index(preset), values)
 
     def _arguments(self) -> tuple[str, ...]:
         return (self.preset,)

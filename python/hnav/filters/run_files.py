@@ -20,10 +20,9 @@ import numpy as np
 from hnav import __version__
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run
-from hnav.filters.attitude_options import Options
-from hnav.filters.ins_options import InsOptions
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
+from hnav.native.options import PresetOptions
 
 PARQUET = (".parquet", ".pq")
 ROWS = 50_000  # that become text at once
@@ -83,7 +82,7 @@ def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
     ]
 
 
-def option_lines(options: Options | InsOptions | None) -> list[str]:
+def option_lines(options: PresetOptions | None) -> list[str]:
     """What the head says of a filter's options."""
     if options is None:
         return []

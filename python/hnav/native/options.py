@@ -219,6 +219,24 @@ class OptionSet:
         return _made_again, (type(self), self._arguments(), self.changed())
 
 
+class PresetOptions(OptionSet):
+    """Options of a filter, from one of its presets on."""
+
+    def __init__(self, filter: str, preset: str, number: int, values: Mapping[str, object]):
+        self.__dict__["_preset"] = preset
+        super().__init__(filter, number, values)
+
+    @property
+    def filter(self) -> str:
+        """The filter that the options are of."""
+        return str(self._options)
+
+    @property
+    def preset(self) -> str:
+        """The preset that the options started from."""
+        return str(self._preset)
+
+
 def _made_again(kind: Callable[..., Made], arguments: tuple[str, ...], values: dict[str, Any]) -> Made:
     return kind(*arguments, **values)
 
