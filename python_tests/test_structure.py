@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import hnav
 from checkout import TOP
 
 BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
@@ -155,3 +156,9 @@ def test_every_python_package_is_a_room_and_says_what_it_holds():
 def test_the_ground_knows_no_room():
     for name in GROUND - {"__init__"}:
         assert not {room_of(module) for module in imported(TOP / f"python/hnav/{name}.py")} - GROUND
+
+
+def test_names_of_the_package_are_loaded_from_where_they_stand():
+    assert {name: f"hnav.{home}" for name, home in hnav._HOME.items()} == {
+        name: getattr(hnav, name).__module__ for name in hnav._HOME
+    }
