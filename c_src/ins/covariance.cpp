@@ -193,11 +193,14 @@ void Model::turn_tilt(Covariance& P, double lost) {
     P[row_phi + 1][row_phi] -= share * c;
 }
 
-// What a receiver states is mostly an error that stays for a while: averaging many fixes does not take it away. With an option of 0
-// all of it is noise.
+// What a receiver states is mostly an error that stays for a while: averaging many fixes does not take it away. Who states a small part of
+// what is usual has corrections by carrier phase, or cameras for satellites, and is believed. With an option of 0 all of it is noise.
+constexpr double sharp = 0.1;
+
 double Model::slow_sigma(double stated_m, bool vertical) const {
-    const double least = settings_.colour_m[vertical];
-    return least > 0 ? std::fmax(least, stated_m) : 0;
+    const double usual = settings_.colour_m[vertical];
+    if (!(usual > 0)) return 0;
+    return stated_m < sharp * usual ? stated_m : std::fmax(usual, stated_m);
 }
 
 // The slow error shrinks with what is stated, and grows towards it: one bad fix is noise, many are not.
@@ -207,7 +210,8 @@ void Model::note_stated(State& s, const Event& event) const {
     const double* sigma = event.value[position] + 3;
     const double stated[] = {slow_sigma(std::fmax(sigma[0], sigma[1]), false), slow_sigma(sigma[2], true)};
     const double most = std::exp(s.window.length_s / grows_s);
-    for (int i = 0; i < 2; ++i) s.slow_m[i] = std::fmin(stated[i], most * s.slow_before_m[i]);
+    for (int i = 0; i < 2; ++i)
+        s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], sharp * settings_.colour_m[i]));
 }
 
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away

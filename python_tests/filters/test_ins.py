@@ -218,6 +218,24 @@ def test_many_fixes_of_a_receiver_do_not_take_away_what_it_states(drive):
     assert np.linalg.norm(moved_m) < 0.5
 
 
+def test_fixes_that_state_centimetres_are_believed_until_they_state_metres():
+    samples, truth = vehicle("car", "industrial", 11, 60.0)
+    t, axes = samples.t_s, earth.axes_at(earth.place_of(truth.position_e))
+    velocity_n = np.einsum("nij,ni->nj", axes, truth.velocity_e)
+    fix = slice(99, None, 20)
+    lost = t[fix] > t[0] + 40
+    stated = np.where(lost[:, None], 2.0, 0.02) * np.ones(3)
+    off = np.random.default_rng(3).normal(0, 0.5 * stated) + np.where(lost[:, None], [0.5, -0.5, 1.0], 0.0)
+    place = earth.place_of(truth.position_e[fix] + np.einsum("nij,nj->ni", axes[fix], off))
+    aids = hnav.Aids().velocity(t[fix], velocity_n[fix], 0.1).position(t[fix], *place.T, stated)
+    run = hnav.Ins("industrial", **FAST).run(t, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
+    error = np.abs(np.einsum("nij,ni->nj", axes, earth.position_of(run.place) - truth.position_e))
+    before = np.searchsorted(t, t[0] + 40)
+    assert run.sigma_position_m[before].max() < 0.06 and error[before].max() < 0.06
+    assert (error[before:] < 3 * run.sigma_position_m[before:]).all()
+    assert run.sigma_position_m[-1, :2].min() > 0.1
+
+
 @pytest.mark.parametrize("spoilt", [0, 1, 8, 16])
 @pytest.mark.parametrize("kind", ["car", "aircraft"])
 def test_a_velocity_that_lies_far_off_does_not_tilt_a_start(kind, spoilt):

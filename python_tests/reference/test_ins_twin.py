@@ -10,7 +10,7 @@ from hnav.reference.ins import InsReference
 from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
 
-STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 2.0)
+STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 0.1, 2.0)
 """What one fix after the other says of itself."""
 
 

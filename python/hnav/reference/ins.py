@@ -23,6 +23,7 @@ IRON, STRENGTH, DIRECTION = slice(28, 31), 31, 32
 ERRORS = 33
 ALIKE_S = 5.0
 SLOW_GROWS_S = 10.0
+SHARP = 0.1
 BY_CHANCE = 1.3
 IRON_WALK = 1e-3
 STRENGTH_BY_PLACE = 0.1
@@ -236,8 +237,12 @@ class InsReference:
 
     def slow_sigma(self, stated_m: float) -> Array:
         """Of the slow error of a fix that states this sigma: north, east, down."""
-        least = np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
-        return np.where(least > 0, np.maximum(least, stated_m), 0)
+        usual = self.usual_colour()
+        return np.where(usual > 0, np.where(stated_m < SHARP * usual, stated_m, np.maximum(usual, stated_m)), 0)
+
+    def usual_colour(self) -> Array:
+        """The option, north, east, down."""
+        return np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
 
     def colour_of(self) -> tuple[Array, Array]:
         """Of the slow error of the satellites: what stays of it, and the variance that comes."""
@@ -271,7 +276,8 @@ class InsReference:
     def correct(self, velocity_n: Array | None, place: Array | None, field_b: Array | None, sigma_m: float) -> None:
         """All corrections of one event."""
         if place is not None:
-            self.slow = np.minimum(self.slow_sigma(sigma_m), np.exp(self.length_s / SLOW_GROWS_S) * self.slow_before)
+            most = np.exp(self.length_s / SLOW_GROWS_S) * np.maximum(self.slow_before, SHARP * self.usual_colour())
+            self.slow = np.minimum(self.slow_sigma(sigma_m), most)
         kept, _ = self.colour_of()
         self.propagate()
         self.slow_before = self.slow

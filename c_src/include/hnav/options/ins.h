@@ -65,10 +65,10 @@ typedef struct hnav_ins_options {
     /* ------------------------ aiding
      * Errors of the satellites, of pressure and of wheels. */
 
-    /* Slowly varying error of the satellites' position, horizontal and vertical, one sigma; a fix that states more has
-     * what it states; 0: none.
-     * [0, 1e4] m, default 1.5, 1.5. Usual for a single receiver, more upwards where satellites are few; 0.02 with carrier
-     * phase corrections. */
+    /* Slowly varying error of the satellites' position, horizontal and vertical, one sigma; a fix that states more, or
+     * less than a tenth, has what it states; 0: none.
+     * [0, 1e4] m, default 1.5, 1.5. Usual for a single receiver, more upwards where satellites are few; corrections by
+     * carrier phase and cameras state centimetres. */
     double position_colour_m[2];
     /* Time for which that error stays as it is.
      * (0, 1e6] s, default 60. Usual for the ionosphere and multipath of a body that moves. */
