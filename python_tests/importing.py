@@ -10,7 +10,16 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from hnav.fmi.fmus import Fmu
+from hnav.errors import HnavError
+from hnav.fmi.fmus import Fmu, fmu_path
+
+
+def built_fmu(name: str, version: int = 2) -> Path:
+    """Where it is; the test is skipped where it is not built."""
+    try:
+        return fmu_path(name, version)
+    except HnavError as error:
+        pytest.skip(str(error))
 
 
 def assert_fits_the_standard(path: Path, version: int) -> None:

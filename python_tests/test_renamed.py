@@ -15,6 +15,7 @@ from hnav.native.options import option_rows
 from hnav.renamed import TABLE, new_name, now_called
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter
+from importing import built_fmu
 
 ROWS = [tuple(row.values()) for row in csv.DictReader(TABLE.open())]
 OPTIONS = [(old, new) for kind, old, new in ROWS if kind == "option"]
@@ -24,13 +25,6 @@ def one_line(call, old: str, new: str) -> None:
     with pytest.raises(HnavError, match=re.escape(old)) as error:
         call()
     assert f"now called {new}" in str(error.value) and "\n" not in str(error.value)
-
-
-def built(name: str, fmi_version: int):
-    try:
-        return fmu_path(name, fmi_version)
-    except HnavError as error:
-        pytest.skip(str(error))
 
 
 def test_no_name_is_both_old_and_new():
@@ -74,13 +68,13 @@ def test_an_fmu_by_its_old_name():
 
 
 def test_a_variable_of_an_fmu_by_its_old_name():
-    with Fmu(built("Ahrs", 3)) as fmu:
+    with Fmu(built_fmu("Ahrs", 3)) as fmu:
         one_line(lambda: fmu.references(["field.adopted"]), "field.adopted", "field.reference_changes")
         one_line(lambda: fmu.set("turn_least_rad", 0.1), "turn_least_rad", "reference.turn_min_rad")
 
 
 def test_a_parameter_of_a_system_by_its_old_name():
-    built("Ahrs", 2)
+    built_fmu("Ahrs")
     with read_system(system_path("turntable")) as system:
         old = [Parameter("ahrs.unseen_turn_factor", "", "1")]
         one_line(lambda: system.apply(old, "--set"), "unseen_turn_factor", "timing.gap_turn_factor")

@@ -8,7 +8,6 @@ import pytest
 from browser import LOADED, browse
 from command_line import hnav
 from hnav.errors import HnavError
-from hnav.fmi.fmus import fmu_path
 from hnav.reports.pictures import write_pictures
 from hnav.rotations import rotation_error_rad
 from hnav.systems.run_views import estimates, figures, measured_field, truth_component
@@ -22,6 +21,7 @@ from hnav.reports.attitude_panels import ATTITUDE_PANELS as DRAWN
 from hnav.reports.attitude_panels import timing_panel
 from hnav.reports.body_panel import body_panel
 from hnav.reports.page import PANELS, write_report
+from importing import built_fmu
 
 # Panels about attitude filters; other modules add theirs for other runs. That of the body is HTML, the others are figures.
 ATTITUDE_PANELS = [body_panel, *DRAWN, timing_panel]
@@ -31,10 +31,7 @@ PLOTS = [panel for panel in ATTITUDE_PANELS if panel.name != "body"]
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Run:
     for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
-        try:
-            fmu_path(name, 2)
-        except HnavError as error:
-            pytest.skip(str(error))
+        built_fmu(name)
     return simulate(make_turntable(tmp_path_factory.mktemp("turntable")), settings=NOISE, seed=1, stop_s=8)
 
 

@@ -27,6 +27,7 @@ from hnav.io.json_file import read_json
 from hnav.systems.master import communication_points
 from hnav.systems.simulation import Run, read_run, write_run
 from hnav.systems.ssp_reader import read_system
+from importing import built_fmu
 from made_systems import make_system, parameter_set
 
 bounded_pages = settings(bounded, max_examples=max(1, bounded.max_examples // 20))
@@ -49,10 +50,7 @@ ODD = ["", " ", "0", "-1", "1e308", "1e999", "nan", "inf", "-inf", "1e-300", "9"
 
 @pytest.fixture(scope="module")
 def system(tmp_path_factory) -> Iterator[Path]:
-    try:
-        fmu_path("Hrekf", 2)
-    except HnavError as error:
-        pytest.skip(str(error))
+    built_fmu("Hrekf")
     folder = make_system(tmp_path_factory.mktemp("system"), {"first": "Hrekf", "second": "Hrekf"},
                          [("first.att.heading", "second.aid.heading")], {"first.robust.gamma": 2.0, "first.robust.gamma_mode": "kl"})  # fmt: skip
     text = (folder / "SystemStructure.ssd").read_text()

@@ -8,10 +8,10 @@ import pytest
 
 from command_line import hnav
 from hnav.errors import HnavError, HnavValueError
-from hnav.fmi.fmus import fmu_path
 from hnav.systems.master import communication_points, run_system
 from hnav.systems.simulation import read_run, simulate, write_run
 from hnav.systems.ssp_reader import read_system
+from importing import built_fmu
 from made_systems import NOISE, SENSORS, make_system, make_turntable, parameter_set
 from small_files import no_longer_than
 
@@ -22,10 +22,7 @@ STEP_S = 0.01
 def needed():
     """Skips where the FMUs are not built."""
     for name in ("Turntable", "ImuMagSensor", "Hrekf", "Ahrs"):
-        try:
-            fmu_path(name, 2)
-        except HnavError as error:
-            pytest.skip(str(error))
+        built_fmu(name)
 
 
 @pytest.fixture
