@@ -1,12 +1,16 @@
-"""What the navigation filter makes of a simulated drive whose sensors have no errors."""
+"""Simulated drives: as recordings, sample by sample, and what the navigation filter makes of one whose sensors have no errors."""
 
 import numpy as np
 
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import Aids
+from hnav.filters.ins_aids import INS_SENSORS, Aids
 from hnav.filters.ins_answers import InsRun
+from hnav.io.aids import AidSamples
+from hnav.io.recordings import Recording
+from hnav.native.arrays import Array
 from hnav.reference import earth
 from hnav.simulation.vehicle import Drive
+from studies.ins.vehicles import Samples
 
 
 def brought_about(drive: Drive) -> InsRun:
@@ -23,3 +27,22 @@ def brought_about(drive: Drive) -> InsRun:
 def missed_m(run: InsRun, drive: Drive) -> float:
     """How far the last row is from the end of the drive."""
     return float(np.linalg.norm(earth.position_of(run.place[-1]) - earth.position_of(drive.place[-1])))
+
+
+def as_recording(samples: Samples) -> Recording:
+    """With its velocities and positions by kind."""
+    valid, _, sensor, value = samples.aids.arrays()
+    kinds = {kind: sensor == INS_SENSORS.index(kind) for kind in ("velocity", "position")}
+    aids = {kind: AidSamples(valid[rows], value[rows, :3], value[rows, 3:]) for kind, rows in kinds.items()}
+    return Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids=aids)
+
+
+def push_aid(ins: Ins, t_s: float, sensor: int, value: Array) -> None:
+    """One of those that Aids.arrays tells."""
+    kind = INS_SENSORS[sensor]
+    if kind == "mag":
+        ins.push_mag(t_s, value[:3])
+    elif kind == "velocity":
+        ins.push_velocity(t_s, value[:3], value[3:])
+    else:
+        ins.push_position(t_s, *value[:3], value[3:])

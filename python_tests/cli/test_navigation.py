@@ -11,6 +11,7 @@ import hnav as library
 import recorded
 from browser import LOADED, browse
 from command_line import hnav
+from driven import as_recording
 from hnav.cli import navigation
 from hnav.filters.ins_files import columns
 from hnav.filters.ins_recording import IN_A_GAP, aids_of, paired
@@ -22,12 +23,7 @@ from studies.ins.vehicles import vehicle
 def drive():
     """A car as a recording, and its aids as samples by kind."""
     samples, _ = vehicle("car", "industrial", 11, 40.0)
-    valid, _, sensor, value = samples.aids.arrays()
-    aids = {}
-    for number, kind in ((4, "velocity"), (5, "position")):
-        rows = sensor == number
-        aids[kind] = AidSamples(valid[rows], value[rows, :3], value[rows, 3:])
-    return library.Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids=aids)
+    return as_recording(samples)
 
 
 def write_drive(path, drive, with_aids=True):

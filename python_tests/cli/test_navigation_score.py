@@ -8,9 +8,8 @@ import pytest
 
 import recorded
 from command_line import hnav
+from driven import as_recording
 from hnav.filters.ins_options import InsOptions
-from hnav.io.aids import AidSamples
-from hnav.io.recordings import Recording
 from hnav.io.truth import read_truth
 from hnav.reference import earth
 from hnav.reports.navigation_scores import navigation_score
@@ -25,17 +24,14 @@ def drive(tmp_path_factory):
     """A car, 80 s, as recording and truth in files."""
     folder = tmp_path_factory.mktemp("drive")
     samples, truth = vehicle("car", "industrial", 12, 80.0)
-    valid, _, sensor, value = samples.aids.arrays()
-    kinds = {kind: sensor == number for number, kind in ((4, "velocity"), (5, "position"))}
-    aids = {kind: AidSamples(valid[rows], value[rows, :3], value[rows, 3:]) for kind, rows in kinds.items()}
-    recording = Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids=aids)
+    recording = as_recording(samples)
     imu = recorded.write_rows(
         folder / "imu.csv", "t_s,gx,gy,gz,ax,ay,az", [samples.t_s, *samples.rate_b_rad_s.T, *samples.force_b_m_s2.T]
     )
-    position = aids["position"]
+    position, velocity = recording.aids["position"], recording.aids["velocity"]
     place = position.values * (np.degrees([1, 1, 0]) + [0, 0, 1])
-    velocity = aids["velocity"].values[np.searchsorted(aids["velocity"].t_s, position.t_s)]
-    gnss = recorded.write_rows(folder / "gnss.csv", "t_s,lat_deg,lon_deg,alt_m,vn,ve,vd", [position.t_s, *place.T, *velocity.T])
+    seen = velocity.values[np.searchsorted(velocity.t_s, position.t_s)]
+    gnss = recorded.write_rows(folder / "gnss.csv", "t_s,lat_deg,lon_deg,alt_m,vn,ve,vd", [position.t_s, *place.T, *seen.T])
     place = earth.place_of(truth.position_e)
     axes = earth.axes_at(place)
     body = np.einsum("nji,njk->nik", axes, truth.attitude_e.as_matrix())

@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import hnav
+from driven import push_aid
 from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_options import ins_option_table
@@ -44,10 +45,7 @@ def test_a_run_is_what_single_samples_give_bit_for_bit(drive):
     aid = 0
     for i, t in enumerate(samples.t_s[:2500]):
         while aid < len(valid) and received[aid] <= t:
-            if INS_SENSORS[sensor[aid]] == "velocity":
-                ins.push_velocity(valid[aid], value[aid, :3], value[aid, 3:])
-            else:
-                ins.push_position(valid[aid], *value[aid, :3], value[aid, 3:])
+            push_aid(ins, valid[aid], sensor[aid], value[aid])
             aid += 1
         ins.push_imu(t, samples.rate_b_rad_s[i], samples.force_b_m_s2[i])
         ins.advance(t)

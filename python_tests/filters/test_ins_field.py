@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hnav
+from driven import push_aid
 from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_recording import NavigationRun, inertial_rows
@@ -204,13 +205,7 @@ def test_times_that_are_asked_for_change_no_bit(hovering):
         for i, t in enumerate(samples.t_s[:2500]):
             ins.push_imu(t, samples.rate_b_rad_s[i], samples.force_b_m_s2[i])
             while aid < len(valid) and valid[aid] <= t:
-                kind = INS_SENSORS[sensor[aid]]
-                if kind == "mag":
-                    ins.push_mag(valid[aid], value[aid, :3])
-                elif kind == "velocity":
-                    ins.push_velocity(valid[aid], value[aid, :3], value[aid, 3:])
-                else:
-                    ins.push_position(valid[aid], *value[aid, :3], value[aid, 3:])
+                push_aid(ins, valid[aid], sensor[aid], value[aid])
                 aid += 1
             if i % often == 0:
                 ins.advance(t - 0.003 if often == 3 else t)
