@@ -19,6 +19,7 @@ from hnav.reference import earth
 from studies.ins.experiment import experiment, figures, wrapped
 from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
+from studies.ins.hands import WAYS, minutes
 from studies.ins.motions import RATE_HZ
 from studies.ins.vehicles import fixes, vehicle
 
@@ -445,6 +446,16 @@ def test_the_simulation_is_its_own_truth():
     held = np.diff(at, axis=0) * RATE_HZ
     np.testing.assert_allclose(held, 0.5 * (truth.velocity_e[1:] + truth.velocity_e[:-1]), atol=1e-5)
     assert np.isfinite(samples.rate_b_rad_s).all() and len(samples.t_s) == len(at)
+
+
+@pytest.mark.parametrize("fixes", WAYS, ids=lambda fixes: fixes.text)
+def test_a_hand_that_moves_about_gets_its_heading_without_a_magnetometer(broad_trials, fixes):
+    found = list(minutes(next(iter(broad_trials.values())).parent, fixes, 1))
+    rms, smoothed = np.degrees([(m.rms, m.smoothed_rms) for m in found]).T
+    assert len(found) > 40 and not any(m.is_false for m in found)
+    assert np.median(rms) < 1.6 and rms.max() < 5.5
+    assert 0.3 < np.mean([m.z2 for m in found]) < 1.15
+    assert np.nanmax(smoothed) < 5 and np.nanmean([m.smoothed_z2 for m in found]) < 1.15
 
 
 @pytest.mark.skipif(not FLIGHT, reason="skipped without HNAV_FLIGHT, the folder of the recorded flight")

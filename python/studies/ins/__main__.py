@@ -17,7 +17,9 @@ from studies.command import WORKERS, Seed, Workers, after, check_choices, study
 from studies.ins import hindsight
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
-from studies.ins.flight import JUDGED_S, LENGTH_S, STARTS, Flight
+from studies.ins import flight as flights
+from studies.ins.flight import JUDGED_S, STARTS, Flight
+from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
 from studies.ins.vehicles import latitude_at_rest
 
@@ -42,6 +44,7 @@ def command(
         bool, typer.Option("--gyrocompass", help="bodies at rest that find north by the rate of the Earth instead")
     ] = False,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
+    hands: Annotated[Path | None, typer.Option(metavar="FOLDER", help="BROAD trials with optical positions instead")] = None,
 ) -> None:
     """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
     check_choices("--grade", [grade], INS_PRESETS)
@@ -51,6 +54,11 @@ def command(
         if not (flight / "thor75.csv").is_file():
             raise UsageError(f"--flight {flight}: there is no thor75.csv")
         show(flight_table(Flight(flight)), width=120)
+        return
+    if hands is not None:
+        if not trials(hands):
+            raise UsageError(f"--hands {hands}: there is no .hdf5 of a BROAD trial that moves about")
+        show(hands_table(hands, workers), width=150)
         return
     if faults:
         show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
@@ -178,7 +186,7 @@ def flight_table(flight: Flight) -> Table:
         f"from the ground, {JUDGED_S:g} s after take-off to the landing: {np.degrees(flight.from_the_ground()):.2f} deg; "
         f"the reference is stamped {flight.late_s:.2f} s late"
     )
-    title = f"{STARTS} starts in flight, {JUDGED_S:g} to {LENGTH_S:g} s after each"
+    title = f"{STARTS} starts in flight, {JUDGED_S:g} to {flights.LENGTH_S:g} s after each"
     out = Table(title=title, title_justify="left", caption=told, caption_justify="left")
     out.add_column("latency of the satellites", no_wrap=True)
     for column in ("rms median", "rms worst", "mean", "ready", "ready after: median", "false"):
@@ -191,6 +199,28 @@ def flight_table(flight: Flight) -> Table:
         out.add_row(
             name, f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", f"{mean.mean():+.2f} deg", str(int(np.isfinite(ready).sum())),
             f"{np.nanmedian(ready):.0f} s", str(sum(s.is_false for s in starts)),
+        )  # fmt: skip
+    return out
+
+
+def hands_table(folder: Path, workers: int) -> Table:
+    """A row for each way of telling the positions."""
+    title = f"{LENGTH_S:g} s of a hand's motion each, consumer preset: the heading"
+    out = Table(title=title, title_justify="left")
+    out.add_column("positions", no_wrap=True)
+    for column in (
+        "minutes", f"rms of the last {LAST_S:g} s: median", "worst", "stated", "z2", "ready", "false",
+        "smoothed", "whole minute: median", "worst", "z2",
+    ):  # fmt: skip
+        out.add_column(column, justify="right")
+    for fixes in WAYS:
+        of = list(minutes(folder, fixes, workers))
+        rms, stated, after = np.degrees([(m.rms, m.stated, m.smoothed_rms) for m in of]).T
+        out.add_row(
+            fixes.text, str(len(of)), f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", f"{np.median(stated):.2f} deg",
+            f"{np.mean([m.z2 for m in of]):.2f}", str(sum(m.is_ready for m in of)), str(sum(m.is_false for m in of)),
+            str(np.isfinite(after).sum()), f"{np.nanmedian(after):.2f} deg", f"{np.nanmax(after):.2f} deg",
+            f"{np.nanmean([m.smoothed_z2 for m in of]):.2f}",
         )  # fmt: skip
     return out
 

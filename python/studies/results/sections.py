@@ -140,6 +140,14 @@ SECTIONS = {
         f"study ins --flight {FLIGHT}",
         True,
     ),
+    "ins_hands": Section(
+        "Recorded hands",
+        "BROAD's trials in which a hand moves the sensor about, without a magnetometer: minutes that begin every 20 s with nothing known of the "
+        "heading, optical positions with noise for fixes, and velocities of 0.1 m/s from them; the difference of the heading from the optics. "
+        "Until the hand moves there is nothing to know. Smoothed are those whose heading was found, sigma 4 deg.",
+        f"study ins --hands {TRIALS}",
+        True,
+    ),
     "ins_north": Section(
         "North by the rate of the Earth",
         "Bodies that stand and are told where, for ten minutes: on a base that sways by millimetres (rest) or by a centimetre (swaying, its filter "

@@ -1,0 +1,146 @@
+"""Recorded hands: BROAD trials that move about, with optical positions as satellites or cameras would tell them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import hnav
+from hnav.filters.ins_answers import PHASES, InsRun
+from hnav.native.arrays import Array
+from hnav.reference import earth
+from hnav.systems.navigation_views import FALSE_RAD
+
+LENGTH_S, APART_S, FIRST_S = 60.0, 20.0, 5.0
+LAST_S = 10.0
+"""The filter is judged over the last ones of its minute."""
+PLACE = np.array([0.8, 0.2, 400.0])
+"""Latitude, longitude and height of the room: the trials do not tell it, and at this grade it does not matter."""
+NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+"""Room axes, z up, to north-east-down; where north is in the room is for us to say."""
+
+
+@dataclass(frozen=True)
+class Fixes:
+    """What is told of the optical positions: white noise of each axis."""
+
+    text: str
+    rate_hz: float
+    sigma_m: float
+    sigma_m_s: float
+
+
+WAYS = (
+    Fixes("as cameras tell it: 2 cm, 20 a second", 20.0, 0.02, 0.1),
+    Fixes("as satellites do: 1.5 m, 5 a second", 5.0, 1.5, 0.1),
+)
+
+
+@dataclass(frozen=True)
+class Minute:
+    """A start and the minute after it; rad."""
+
+    rms: float
+    """Of the filter's heading over the last LAST_S."""
+    stated: float
+    z2: float
+    smoothed_rms: float
+    """Over the whole minute; NaN where the heading was never found, and the smoother has nothing to add."""
+    smoothed_z2: float
+    is_ready: bool
+    is_false: bool
+    """The heading was called ready while it was not."""
+
+
+class Trial:
+    """An .hdf5 of BROAD in SI units."""
+
+    def __init__(self, path: Path):
+        import h5py
+
+        recording = hnav.read(path)
+        self.t_s, self.rate, self.force = recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2
+        with h5py.File(path) as trial:
+            self.position_n = trial["opt_pos"][:] @ NED.T
+        turned = recording.reference_q_nb
+        assert turned is not None  # every BROAD trial has one
+        self.is_seen = np.isfinite(turned).all(1) & np.isfinite(self.position_n).all(1)
+        seen = np.where(self.is_seen[:, None], turned, [1.0, 0, 0, 0])
+        self.attitude = Rotation.from_matrix(NED) * Rotation.from_quat(seen, scalar_first=True)
+
+    def begins(self) -> Array:
+        """Times of starts of which a whole minute follows."""
+        return np.arange(FIRST_S, self.t_s[-1] - LENGTH_S, APART_S)
+
+    def aids(self, rows: slice, fixes: Fixes, rng: np.random.Generator) -> hnav.Aids:
+        """Positions, and velocities from those a twentieth of a second before and after."""
+        t, position = self.t_s[rows], self.position_n[rows]
+        rate_hz = 1 / np.median(np.diff(t))
+        half = round(0.05 * rate_hz)
+        fix = np.arange(round(rate_hz), len(t) - half, round(rate_hz / fixes.rate_hz))
+        velocity = (position[fix + half] - position[fix - half]) / (t[fix + half] - t[fix - half])[:, None]
+        seen = np.isfinite(velocity).all(1) & np.isfinite(position[fix]).all(1)
+        fix, velocity = fix[seen], velocity[seen]
+        velocity += rng.normal(0, fixes.sigma_m_s, velocity.shape)
+        told = earth.position_of(PLACE) + (position[fix] + rng.normal(0, fixes.sigma_m, velocity.shape)) @ earth.axes_at(PLACE).T
+        latitude, longitude, height = earth.place_of(told).T
+        return (
+            hnav.Aids().velocity(t[fix], velocity, fixes.sigma_m_s).position(t[fix], latitude, longitude, height, fixes.sigma_m)
+        )
+
+    def minute(self, begin_s: float, fixes: Fixes) -> Minute:
+        """Filter and smoother from there on, by the preset consumer."""
+        first, last = np.searchsorted(self.t_s, [begin_s, begin_s + LENGTH_S])
+        rows = slice(first, last)
+        aids = self.aids(rows, fixes, np.random.default_rng(round(begin_s)))
+        samples = self.t_s[rows], self.rate[rows], self.force[rows], aids
+        filtered, smoothed = (
+            hnav.Ins("consumer", solver="closed_form").run(*samples),
+            hnav.Ins("consumer", solver="closed_form").smooth(*samples),
+        )
+        late = filtered.t_s > filtered.t_s[-1] - LAST_S
+        error, sigma = self.error(filtered, rows), filtered.sigma_rotation_rad[:, 2]
+        after, sigma_after = self.error(smoothed, rows), smoothed.sigma_rotation_rad[:, 2]
+        found = (smoothed.phase == PHASES.index("navigating")).any()
+        is_off = (np.abs(error) > np.fmax(3 * sigma, FALSE_RAD)) & filtered.ready[:, 1]
+        return Minute(
+            float(np.sqrt(np.nanmean(error[late] ** 2))),
+            float(np.sqrt(np.mean(sigma[late] ** 2))),
+            float(np.nanmean((error / sigma)[late] ** 2)),
+            float(np.sqrt(np.nanmean(after**2))) if found else np.nan,
+            float(np.nanmean((after / sigma_after) ** 2)) if found else np.nan,
+            bool(filtered.ready[:, 1].any()),
+            bool(is_off.any()),
+        )
+
+    def error(self, run: InsRun, rows: slice) -> Array:
+        """n: of the attitude about the vertical, rad; NaN where one of both is not known."""
+        known = np.isfinite(run.q_nb[:, 0]) & self.is_seen[rows]
+        q_nb = np.where(known[:, None], run.q_nb, [1.0, 0, 0, 0])
+        off = Rotation.from_quat(q_nb, scalar_first=True) * self.attitude[rows].inv()
+        return np.where(known, off.as_rotvec()[:, 2], np.nan)
+
+
+def minutes_of(path: Path, fixes: Fixes) -> list[Minute]:
+    """Those of a trial in which the optics see the body at the end."""
+    trial = Trial(path)
+    found = [trial.minute(begin, fixes) for begin in trial.begins()]
+    return [minute for minute in found if np.isfinite(minute.rms)]
+
+
+def trials(folder: Path) -> list[Path]:
+    """Those in which the hand does more than turn the body: without a way there is no heading."""
+    return sorted(path for path in folder.glob("*.hdf5") if "_rotation" not in path.name)
+
+
+def minutes(folder: Path, fixes: Fixes, workers: int) -> Iterator[Minute]:
+    """All minutes of all trials."""
+    paths = trials(folder)
+    with ProcessPoolExecutor(workers) as pool:
+        for found in pool.map(minutes_of, paths, [fixes] * len(paths)):
+            yield from found
