@@ -14,10 +14,10 @@ from hnav.cli.words import UsageError
 from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study
+from studies.ins import flight as flights
 from studies.ins import hindsight
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
-from studies.ins import flight as flights
 from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
