@@ -29,29 +29,33 @@ struct Tangent {
     explicit Tangent(const Circle& circle) : x(-std::sin(circle.mode_rad)), y(std::cos(circle.mode_rad)) {}
 };
 
-} // namespace
-
 // Of the heading now: what the gyroscopes have lost since the start goes with alpha.
-double Model::heading_variance(const State& s, const Covariance& P) const {
+double heading_given(const State& s, const Covariance& P, const OnU& on) {
     const int row = row_phi + 2;
-    if (!is_free(s)) return P[row][row];
-    const OnU on = regression(P);
     const Tangent t(s.circle);
     const double by_u = on.G[row][0] * P[row_u][row] + on.G[row][1] * P[row_u + 1][row];
     const double along = s.circle.spread_rad * (1 + on.G[row][0] * t.x + on.G[row][1] * t.y);
     return std::fmax(0, P[row][row] - by_u) + along * along;
 }
 
-// The largest of these rows: where the heading is unknown, of what is known but for it.
-double Model::largest_variance(const State& s, const Covariance& P, int row, int count) const {
+double largest_given(const Covariance& P, const OnU& on, int row, int count) {
     double largest = 0;
-    const bool free = is_free(s);
-    const OnU on = free ? regression(P) : OnU{};
-    for (int i = row; i < row + count; ++i) {
-        const double by_u = free ? on.G[i][0] * P[row_u][i] + on.G[i][1] * P[row_u + 1][i] : 0;
-        largest = std::fmax(largest, P[i][i] - by_u);
-    }
+    for (int i = row; i < row + count; ++i)
+        largest = std::fmax(largest, P[i][i] - (on.G[i][0] * P[row_u][i] + on.G[i][1] * P[row_u + 1][i]));
     return largest;
+}
+
+} // namespace
+
+double Model::heading_variance(const State& s, const Covariance& P) const {
+    return is_free(s) ? heading_given(s, P, regression(P)) : P[row_phi + 2][row_phi + 2];
+}
+
+Model::Spread Model::spread(const State& s, const Covariance& P) const {
+    const OnU on = is_free(s) ? regression(P) : OnU{};
+    return {is_free(s) ? heading_given(s, P, on) : P[row_phi + 2][row_phi + 2],
+            std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]), largest_given(P, on, row_v, 3),
+            largest_given(P, on, row_d, 2)};
 }
 
 // How far a sample lies from what the likeliest heading lets expect, heading unknown by its spread: the mean of the Gaussian

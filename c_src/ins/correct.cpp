@@ -75,17 +75,16 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
 }
 
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
-    const double heading = heading_variance(s, P), tilt = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
-    const double velocity_before = largest_variance(s, P, row_v, 3), position_before = largest_variance(s, P, row_d, 2);
-    double before[errors];
-    for (int i = 0; i < errors; ++i) before[i] = s.mean[i];
+    const Spread before = spread(s, P);
+    double mean[errors];
+    for (int i = 0; i < errors; ++i) mean[i] = s.mean[i];
     const Covariance prior = P;
-    const Correction c = corrected(P, before, m, settings_.gate_nis);
+    const Correction c = corrected(P, mean, m, settings_.gate_nis);
     if (!c.sound) {
         P = prior;
         return;
     }
-    note_innovation(s, event, m, prior, before, c);
+    note_innovation(s, event, m, prior, mean, c);
     const bool absolute = m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
     if (absolute) note_fit(s, event, m, c);
     if (is_free(s)) {
@@ -94,22 +93,26 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     } else {
         apply(s, P, c.error);
     }
-    const double heading_after = heading_variance(s, P);
-    if (heading_after > 0 && heading_after < heading) s.gained_nats[m.channel] += 0.5 * std::log(heading / heading_after);
-    s.information_heading += gained(heading, heading_after);
-    s.information_tilt += gained(tilt, std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]));
-    s.information_velocity += gained(velocity_before, largest_variance(s, P, row_v, 3));
-    s.information_position += gained(position_before, largest_variance(s, P, row_d, 2));
-    if (is_free(s) && std::sqrt(heading_after) < settings_.found_rad) collapse(s, P);
+    const Spread after = spread(s, P);
+    if (after.heading > 0 && after.heading < before.heading)
+        s.gained_nats[m.channel] += 0.5 * std::log(before.heading / after.heading);
+    s.information_heading += gained(before.heading, after.heading);
+    s.information_tilt += gained(before.tilt, after.tilt);
+    s.information_velocity += gained(before.velocity, after.velocity);
+    s.information_position += gained(before.position, after.position);
+    if (is_free(s) && std::sqrt(after.heading) < settings_.found_rad) collapse(s, P);
+}
+
+// An error that may have become larger by so much at this instant, whatever the others are.
+void Model::widen(Covariance& P, int row, double variance) const {
+    P[row][row] += variance;
+    if (step_) step_->jumped(row, variance);
 }
 
 // What was refused for long is an error of the satellites' position, or a velocity that has really changed.
 void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
     const int row = m.channel == position ? row_colour : row_v;
-    for (int i = 0; i < m.rows; ++i) {
-        P[row + i][row + i] += m.r[i] * m.r[i];
-        if (step_) step_->jumped(row + i, m.r[i] * m.r[i]);
-    }
+    for (int i = 0; i < m.rows; ++i) widen(P, row + i, m.r[i] * m.r[i]);
     if (m.channel == position) s.glide.jumped = s.drifted = 1;
     m.gated = false;
 }
@@ -181,10 +184,7 @@ void Model::admit_drift(State& s, Covariance& P) const {
     s.drifted = beyond ? 1 : 0;
     if (!found) return;
     for (const int row : {row_d, row_colour})
-        for (int i = 0; i < 2; ++i) {
-            P[row + i][row + i] += off_m * off_m;
-            if (step_) step_->jumped(row + i, off_m * off_m);
-        }
+        for (int i = 0; i < 2; ++i) widen(P, row + i, off_m * off_m);
 }
 
 void Model::correct(State& s, const Event& event) const {

@@ -48,13 +48,9 @@ void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     double& since_s = s.refused_since_s[field];
     if (!std::isfinite(since_s) || !(now_s - since_s > settings_.gate_longest_s)) return;
     const double iron2 = settings_.sigma_iron * settings_.sigma_iron;
-    for (int row = row_iron; row <= row_strength; ++row) {
-        P[row][row] += iron2;
-        if (step_) step_->jumped(row, iron2);
-    }
+    for (int row = row_iron; row <= row_strength; ++row) widen(P, row, iron2);
     constexpr double any_direction2 = 1;
-    P[row_direction][row_direction] += any_direction2;
-    if (step_) step_->jumped(row_direction, any_direction2);
+    widen(P, row_direction, any_direction2);
     since_s = nan;
     s.field_memory.until_s = nan;
 }

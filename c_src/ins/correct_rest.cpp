@@ -39,15 +39,11 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
         return;
     }
     s.glide.found = 1;
-    const auto widen = [&](int row, double sigma) {
-        for (int i = 0; i < 2; ++i) {
-            P[row + i][row + i] += sigma * sigma;
-            if (step_) step_->jumped(row + i, sigma * sigma);
-        }
-    };
-    widen(row_v, speed);
-    widen(row_d, way);
-    widen(row_colour, way);
+    for (int i = 0; i < 2; ++i) {
+        widen(P, row_v + i, speed * speed);
+        widen(P, row_d + i, way * way);
+        widen(P, row_colour + i, way * way);
+    }
 }
 
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {

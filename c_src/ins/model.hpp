@@ -158,7 +158,11 @@ private:
     bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
     bool passes_free_gates(State& s, const Event& event, int channel) const;
     double heading_variance(const State& s, const Covariance& P) const;
-    double largest_variance(const State& s, const Covariance& P, int row, int count) const;
+    // Variances, the largest of the axes: where the heading is unknown, of velocity and position as far as they are known but for it.
+    struct Spread {
+        double heading, tilt, velocity, position;
+    };
+    Spread spread(const State& s, const Covariance& P) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
@@ -168,6 +172,7 @@ private:
     // correct.cpp
     void correct(State& s, const Event& event) const;
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
+    void widen(Covariance& P, int row, double variance) const;
     void admit_drift(State& s, Covariance& P) const;
     void believe_jump(State& s, Covariance& P, Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
