@@ -9,14 +9,20 @@ namespace {
 struct AtWheels {
     Matrix3 by_velocity, by_turn, by_gyro;
     Vector3 v_b;
+    double turning, gain; // rate about z, acceleration along x
+    double place2; // variance of where the wheels are in the body: who has not measured it does not tell it
 
     AtWheels(const State& s, const Vector3& wheel_b) {
+        constexpr double told_m = 0.1, untold_m = 1;
         const Matrix3 R = attitude(s);
-        const Vector3 v = vec(s.x + 3);
+        const Vector3 v = vec(s.x + 3), rate = turn_rate(s);
+        turning = rate[2];
+        gain = R.col(0).dot(vec(s.felt) + vec(s.gravity));
+        place2 = wheel_b.isZero() ? untold_m * untold_m : told_m * told_m;
         by_velocity = R.transpose();
         by_turn = R.transpose() * cross_matrix(v);
         by_gyro = cross_matrix(wheel_b);
-        v_b = R.transpose() * v + turn_rate(s).cross(wheel_b);
+        v_b = R.transpose() * v + rate.cross(wheel_b);
     }
     void put(Measurement& m, int row, int axis) const {
         for (int j = 0; j < 3; ++j) {
@@ -29,6 +35,7 @@ struct AtWheels {
 
 } // namespace
 
+// Wheels that drive slip as they gain speed, and what they count is told late by what nobody knows. A car is half as wide as it is long.
 void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     if (is_free(s)) return;
     const double* z = event.value[speed];
@@ -38,7 +45,8 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     at.put(m, 0, 0);
     for (int j = 0; j < errors; ++j) m.H[0][j] *= 1 + s.scale;
     m.H[0][row_scale] = at.v_b[0];
-    m.R[0] = z[1] * z[1];
+    constexpr double late_s = 0.1;
+    m.R[0] = z[1] * z[1] + late_s * late_s * at.gain * at.gain + at.turning * at.turning * at.place2 / 4;
     m.r[0] = z[0] - (1 + s.scale) * at.v_b[0];
     use(s, P, event, m);
 }
@@ -47,7 +55,7 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
 void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     if (is_free(s) || !(settings_.car_across_m_s > 0)) return;
     const AtWheels at(s, settings_.wheel_b);
-    const double forward = at.v_b[0], turning = turn_rate(s)[2];
+    const double forward = at.v_b[0], turning = at.turning;
     Measurement m{speed};
     m.rows = 2;
     at.put(m, 0, 1);
@@ -64,7 +72,7 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     m.r[0] = -(at.v_b[1] - s.mount[0] * forward);
     m.r[1] = -(at.v_b[2] + s.mount[1] * forward);
     const double slip = 1 + 9 * turning * turning + 0.01 * forward * forward * turning * turning;
-    m.R[0] = m.R[1] = settings_.car_across_m_s * settings_.car_across_m_s * slip;
+    m.R[0] = m.R[1] = settings_.car_across_m_s * settings_.car_across_m_s * slip + turning * turning * at.place2;
     use(s, P, event, m);
 }
 

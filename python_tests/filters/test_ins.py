@@ -22,6 +22,7 @@ from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes
 from studies.ins.motions import RATE_HZ
 from studies.ins.vehicles import fixes, vehicle
+from studies.ins.wheels import outages
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
 FAST = {"solver": "closed_form"}
@@ -193,6 +194,14 @@ def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
     assert observed.by_velocity > 1 and observed.by_position >= 0 and observed.by_heading == 0
     assert observed.by_speed > 0 and observed.by_rest >= 0 and observed.by_pressure == 0
     assert ins.innovation("speed").dimension in (1, 2)
+
+
+def test_wheels_of_a_car_that_nobody_has_measured_hold_the_position():
+    without, ordinary = (list(outages(name, "consumer", 6, 5, 1)) for name in ("none", "ordinary"))
+    long, short = ([o for o in ordinary if o.length_s == length] for length in (30, 10))
+    rms_without, rms = (np.sqrt(np.mean([o.error_m**2 for o in of if o.length_s == 30])) for of in (without, ordinary))
+    assert rms < 3.2 and rms < rms_without / 2
+    assert np.mean([o.z2 for o in long]) < 1.6 and np.mean([o.z2 for o in short]) < 1.4
 
 
 def test_many_fixes_of_a_receiver_do_not_take_away_what_it_states(drive):

@@ -15,7 +15,7 @@ from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study
 from studies.ins import flight as flights
-from studies.ins import hindsight
+from studies.ins import hindsight, wheels
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, STARTS, Flight
@@ -37,6 +37,9 @@ def command(
         ),
     ] = False,
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
+    with_wheels: Annotated[
+        bool, typer.Option("--wheels", help="cars that lose the satellites instead, with the speed of their wheels and without")
+    ] = False,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
     ] = False,
@@ -62,6 +65,9 @@ def command(
         return
     if faults:
         show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
+        return
+    if with_wheels:
+        show(wheel_table(grade, runs, seed, workers), width=120)
         return
     if smooth:
         show(hindsight_table(chosen, grade, runs, seed, workers), width=200)
@@ -156,6 +162,24 @@ def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
                 kind, fault.text, f"{fault.length_s:g} s", f"{np.mean([o.told for o in of]):.0%}",
                 f"{np.mean([o.within for o in of]):.1%}", f"{np.mean([o.heading_within for o in of]):.1%}",
                 f"{np.median(largest):.1f} m", f"{max(largest):.1f} m", str(sum(o.back_s > RECOVERY_S for o in of)),
+            )  # fmt: skip
+    return out
+
+
+def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
+    """Rows for cars without wheels, and for both ways in which wheels may be put."""
+    title = f"{grade}, {runs} cars each, seed {seed}: horizontal error at the end of outages of the satellites"
+    out = Table(title=title, title_justify="left")
+    out.add_column("speed of wheels", no_wrap=True)
+    for column in ("lasts", "rms", "median", "worst", "z2"):
+        out.add_column(column, justify="right")
+    for name, car in wheels.CARS.items():
+        of = list(wheels.outages(name, grade, runs, seed, workers))
+        for length in sorted({o.length_s for o in of}):
+            error, z2 = np.array([(o.error_m, o.z2) for o in of if o.length_s == length]).T
+            out.add_row(
+                car.text if car else "none", f"{length:g} s", f"{np.sqrt(np.mean(error**2)):.2f} m", f"{np.median(error):.2f} m",
+                f"{error.max():.1f} m", f"{z2.mean():.2f}",
             )  # fmt: skip
     return out
 

@@ -131,6 +131,13 @@ SECTIONS = {
         "study ins --smooth --starts 100 --seed 3",
         False,
     ),
+    "ins_wheels": Section(
+        "Cars without satellites",
+        "Simulated cars of consumer grade that lose the satellites: without wheels, with "
+        "the speed of wheels where and when the filter takes them to be, and as they are in a car that nobody has measured.",
+        "study ins --wheels --grade consumer --starts 100 --seed 9",
+        False,
+    ),
     "ins_flight": Section(
         "A recorded flight",
         "A small aeroplane, consumer preset, switched on in the air with nothing known of its heading: the difference from the heading of its own "

@@ -246,8 +246,9 @@ typedef struct hnav_ins_options {
     /* Antenna of the satellites, from the inertial sensor, in body axes.
      * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor. */
     double antenna_b_m[3];
-    /* Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car.
-     * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor. */
+    /* Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car; 0:
+     * unknown by a metre.
+     * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor, as far as nobody has measured it. */
     double wheel_b_m[3];
     /* Magnetic declination: of headings that are pushed, and of the field of a magnetometer.
      * [-pi, pi] rad, default 0. Headings are taken to be true ones until a declination is given. */

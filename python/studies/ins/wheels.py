@@ -1,0 +1,104 @@
+"""Cars without satellites for a while, with the speed of their wheels: measured at the sensor and in time, or as in a car that nobody has
+measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hnav.filters.ins import Ins
+from hnav.filters.ins_aids import Aids
+from hnav.native.arrays import Array
+from hnav.reference import earth
+from studies.ins.vehicles import Samples, Truth, fixes, vehicle
+
+OUTAGES_S = ((100.0, 10.0), (130.0, 30.0), (190.0, 10.0), (220.0, 30.0))
+"""After the start, and for how long."""
+LENGTH_S = 270.0
+STEP = 10
+"""Samples of the inertial sensor for one of the speed."""
+SIGMA_M_S, SCALE = 0.1, 0.02
+ACROSS_M_S = 0.1
+
+
+@dataclass(frozen=True)
+class Car:
+    """How its wheels and its sensor are put."""
+
+    text: str
+    axle_b_m: tuple[float, float, float]
+    """Of the rear axle, from the sensor; the filter is not told."""
+    late_s: float
+    askew_rad: float
+    """Standard deviation of yaw, pitch and roll of the sensor in the car."""
+    step_m_s: float
+    """What the speed is rounded to."""
+
+
+CARS = {
+    "none": None,
+    "measured": Car("at the sensor, in time", (0.0, 0.0, 0.0), 0.0, 0.0, 0.0),
+    "ordinary": Car("1.6 m behind it, 0.1 s late, sensor askew by 2 deg", (-1.5, -0.5, 0.5), 0.1, 0.03, 0.1),
+}
+"""None: no wheels."""
+
+
+@dataclass(frozen=True)
+class Outage:
+    """The end of one."""
+
+    length_s: float
+    error_m: float
+    """Horizontal."""
+    z2: float
+    """Mean of the squared normalised errors north and east."""
+
+
+def sensed(car: Car, samples: Samples, truth: Truth, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Speeds every STEP samples, and the rates and forces of a sensor that is askew."""
+    rows = slice(0, None, STEP)
+    at_sensor = np.einsum("ni,ni->n", truth.velocity_e[rows], truth.attitude_e[rows].apply([1.0, 0, 0]))
+    at_axle = at_sensor + np.cross(samples.rate_b_rad_s[rows], car.axle_b_m)[:, 0]
+    t = samples.t_s[rows]
+    speed = np.interp(t - car.late_s, t, at_axle)
+    speed = (1 + SCALE * rng.standard_normal()) * speed + SIGMA_M_S * rng.standard_normal(len(t))
+    if car.step_m_s > 0:
+        speed = car.step_m_s * np.round(speed / car.step_m_s)
+    askew = Rotation.from_euler("ZYX", car.askew_rad * rng.standard_normal(3)).inv()
+    return speed, askew.apply(samples.rate_b_rad_s), askew.apply(samples.force_b_m_s2)
+
+
+def drive(name: str, grade: str, seed: int) -> list[Outage]:
+    """The car of CARS and the start of this number."""
+    car = CARS[name]
+    samples, truth = vehicle("car", grade, seed, LENGTH_S)
+    valid, _received, sensor, value = samples.aids.arrays()
+    begins = [(samples.t_s[0] + after, length) for after, length in OUTAGES_S]
+    seen = ~np.any([(valid > begin) & (valid <= begin + length) for begin, length in begins], axis=0)
+    aids: Aids = fixes(valid[seen], sensor[seen], value[seen])
+    rate, force = samples.rate_b_rad_s, samples.force_b_m_s2
+    if car is not None:
+        speed, rate, force = sensed(car, samples, truth, np.random.default_rng(seed))
+        aids.speed(samples.t_s[::STEP], speed, SIGMA_M_S)
+    run = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else ACROSS_M_S).run(samples.t_s, rate, force, aids)
+    ends = np.searchsorted(samples.t_s, [begin + length for begin, length in begins]) - 1
+    off = earth.position_of(run.place[ends]) - truth.position_e[ends]
+    off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place[ends]), off)[:, :2]
+    z2 = np.mean((off_n / run.sigma_position_m[ends, :2]) ** 2, axis=1)
+    return [Outage(length, float(np.hypot(*off_n[i])), float(z2[i])) for i, (_, length) in enumerate(begins)]
+
+
+def _of(numbers: tuple[str, str, int]) -> list[Outage]:
+    return drive(*numbers)
+
+
+def outages(name: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Outage]:
+    """Of the starts seed x 10^6 + 0, 1, ..., in this order."""
+    numbers = [(name, grade, seed * 1_000_000 + i) for i in range(runs)]
+    with ProcessPoolExecutor(workers) as pool:
+        for found in pool.map(_of, numbers, chunksize=4):
+            yield from found
