@@ -42,6 +42,24 @@ Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
     return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
 }
 
+// While samples are missing a body may turn and accelerate as vehicles do, and, once the gap is as long as a swing, by as much as it has just
+// swung to and fro. From and to are seconds since the last sample.
+void Model::note_gap(State& s, double from_s, double to_s) {
+    constexpr double rate = 0.2, force = 2, swing_s = 0.3;
+    const double usual_s = s.usual_interval_s;
+    if (!(usual_s > 0) || !(to_s > 3 * usual_s)) return;
+    const auto add = [&](double gap_s, double sign) {
+        const double gap2 = sign * gap_s * gap_s, swings2 = std::fmin(1, gap_s * gap_s / (swing_s * swing_s));
+        const double of_axis = swings2 * swings2 / 3; // between samples that are near the change is even, and known
+        const double gain2 = gap2 * (force * force + of_axis * s.rest.force2);
+        s.window.gap_turn2 += gap2 * (rate * rate + of_axis * s.rest.rate2);
+        s.window.gap_gain2 += gain2;
+        s.window.gap_way2 += gain2 * gap_s * gap_s / 4;
+    };
+    add(to_s - usual_s, 1);
+    if (from_s > 3 * usual_s) add(from_s - usual_s, -1);
+}
+
 // The interval that has just been crossed, at its middle.
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
@@ -244,19 +262,15 @@ void Model::add_noise(const State& s, Covariance& P) const {
     // Axes that are askew show the rate about the other two: a bias for as long as the body turns alike.
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
     const Vector3 across = settings_.gyro_scale2 * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
-    // While samples are missing the body may turn and accelerate as vehicles do.
-    constexpr double gap_rate = 0.2, gap_force = 2;
-    const double missed_turn = gap_rate * w.gap_s, missed_velocity = gap_force * w.gap_s,
-                 missed_way = 0.5 * missed_velocity * w.gap_s;
     const Matrix3 R = attitude(s);
     const Matrix3 missed = R * Vector3(w.missed).asDiagonal() * R.transpose();
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) P[row_phi + i][row_phi + j] += missed(i, j);
-        P[row_v + i][row_v + i] += accel + missed_velocity * missed_velocity;
-        P[row_d + i][row_d + i] += accel * T * T / 3 + missed_way * missed_way;
+        P[row_v + i][row_v + i] += accel + w.gap_gain2;
+        P[row_d + i][row_d + i] += accel * T * T / 3 + w.gap_way2;
         P[row_d + i][row_v + i] += accel * T / 2;
         P[row_v + i][row_d + i] += accel * T / 2;
-        P[row_phi + i][row_phi + i] += gyro + missed_turn * missed_turn;
+        P[row_phi + i][row_phi + i] += gyro + w.gap_turn2;
         P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across[i];
         P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
     }

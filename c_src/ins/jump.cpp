@@ -31,8 +31,7 @@ void Model::cross(State& s, const Event& event) const {
     if (!(since_s > 0) || !std::isfinite(since_s)) return;
     quat(s.x + 6).normalize();
     gather(s, since_s);
-    const double without_s = event.has(imu) ? event.t_s - s.last_s[imu] : 0;
-    if (s.usual_interval_s > 0 && without_s > 3 * s.usual_interval_s) s.window.gap_s += without_s - s.usual_interval_s;
+    note_gap(s, s.last_event_s - s.last_s[imu], event.t_s - s.last_s[imu]);
     put_gravity(s);
 }
 

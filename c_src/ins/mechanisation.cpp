@@ -108,15 +108,24 @@ void Model::put_coning(State& s, const Vector3& turn, const Vector3& gain, doubl
     vec(s.sculling) = sculling / interval_s;
 }
 
+// Where samples are missing before a new one, which is the mean of its own interval, rate and force went evenly from the last one to it.
+void Model::bridge(State& s, const double* y, double interval_s) {
+    if (!(s.usual_interval_s > 0) || !(interval_s > 1.5 * s.usual_interval_s)) return;
+    const double share = 0.5 * (1 - s.usual_interval_s / interval_s);
+    vec(s.coning) = share * (vec(s.rate) - vec(y));
+    vec(s.sculling) = share * (vec(s.force) - vec(y + 3));
+}
+
 void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
     const double T = event.t_s - s.last_s[imu];
     note_vibration(s, event);
     note_saturation(s, event);
-    vec(s.rate) = vec(y);
-    vec(s.force) = vec(y + 3);
     vec(s.coning).setZero();
     vec(s.sculling).setZero();
+    if (settings_.backward_hold) bridge(s, y, T);
+    vec(s.rate) = vec(y);
+    vec(s.force) = vec(y + 3);
     if (!(T > 0)) return;
     if (!(std::fabs(T - s.past_interval_s) <= 0.2 * T)) {
         for (int k = 0; k < history; ++k)

@@ -109,12 +109,14 @@ private:
     // mechanisation.cpp
     void hold(State& s, const Event& event) const;
     static void put_coning(State& s, const Vector3& turn, const Vector3& gain, double interval_s);
+    static void bridge(State& s, const double* y, double interval_s);
     void note_vibration(State& s, const Event& event) const;
     static void note_saturation(State& s, const Event& event);
     static void put_gravity(State& s);
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
+    static void note_gap(State& s, double from_s, double to_s);
     void propagate(const State& s, Covariance& P, double* mean) const;
     void note_prediction(const State& s, const Covariance& P) const;
     double force_psd(const State& s) const;

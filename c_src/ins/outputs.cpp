@@ -7,7 +7,8 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
     State now = s;
     if (ahead_s > 0 && flows(s)) {
         gather(now, ahead_s);
-        now.window.gap_s += std::fmax(0, ahead_s - 3 * s.usual_interval_s);
+        const double silent_s = s.last_event_s - s.last_s[imu];
+        note_gap(now, silent_s, silent_s + ahead_s);
     }
     Covariance P = Covariance::of(now);
     propagate(now, P, now.mean);

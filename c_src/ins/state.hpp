@@ -104,7 +104,7 @@ struct Window {
     double F[3], S[3];
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3];       // of the rate as measured, rad
-    double gap_s;             // of it without samples
+    double gap_turn2, gap_gain2, gap_way2; // variances of what samples that are missing have not shown, one axis
     double missed[3];         // variance of the turn that a saturated axis has not shown, body axes
 };
 

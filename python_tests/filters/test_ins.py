@@ -21,7 +21,7 @@ from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes
 from studies.ins.motions import RATE_HZ
-from studies.ins.vehicles import fixes, vehicle
+from studies.ins.vehicles import Truth, fixes, ideal, vehicle
 from studies.ins.wheels import outages
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
@@ -194,6 +194,50 @@ def test_wheels_and_pressure_hold_the_position_when_the_satellites_are_gone():
     assert observed.by_velocity > 1 and observed.by_position >= 0 and observed.by_heading == 0
     assert observed.by_speed > 0 and observed.by_rest >= 0 and observed.by_pressure == 0
     assert ins.innovation("speed").dimension in (1, 2)
+
+
+def swung(angles):
+    """A body that turns by these angles (n x 3, yaw, pitch, roll) at 100 Hz where it stands: times, rate, force, attitude."""
+    t, place = np.arange(len(angles)) / 100, np.array([0.8, 0.2, 50.0])
+    stands, attitude = np.tile(earth.position_of(place), (len(t), 1)), Rotation.from_euler("ZYX", angles)
+    rate, force = ideal(Truth(t, stands, 0 * stands, Rotation.from_matrix(earth.axes_at(place)) * attitude))
+    return t, rate, force, attitude
+
+
+def test_between_samples_that_are_there_the_rate_goes_evenly():
+    t = np.arange(301) / 100
+    angles = np.stack([0.5 * np.maximum(0, t - 1) ** 2, 0 * t, 0 * t], 1)
+    t, rate, force, attitude = swung(angles)
+    there = (t < 2) | (t > 2.3)
+    aids = hnav.Aids().position(t[1:2], 0.8, 0.2, 50.0, 1.0)
+    ins = hnav.Ins("navigation", start="state", rest_rate_rad_s=0.0, **FAST)
+    run = ins.run(t[there], rate[there], force[there], aids)
+    assert run.heading_rad[-1] == pytest.approx(angles[-1, 0], abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_samples_that_are_missing_while_a_hand_turns_the_body_cost_what_sigma_says(seed):
+    rng, t = np.random.default_rng(seed), np.arange(4001) / 100
+    phases, rates_hz = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.3, 0.8, 3)
+    t, rate, force, attitude = swung(1.2 * np.sin(2 * np.pi * t[:, None] * rates_hz + phases))
+    fix = slice(1, None, 20)
+    off = rng.normal(0, 0.05, (len(t[fix]), 3))
+    aids = (
+        hnav.Aids()
+        .velocity(t[fix], off, 0.05)
+        .position(t[fix], np.full(len(off), 0.8), np.full(len(off), 0.2), np.full(len(off), 50.0), 0.5)
+    )
+    ins = hnav.Ins(
+        "consumer", start="state", start_q_nb=tuple(attitude[0].as_quat(scalar_first=True)), start_sigma_gyro_bias_rad_s=1e-4,
+        start_sigma_accel_bias_m_s2=0.01, **FAST,
+    )  # fmt: skip
+    there = (t < 2) | (t % 3 > 0.2)
+    run = ins.run(t[there], rate[there], force[there], aids)
+    late = run.t_s > 5
+    assert (run.phase[late] == PHASES.index("navigating")).all()
+    error = (Rotation.from_quat(run.q_nb[late], scalar_first=True) * attitude[there][late].inv()).as_rotvec()
+    z2 = np.mean((error / run.sigma_rotation_rad[late]) ** 2, axis=0)
+    assert z2.max() < 2 and np.degrees(np.sqrt(np.mean(error[:, :2] ** 2))) < 3
 
 
 def test_wheels_of_a_car_that_nobody_has_measured_hold_the_position():
