@@ -16,6 +16,7 @@ void Model::move_anchor(State& s, Covariance& P) const {
     vec(s.x).setZero();
     vec(s.x + 3) = Vector3(C * vec(s.x + 3));
     vec(s.felt) = Vector3(C * vec(s.felt));
+    vec(s.lately) = Vector3(C * vec(s.lately));
     quat(s.x + 6) = multiply(quaternion_from_matrix(C), quat(s.x + 6)).normalized();
     vec(s.colour) = Vector3(C * vec(s.colour));
     turn_field_memory(C, s);

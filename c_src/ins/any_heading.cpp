@@ -171,6 +171,7 @@ void Model::collapse(State& s, Covariance& P) const {
     vec(s.x) = Vector3(R * vec(s.x));
     vec(s.x + 3) = Vector3(R * vec(s.x + 3));
     vec(s.felt) = Vector3(R * vec(s.felt));
+    vec(s.lately) = Vector3(R * vec(s.lately));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6));
     turn_field_memory(R, s);
     vec(s.colour) = Vector3(R * vec(s.colour));

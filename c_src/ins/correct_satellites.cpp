@@ -15,6 +15,13 @@ void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turn
 
 } // namespace
 
+// What changes so fast is told as it was a latency ago. Receivers smooth the vertical more than the horizontal, so that it is late by itself:
+// it tells nothing of the latency.
+void Model::put_latency(Measurement& m, const Vector3& change) const {
+    for (int i = 0; i < 2; ++i) m.H[i][row_latency] = -change[i];
+    m.R[2] += settings_.sigma_latency * settings_.sigma_latency * change[2] * change[2];
+}
+
 void Model::correct_velocity(State& s, Covariance& P, const Event& event) const {
     const double* value = event.value[velocity];
     const bool free = is_free(s);
@@ -35,8 +42,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     z = T.transpose() * (N * z);
     const Matrix3 R = attitude(s);
     const Vector3 w = turn_rate(s), lever = R * w.cross(settings_.antenna_b);
-    const Vector3 a =
-        moving_force(s, R * specific_force(s), s.usual_interval_s) + vec(s.gravity) + R * w.cross(w.cross(settings_.antenna_b));
+    const Vector3 a = vec(s.lately) + R * w.cross(w.cross(settings_.antenna_b));
     m.put(0, row_v, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
     m.put(0, row_gyro, R * cross_matrix(settings_.antenna_b));
@@ -47,7 +53,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
         // The latency times a velocity of unknown direction is a product: here it is noise.
         for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * a.squaredNorm();
     } else {
-        for (int i = 0; i < 3; ++i) m.H[i][row_latency] = -a[i];
+        put_latency(m, a);
     }
     const Vector3 expected = vec(s.x + 3) + lever - (free ? 0 : s.latency) * a;
     vec(m.r) = z - expected;
@@ -85,9 +91,11 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
         for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * speed2;
     } else {
-        for (int i = 0; i < 3; ++i) m.H[i][row_latency] = -v[i];
+        put_latency(m, v - s.latency * vec(s.lately));
+        m.put(0, row_v, -s.latency * Matrix3::Identity());
     }
-    vec(m.r) = z - (vec(s.x) + lever + vec(s.colour) - (free ? 0 : s.latency) * v);
+    const Vector3 way = free ? Vector3::Zero() : Vector3(s.latency * (v - 0.5 * s.latency * vec(s.lately)));
+    vec(m.r) = z - (vec(s.x) + lever + vec(s.colour) - way);
     use_absolute(s, P, event, m);
 }
 

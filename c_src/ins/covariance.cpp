@@ -70,6 +70,8 @@ void Model::gather(State& s, double interval_s) const {
     feel(s, raw, T);
     const Vector3 f = moving_force(s, raw, settings_.correction_interval_s), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
+    const double age_s = 0.5 * std::fmax(0, s.latency);
+    vec(s.lately) += T / (age_s + T) * (f + vec(s.gravity) - vec(s.lately));
     const auto add = [&](double* A, double* B, double* C, const Matrix3& turns) {
         const Matrix3 turned = by_force * (mat(static_cast<const double*>(A)) + 0.5 * T * turns);
         mat(C) += T * mat(B) + 0.5 * T * T * turned;

@@ -191,6 +191,7 @@ private:
     void correct_pressure(State& s, Covariance& P, const Event& event) const;
     void correct_velocity(State& s, Covariance& P, const Event& event) const;
     void correct_position(State& s, Covariance& P, const Event& event) const;
+    void put_latency(Measurement& m, const Vector3& change) const;
     void correct_heading(State& s, Covariance& P, const Event& event) const;
     void correct_field(State& s, Covariance& P, const Event& event) const;
     bool wants_field(const State& s, const Event& event) const;

@@ -160,6 +160,7 @@ struct State {
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double repeated[3], saturated_s[3]; // how often the rate of an axis has been the same to the bit, and for how long
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
+    double lately[3];      // acceleration in t, its mean over the latency
     double felt[3], felt2; // force in t without what vibrates, and its mean square along the horizontal
     double vibration_rate2, vibration_force2; // variance of one axis between successive samples
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event

@@ -78,6 +78,7 @@ class InsReference:
         self.before: tuple[Array, Array] | None = None  # the rate and force held before these
         self.vibration_rate2 = self.vibration_force2 = self.felt2 = 0.0
         self.felt: Array | None = None
+        self.lately = np.zeros(3)
         self.put_gravity()
         self.clear_window()
 
@@ -139,6 +140,7 @@ class InsReference:
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
+        self.lately = self.lately + T / (0.5 * max(0.0, self.latency) + T) * (force + self.gravity - self.lately)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):
@@ -288,19 +290,26 @@ class InsReference:
             self.begin_field(field_b)
         self.clear_window()
         if velocity_n is not None and place is not None:
-            a = self.moving_force(self.R @ (self.force - self.accel_bias), self.interval_s) + self.gravity
-            H = np.zeros((3, ERRORS))
-            H[:, V], H[:, LATENCY] = np.eye(3), -a
+            tau, a = self.latency, self.lately
+            H, noise = self.late(a)
+            H[:, V] = np.eye(3)
             z = self.T.T @ earth.axes_at(place) @ velocity_n
-            self.use(H, z - (self.v - self.latency * a), self.SIGMA_M_S**2)
-            H = np.zeros((3, ERRORS))
-            H[:, D], H[:, COLOUR], H[:, LATENCY] = np.eye(3), np.eye(3), -self.v
+            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise)
+            tau = self.latency
+            H, noise = self.late(self.v - tau * a)
+            H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
-            self.use(H, z - (self.d + self.colour - self.latency * self.v), sigma_m**2)
+            self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise)
         if field_b is not None:
             self.correct_field(field_b)
         self.put_gravity()
         self.corrected_s = self.t_s
+
+    def late(self, change: Array) -> tuple[Array, Array]:
+        """Rows with what the latency does to what changes so fast, and the noise of the vertical, which is late by itself."""
+        H = np.zeros((3, ERRORS))
+        H[:2, LATENCY] = -change[:2]
+        return H, np.array([0.0, 0.0, (self.o.start_sigma_latency_s * change[2]) ** 2])
 
     def begin_field(self, field_b: Array) -> None:
         """The first sample makes the unit."""
@@ -363,10 +372,10 @@ class InsReference:
         self.field_s = self.t_s
         self.use(H, north + iron[:2] - self.strength * measured[:2], noise * slow, of_satellites=False)
 
-    def use(self, H: Array, r: Array, variance: float, of_satellites: bool = True) -> None:
-        """One measurement."""
+    def use(self, H: Array, r: Array, variance: float | Array, of_satellites: bool = True) -> None:
+        """One measurement; variance: of each value, or of all."""
         widened = max(1.0, self.nis_mean / BY_CHANCE) if of_satellites else 1.0
-        S = H @ self.P @ H.T + variance * widened * np.eye(len(r))
+        S = H @ self.P @ H.T + widened * np.diag(np.broadcast_to(variance, len(r)))
         K = np.linalg.solve(S, H @ self.P).T
         error = K @ r
         self.P = self.P - K @ H @ self.P

@@ -216,7 +216,7 @@ def flight_table(flight: Flight) -> Table:
     for column in ("rms median", "rms worst", "mean", "ready", "ready after: median", "false"):
         out.add_column(column, justify="right")
     none: dict[str, object] = {"start_sigma_latency_s": 0.0}
-    for name, options in (("estimated", {}), ("none, as its own filter has it", none)):
+    for name, options in (("estimated", {}), ("none", none)):
         starts = flight.starts(**options)
         rms, mean = (np.degrees([getattr(s, figure) for s in starts]) for figure in ("rms", "mean"))
         ready = np.array([s.ready_s for s in starts])

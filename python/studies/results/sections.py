@@ -141,9 +141,8 @@ SECTIONS = {
     "ins_flight": Section(
         "A recorded flight",
         "A small aeroplane, consumer preset, switched on in the air with nothing known of its heading: the difference from the heading of its own "
-        "filter, which knows of no latency of the satellites. Its turns tell by how much its rows are stamped later than the gyroscopes. In "
-        "circles of 30 deg/s a latency that nobody reckons with turns the heading by its angle: 0.06 s are estimated, and told of none the "
-        "filter differs from that other one to the other side. So the mean of these differences is the reference's, as far as one can tell.",
+        "filter. Its turns tell by how much its rows are stamped later than the gyroscopes. In circles of 30 deg/s a latency of the satellites "
+        "that nobody reckons with turns the heading by its angle.",
         f"study ins --flight {FLIGHT}",
         True,
     ),
