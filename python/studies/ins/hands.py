@@ -21,6 +21,8 @@ LAST_S = 10.0
 """The filter is judged over the last ones of its minute."""
 PLACE = np.array([0.8, 0.2, 400.0])
 """Latitude, longitude and height of the room: the trials do not tell it, and at this grade it does not matter."""
+FIELD_STEP = 6
+"""Samples of the inertial sensor for one of the magnetometer."""
 NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 """Room axes, z up, to north-east-down; where north is in the room is for us to say."""
 
@@ -33,11 +35,14 @@ class Fixes:
     rate_hz: float
     sigma_m: float
     sigma_m_s: float
+    with_field: bool = False
+    """The magnetometer too, as it is: three of the trials have a magnet near it or on it."""
 
 
 WAYS = (
     Fixes("as cameras tell it: 2 cm, 20 a second", 20.0, 0.02, 0.1),
     Fixes("as satellites do: 1.5 m, 5 a second", 5.0, 1.5, 0.1),
+    Fixes("the same, and the magnetometer", 5.0, 1.5, 0.1, with_field=True),
 )
 
 
@@ -65,6 +70,7 @@ class Trial:
 
         recording = hnav.read(path)
         self.t_s, self.rate, self.force = recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2
+        self.field = recording.field_b_tesla
         with h5py.File(path) as trial:
             self.position_n = trial["opt_pos"][:] @ NED.T
         turned = recording.reference_q_nb
@@ -89,9 +95,10 @@ class Trial:
         velocity += rng.normal(0, fixes.sigma_m_s, velocity.shape)
         told = earth.position_of(PLACE) + (position[fix] + rng.normal(0, fixes.sigma_m, velocity.shape)) @ earth.axes_at(PLACE).T
         latitude, longitude, height = earth.place_of(told).T
-        return (
-            hnav.Aids().velocity(t[fix], velocity, fixes.sigma_m_s).position(t[fix], latitude, longitude, height, fixes.sigma_m)
-        )
+        aids = hnav.Aids().velocity(t[fix], velocity, fixes.sigma_m_s)
+        if fixes.with_field and self.field is not None:
+            aids.mag(t[::FIELD_STEP], self.field[rows][::FIELD_STEP])
+        return aids.position(t[fix], latitude, longitude, height, fixes.sigma_m)
 
     def minute(self, begin_s: float, fixes: Fixes) -> Minute:
         """Filter and smoother from there on, by the preset consumer."""

@@ -148,7 +148,7 @@ SECTIONS = {
     ),
     "ins_hands": Section(
         "Recorded hands",
-        "BROAD's trials in which a hand moves the sensor about, without a magnetometer: minutes that begin every 20 s with nothing known of the "
+        "BROAD's trials in which a hand moves the sensor about, without a magnetometer but for the last row: minutes that begin every 20 s with nothing known of the "
         "heading, optical positions with noise for fixes, and velocities of 0.1 m/s from them; the difference of the heading from the optics. "
         "Until the hand moves there is nothing to know. Smoothed are those whose heading was found, sigma 4 deg.",
         f"study ins --hands {TRIALS}",
