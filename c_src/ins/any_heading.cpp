@@ -98,6 +98,19 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
     m.gated = false;
 }
 
+namespace {
+
+// Of another alpha the body stands otherwise, and has done so since the start: what its biases have turned it by meanwhile,
+// phi = -(integral of R) db, was about other axes of t than R had when it was gathered. Without this the covariance belongs to several
+// alphas at once while the likeliest one moves, and tells of the bias about the vertical what nobody knows.
+void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
+    const Matrix3 turn = rotation_matrix(rotation_quaternion(turned));
+    turn_rows(P, row_phi, turn);
+    vec(s.mean + row_phi) = Vector3(turn * vec(s.mean + row_phi));
+}
+
+} // namespace
+
 // The state is linearised where |u| = 1: at the state given the likeliest alpha. The noise of the satellites stands in the
 // rows of u too and shrinks its mean, and tilt and velocity that go with a short u are a bad point to linearise about.
 void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
@@ -108,13 +121,18 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
         const double S[2][2] = {{on.S[0][0] * wider, on.S[0][1] * wider}, {on.S[1][0] * wider, on.S[1][1] * wider}};
         s.circle = heading_on_circle(m, S);
     }
-    const double off[2] = {std::cos(s.circle.mode_rad) - m[0], std::sin(s.circle.mode_rad) - m[1]};
+    const double u[2] = {std::cos(s.circle.mode_rad), std::sin(s.circle.mode_rad)};
+    const auto by_u = [&on, &u](int row, const double* from) {
+        return on.G[row][0] * (u[0] - from[0]) + on.G[row][1] * (u[1] - from[1]);
+    };
+    const Vector3 otherwise(by_u(row_phi, s.u), by_u(row_phi + 1, s.u), by_u(row_phi + 2, s.u));
     double shift[errors] = {};
     for (int i = 0; i < P.n; ++i) {
-        shift[i] = s.mean[i] + on.G[i][0] * off[0] + on.G[i][1] * off[1];
+        shift[i] = s.mean[i] + by_u(i, m);
         s.mean[i] -= shift[i];
     }
     apply(s, P, shift);
+    turn_what_was_gathered(s, P, otherwise);
 }
 
 // Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through

@@ -319,6 +319,23 @@ def after_a_rest(along_m_s, velocities=True):
     return ins, ins.run(t, 0.001 * rng.standard_normal((n, 3)), force, aids), velocity
 
 
+@pytest.mark.parametrize("seed", [21_000_036, 21_000_047, 21_000_149])
+def test_noise_tells_nothing_of_a_bias_while_the_heading_is_sought(seed):
+    """The likeliest heading of a slow ship wanders half around the circle meanwhile, and tilt and velocity with it."""
+    samples, truth = vehicle("ship", "industrial", seed, 100.0)
+    rows = np.arange(1, len(truth.t_s), RATE_HZ // 5)
+    place = earth.place_of(truth.position_e[rows])
+    velocity_n = np.einsum("nij,ni->nj", earth.axes_at(place), truth.velocity_e[rows])
+    aids = hnav.Aids().velocity(truth.t_s[rows], velocity_n, 0.1).position(truth.t_s[rows], *place.T, 0.5)
+    rate, force = ideal(truth)
+    sigmas = []
+    for given in (samples, replace(samples, rate_b_rad_s=rate, force_b_m_s2=force, aids=aids)):
+        ins = hnav.Ins("industrial", **FAST)
+        navigate(given, ins)
+        sigmas.append(ins.navigation().sigma_gyro_bias_rad_s[2])
+    assert sigmas[0] > 0.85 * sigmas[1]
+
+
 @pytest.mark.parametrize("speed_m_s, velocities", [(0.05, True), (0.2, True), (0.2, False)])
 def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
     _, run, velocity = after_a_rest(lambda t: np.clip(0.2 * t, 0, speed_m_s), velocities)
