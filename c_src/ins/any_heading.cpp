@@ -98,11 +98,18 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
     m.gated = false;
 }
 
+double tilt_variance(const Covariance& P) {
+    const Matrix3 with_force = P.block(row_phi, row_accel);
+    const Matrix3 known =
+        P.block(row_phi, row_phi) - with_force * P.block(row_accel, row_accel).inverse() * with_force.transpose();
+    return std::fmax(0, 0.5 * (known(0, 0) + known(1, 1)));
+}
+
 namespace {
 
-// Of another alpha the body stands otherwise, and has done so since the start: what its biases have turned it by meanwhile,
-// phi = -(integral of R) db, was about other axes of t than R had when it was gathered. Without this the covariance belongs to several
-// alphas at once while the likeliest one moves, and tells of the bias about the vertical what nobody knows.
+// A body that is found to stand otherwise, and has done so since the start, has been turned by its biases, phi = -(integral of R) db,
+// about other axes of t than R had when it was gathered. Without this the covariance belongs to several alphas at once while the
+// likeliest one moves, and tells of the bias about the vertical what nobody knows.
 void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
     const Matrix3 turn = rotation_matrix(rotation_quaternion(turned));
     turn_rows(P, row_phi, turn);
@@ -132,7 +139,9 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
         s.mean[i] -= shift[i];
     }
     apply(s, P, shift);
-    turn_what_was_gathered(s, P, otherwise);
+    // With alpha all of the tilt has been otherwise since the start; of what samples say besides, the part that is no noise since then.
+    const double old = std::fmax(0, 1 - s.tilt_noise / tilt_variance(P));
+    turn_what_was_gathered(s, P, otherwise + old * (vec(shift + row_phi) - otherwise));
 }
 
 // Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through
@@ -237,6 +246,7 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
         s.refused_in_row[channel] = 0;
         s.refused_since_s[channel] = nan;
     }
+    s.tilt_noise = 0;
     ++s.times_lost;
     put_gravity(s);
 }

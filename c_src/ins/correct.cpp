@@ -89,6 +89,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (absolute) note_fit(s, event, m, c);
     if (is_free(s)) {
         for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
+        s.tilt_noise *= std::fmin(1, tilt_variance(P) / tilt_variance(prior));
         centre(s, P, absolute || m.channel == ins::heading || m.channel == field);
     } else {
         apply(s, P, c.error);
@@ -192,6 +193,7 @@ void Model::correct(State& s, const Event& event) const {
     note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
+    s.tilt_noise += turn_variance(s);
     const bool sees_field = wants_field(s, event);
     if (sees_field) begin_field(s, P, event);
     note_prediction(s, P);

@@ -256,11 +256,15 @@ double Model::force_psd(const State& s) const {
     return std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_force2);
 }
 
+// Of a turn about one axis over the window, likewise.
+double Model::turn_variance(const State& s) const {
+    const double psd = std::fmax(settings_.gyro_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_rate2);
+    return psd * s.window.length_s + settings_.gyro_rate_psd * s.window.turned2;
+}
+
 void Model::add_noise(const State& s, Covariance& P) const {
     const Window& w = s.window;
-    const double T = w.length_s, share = settings_.vibration_share * s.usual_interval_s;
-    const double accel = force_psd(s) * T;
-    const double gyro = std::fmax(settings_.gyro_psd, share * s.vibration_rate2) * T + settings_.gyro_rate_psd * w.turned2;
+    const double T = w.length_s, accel = force_psd(s) * T, gyro = turn_variance(s);
     // Axes that are askew show the rate about the other two: a bias for as long as the body turns alike.
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
     const Vector3 across = settings_.gyro_scale2 * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);

@@ -120,6 +120,7 @@ private:
     void propagate(const State& s, Covariance& P, double* mean) const;
     void note_prediction(const State& s, const Covariance& P) const;
     double force_psd(const State& s) const;
+    double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
     void feel(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);

@@ -311,7 +311,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
         s.gates.velocity_s = event.t_s;
         vec(s.gates.velocity) = vec(event.value[velocity]);
     }
-    s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
+    s.information_tilt = s.information_heading = s.information_velocity = s.information_position = s.tilt_noise = 0;
     put_gravity(s);
     s.felt[0] = nan;
     s.felt2 = 0;

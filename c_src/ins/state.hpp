@@ -177,6 +177,7 @@ struct State {
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     double heading_doubt; // variances of headings from elsewhere are larger by it
     double nis_mean;
+    double tilt_noise; // variance of the tilt by noise since the search for the heading began, as far as it is not corrected
     double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // about the heading, by channel

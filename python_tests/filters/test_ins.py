@@ -16,7 +16,7 @@ from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_options import ins_option_table
 from hnav.reference import earth
-from studies.ins.experiment import experiment, figures, wrapped
+from studies.ins.experiment import experiment, figures, judged, wrapped
 from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes
@@ -334,6 +334,13 @@ def test_noise_tells_nothing_of_a_bias_while_the_heading_is_sought(seed):
         navigate(given, ins)
         sigmas.append(ins.navigation().sigma_gyro_bias_rad_s[2])
     assert sigmas[0] > 0.85 * sigmas[1]
+
+
+@pytest.mark.parametrize("seed", [42_000_087, 42_000_161, 42_000_190])
+def test_a_tilt_that_was_wrong_while_a_phone_drifted_leaves_no_false_heading(seed):
+    """An aeroplane's first run along the ground shows how the body stands, when its gyroscopes have long turned the heading away."""
+    start = judged("take_off", "consumer", seed)
+    assert abs(start.error_end) < 3 * start.sigma_end
 
 
 @pytest.mark.parametrize("speed_m_s, velocities", [(0.05, True), (0.2, True), (0.2, False)])
