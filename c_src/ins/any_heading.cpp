@@ -98,6 +98,19 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
     m.gated = false;
 }
 
+// While a heading may be any, satellites tell nothing of the bias about the vertical: what they seem to tell comes of tilts and velocities
+// that were linearised about one heading after the other. Its variance stays, and what depends on it is corrected as ever (Schmidt).
+void Model::leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) const {
+    constexpr double any_rad = 1;
+    if (!(s.circle.spread_rad > any_rad)) return;
+    const Vector3 vertical_b = attitude(s).row(2).transpose();
+    const double told = vertical_b.dot((before.block(row_gyro, row_gyro) - after.block(row_gyro, row_gyro)) * vertical_b);
+    const Matrix3 kept = std::fmax(0, told) * vertical_b * vertical_b.transpose();
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) after[row_gyro + i][row_gyro + j] += kept(i, j);
+    vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
+}
+
 double tilt_variance(const Covariance& P) {
     const Matrix3 with_force = P.block(row_phi, row_accel);
     const Matrix3 known =

@@ -79,11 +79,12 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     double mean[errors];
     for (int i = 0; i < errors; ++i) mean[i] = s.mean[i];
     const Covariance prior = P;
-    const Correction c = corrected(P, mean, m, settings_.gate_nis);
+    Correction c = corrected(P, mean, m, settings_.gate_nis);
     if (!c.sound) {
         P = prior;
         return;
     }
+    if (is_free(s) && (m.channel == velocity || m.channel == position)) leave_vertical_bias(s, prior, P, c.error);
     note_innovation(s, event, m, prior, mean, c);
     const bool absolute = m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
     if (absolute) note_fit(s, event, m, c);

@@ -166,6 +166,7 @@ private:
         double heading, tilt, velocity, position;
     };
     Spread spread(const State& s, const Covariance& P) const;
+    void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
