@@ -98,9 +98,18 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
     m.gated = false;
 }
 
+double tilt_variance(const Covariance& P) {
+    const Matrix3 with_force = P.block(row_phi, row_accel);
+    const Matrix3 known =
+        P.block(row_phi, row_phi) - with_force * P.block(row_accel, row_accel).inverse() * with_force.transpose();
+    return std::fmax(0, 0.5 * (known(0, 0) + known(1, 1)));
+}
+
+namespace {
+
 // While a heading may be any, satellites tell nothing of the bias about the vertical: what they seem to tell comes of tilts and velocities
 // that were linearised about one heading after the other. Its variance stays, and what depends on it is corrected as ever (Schmidt).
-void Model::leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) const {
+void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) {
     constexpr double any_rad = 1;
     if (!(s.circle.spread_rad > any_rad)) return;
     const Vector3 vertical_b = attitude(s).row(2).transpose();
@@ -110,15 +119,6 @@ void Model::leave_vertical_bias(const State& s, const Covariance& before, Covari
         for (int j = 0; j < 3; ++j) after[row_gyro + i][row_gyro + j] += kept(i, j);
     vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
 }
-
-double tilt_variance(const Covariance& P) {
-    const Matrix3 with_force = P.block(row_phi, row_accel);
-    const Matrix3 known =
-        P.block(row_phi, row_phi) - with_force * P.block(row_accel, row_accel).inverse() * with_force.transpose();
-    return std::fmax(0, 0.5 * (known(0, 0) + known(1, 1)));
-}
-
-namespace {
 
 // A body that is found to stand otherwise, and has done so since the start, has been turned by its biases, phi = -(integral of R) db,
 // about other axes of t than R had when it was gathered. Without this the covariance belongs to several alphas at once while the
@@ -155,6 +155,14 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     // With alpha all of the tilt has been otherwise since the start; of what samples say besides, the part that is no noise since then.
     const double old = std::fmax(0, 1 - s.tilt_noise / tilt_variance(P));
     turn_what_was_gathered(s, P, otherwise + old * (vec(shift + row_phi) - otherwise));
+}
+
+// A correction where the heading is unknown.
+void Model::take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const {
+    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);
+    for (int i = 0; i < errors; ++i) s.mean[i] += error[i];
+    s.tilt_noise *= std::fmin(1, tilt_variance(P) / tilt_variance(before));
+    centre(s, P, is_absolute(m) || m.channel == ins::heading || m.channel == field);
 }
 
 // Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through

@@ -74,6 +74,15 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
     note_strain(s, m.channel, c.nis / m.rows, event.t_s);
 }
 
+void Model::note_gain(State& s, int channel, const Spread& before, const Spread& after) {
+    if (after.heading > 0 && after.heading < before.heading)
+        s.gained_nats[channel] += 0.5 * std::log(before.heading / after.heading);
+    s.information_heading += gained(before.heading, after.heading);
+    s.information_tilt += gained(before.tilt, after.tilt);
+    s.information_velocity += gained(before.velocity, after.velocity);
+    s.information_position += gained(before.position, after.position);
+}
+
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
     const Spread before = spread(s, P);
     double mean[errors];
@@ -84,24 +93,12 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         P = prior;
         return;
     }
-    if (is_free(s) && (m.channel == velocity || m.channel == position)) leave_vertical_bias(s, prior, P, c.error);
     note_innovation(s, event, m, prior, mean, c);
-    const bool absolute = m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
-    if (absolute) note_fit(s, event, m, c);
-    if (is_free(s)) {
-        for (int i = 0; i < errors; ++i) s.mean[i] += c.error[i];
-        s.tilt_noise *= std::fmin(1, tilt_variance(P) / tilt_variance(prior));
-        centre(s, P, absolute || m.channel == ins::heading || m.channel == field);
-    } else {
-        apply(s, P, c.error);
-    }
+    if (is_absolute(m)) note_fit(s, event, m, c);
+    if (is_free(s)) take_free(s, prior, P, m, c.error);
+    else apply(s, P, c.error);
     const Spread after = spread(s, P);
-    if (after.heading > 0 && after.heading < before.heading)
-        s.gained_nats[m.channel] += 0.5 * std::log(before.heading / after.heading);
-    s.information_heading += gained(before.heading, after.heading);
-    s.information_tilt += gained(before.tilt, after.tilt);
-    s.information_velocity += gained(before.velocity, after.velocity);
-    s.information_position += gained(before.position, after.position);
+    note_gain(s, m.channel, before, after);
     if (is_free(s) && std::sqrt(after.heading) < settings_.found_rad) collapse(s, P);
 }
 

@@ -166,7 +166,7 @@ private:
         double heading, tilt, velocity, position;
     };
     Spread spread(const State& s, const Covariance& P) const;
-    void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) const;
+    void take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
@@ -177,6 +177,7 @@ private:
     void correct(State& s, const Event& event) const;
     void use(State& s, Covariance& P, const Event& event, const Measurement& m) const;
     void widen(Covariance& P, int row, double variance) const;
+    static void note_gain(State& s, int channel, const Spread& before, const Spread& after);
     void admit_drift(State& s, Covariance& P) const;
     void believe_jump(State& s, Covariance& P, Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
@@ -227,6 +228,10 @@ inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6));
 inline double widened(const State& s) {
     constexpr double by_chance = 1.3;
     return std::fmax(1, s.nis_mean / by_chance);
+}
+// Of all of the velocity or the position.
+inline bool is_absolute(const Measurement& m) {
+    return m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
 inline bool has_new(const State& s, const Event& event, int channel) {
