@@ -122,8 +122,10 @@ void leave_vertical_bias(const State& s, const Covariance& before, Covariance& a
 
 // A body that is found to stand otherwise, and has done so since the start, has been turned by its biases, phi = -(integral of R) db,
 // about other axes of t than R had when it was gathered. Without this the covariance belongs to several alphas at once while the
-// likeliest one moves, and tells of the bias about the vertical what nobody knows.
+// likeliest one moves, and tells of the bias about the vertical what nobody knows. It holds as long as what they have turned is small.
 void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
+    constexpr double small_rad = 0.1;
+    if (P[row_phi + 2][row_phi + 2] > small_rad * small_rad) return;
     const Matrix3 turn = rotation_matrix(rotation_quaternion(turned));
     turn_rows(P, row_phi, turn);
     vec(s.mean + row_phi) = Vector3(turn * vec(s.mean + row_phi));

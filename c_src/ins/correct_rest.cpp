@@ -57,7 +57,8 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     const double sigma = told ? event.value[ins::rest][0] : settings_.rest_velocity_m_s;
     // A body that comes to rest creeps for some seconds more.
     constexpr double creeps_m_s = 0.2, settles_s = 1;
-    const double creep = told ? 0 : creeps_m_s * std::exp((settings_.rest.duration_s - s.rest.still_s) / settles_s);
+    const double stood_s = s.rest.still(settings_.rest) ? s.rest.still_s : s.rest.swaying_s;
+    const double creep = told ? 0 : creeps_m_s * std::exp((settings_.rest.duration_s - stood_s) / settles_s);
     for (double& r : still.R) r = sigma * sigma + creep * creep;
     vec(still.r) = -vec(s.x + 3);
     use_absolute(s, P, event, still);
