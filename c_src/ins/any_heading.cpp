@@ -98,14 +98,15 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
     m.gated = false;
 }
 
+namespace {
+
+// Of the tilt, one axis, if the biases of the accelerometers, which look like it, were known.
 double tilt_variance(const Covariance& P) {
     const Matrix3 with_force = P.block(row_phi, row_accel);
     const Matrix3 known =
         P.block(row_phi, row_phi) - with_force * P.block(row_accel, row_accel).inverse() * with_force.transpose();
     return std::fmax(0, 0.5 * (known(0, 0) + known(1, 1)));
 }
-
-namespace {
 
 // While a heading may be any, satellites tell nothing of the bias about the vertical: what they seem to tell comes of tilts and velocities
 // that were linearised about one heading after the other. Its variance stays, and what depends on it is corrected as ever (Schmidt).

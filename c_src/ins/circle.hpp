@@ -5,15 +5,12 @@
 //     p(alpha) ~ exp(-1/2 (u(alpha) - m)' S^-1 (u(alpha) - m))
 #pragma once
 
-#include "ins/measurement.hpp"
+#include "ins/state.hpp"
 
 namespace hnav::ins {
 
 // Of a heading of which nothing is known.
 constexpr Circle any = {0, 1.8137993642342178, 0, 0, {1.5, 0, 0.5}};
-
-// Of the tilt, one axis, if the biases of the accelerometers, which look like it, were known.
-double tilt_variance(const Covariance& P);
 
 // m: 2, S: 2 x 2, symmetric.
 Circle heading_on_circle(const double* m, const double S[2][2]);

@@ -1,5 +1,4 @@
 // All corrections of one event, and what each of them leaves in the state.
-#include "ins/circle.hpp"
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -191,7 +190,7 @@ void Model::correct(State& s, const Event& event) const {
     note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
-    s.tilt_noise += turn_variance(s);
+    if (is_free(s)) s.tilt_noise += turn_variance(s);
     const bool sees_field = wants_field(s, event);
     if (sees_field) begin_field(s, P, event);
     note_prediction(s, P);

@@ -18,7 +18,8 @@ bool Model::at_rest(const State& s, double now_s) const {
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 
-// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently. Where they tell no velocities their positions lead away.
+// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently. Where satellites tell
+// no velocities their positions lead away.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(settings_.rest)) return;

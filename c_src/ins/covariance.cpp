@@ -21,6 +21,16 @@ double felt_over_s(const State& s) {
     return std::fmin(longest_s, s.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
+// The part of a force in t, a mean over so long, by which errors of the attitude become those of the velocity.
+Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
+    const double noise2 = 2 * s.vibration_force2 * s.usual_interval_s;
+    if (!(noise2 > 0)) return raw;
+    const double moved2 = std::fmax(0, s.felt2 - noise2 / (2 * felt_over_s(s) + s.usual_interval_s));
+    Vector3 steady = vec(s.felt);
+    if (s.felt2 > 0) steady.head<2>() *= moved2 / s.felt2;
+    return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
+}
+
 } // namespace
 
 // An accelerometer that vibrates shows forces which move nothing. To take them for forces, by which a wrong heading would show in
@@ -31,15 +41,6 @@ void Model::feel(State& s, const Vector3& force, double interval_s) const {
     if (std::isnan(s.felt[0])) vec(s.felt) = force;
     vec(s.felt) += T / (felt_over_s(s) + T) * (force - vec(s.felt));
     s.felt2 += T / (memory_s + T) * (vec(s.felt).head<2>().squaredNorm() - s.felt2);
-}
-
-Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
-    const double noise2 = 2 * s.vibration_force2 * s.usual_interval_s;
-    if (!(noise2 > 0)) return raw;
-    const double moved2 = std::fmax(0, s.felt2 - noise2 / (2 * felt_over_s(s) + s.usual_interval_s));
-    Vector3 steady = vec(s.felt);
-    if (s.felt2 > 0) steady.head<2>() *= moved2 / s.felt2;
-    return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
 }
 
 // While samples are missing a body may turn and accelerate as vehicles do, and, once the gap is as long as a swing, by as much as it has just

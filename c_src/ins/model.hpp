@@ -221,8 +221,6 @@ inline Vector3 turn_rate(const State& s) {
     return (vec(s.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.coning);
 }
 inline Vector3 specific_force(const State& s) { return vec(s.force) - vec(s.accel_bias) + vec(s.sculling); }
-// The part of a force in t, a mean over so long, by which errors of the attitude become those of the velocity.
-Vector3 moving_force(const State& s, const Vector3& raw, double over_s);
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
 // Noise of the satellites is taken to be larger when they fit worse than they may by chance.
 inline double widened(const State& s) {

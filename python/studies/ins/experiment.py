@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,8 @@ from hnav.filters.ins_answers import InsRun
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 from studies.ins.motions import AT_REST
-from studies.ins.vehicles import Truth, receiver, vehicle
+from studies.ins.vehicles import Truth, receiver, starts_of, vehicle
+from studies.processes import in_order
 
 DURATIONS_S = {
     "car": 150.0, "aircraft": 150.0, "ship": 150.0,
@@ -100,18 +101,9 @@ def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> fl
     return float(np.mean((down[[1, 0]] / run.sigma_rotation_rad[i, :2]) ** 2))
 
 
-def _judged(of: tuple[str, str, int, bool]) -> Start:
-    return judged(*of)
-
-
 def experiment(kind: str, grade: str, runs: int, seed: int, workers: int, magnetometer: bool = False) -> Iterator[Start]:
-    """Starts seed x 10^6 + 0, 1, ..., in this order."""
-    numbers = [(kind, grade, seed * 1_000_000 + i, magnetometer) for i in range(runs)]
-    if workers == 1:
-        yield from map(_judged, numbers)
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(_judged, numbers, chunksize=8)
+    """The starts of a seed, in their order."""
+    return in_order(partial(judged, kind, grade, magnetometer=magnetometer), starts_of(seed, runs), workers, 8)
 
 
 @dataclass(frozen=True)

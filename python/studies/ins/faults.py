@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
-from studies.ins.vehicles import OUTLIERS, Samples, Truth, fixes, vehicle
+from studies.ins.vehicles import OUTLIERS, Samples, Truth, fixes, starts_of, vehicle
+from studies.processes import in_order
 
 BEGIN_S = 90.0
 """After the start."""
@@ -121,15 +122,6 @@ def _outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, en
     )  # fmt: skip
 
 
-def _of(numbers: tuple[str, str, int]) -> Outcome:
-    return _judged(*numbers)
-
-
 def outcomes(kind: str, name: str, runs: int, seed: int, workers: int) -> Iterator[Outcome]:
-    """Starts seed x 10^6 + 0, 1, ..., in this order, with the fault of this name in FAULTS."""
-    numbers = [(kind, name, seed * 1_000_000 + i) for i in range(runs)]
-    if workers == 1:
-        yield from map(_of, numbers)
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(_of, numbers, chunksize=4)
+    """The starts of a seed, in their order, with the fault of this name in FAULTS."""
+    return in_order(partial(_judged, kind, name), starts_of(seed, runs), workers, 4)

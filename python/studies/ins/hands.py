@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD
+from studies.processes import in_order
 
 LENGTH_S, APART_S, FIRST_S = 60.0, 20.0, 5.0
 LAST_S = 10.0
@@ -147,7 +149,4 @@ def trials(folder: Path) -> list[Path]:
 
 def minutes(folder: Path, fixes: Fixes, workers: int) -> Iterator[Minute]:
     """All minutes of all trials."""
-    paths = trials(folder)
-    with ProcessPoolExecutor(workers) as pool:
-        for found in pool.map(minutes_of, paths, [fixes] * len(paths)):
-            yield from found
+    return chain.from_iterable(in_order(partial(minutes_of, fixes=fixes), trials(folder), workers))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,7 +14,8 @@ from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from studies.ins.faults import FAULTS
-from studies.ins.vehicles import Truth, vehicle
+from studies.ins.vehicles import Truth, starts_of, vehicle
+from studies.processes import in_order
 
 OUTAGE_S = (90.0, 120.0)
 LENGTH_S = 150.0
@@ -68,18 +69,9 @@ def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
     return np.array([np.mean(column**2) for column in columns])
 
 
-def _compared(of: tuple[str, str, int]) -> Compared:
-    return compared(*of)
-
-
 def starts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Compared]:
-    """Starts seed x 10^6 + 0, 1, ..., in this order."""
-    numbers = [(kind, grade, seed * 1_000_000 + i) for i in range(runs)]
-    if workers == 1:
-        yield from map(_compared, numbers)
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(_compared, numbers, chunksize=4)
+    """The starts of a seed, in their order."""
+    return in_order(partial(compared, kind, grade), starts_of(seed, runs), workers, 4)
 
 
 def summary(of: Sequence[Compared]) -> Array:

@@ -89,6 +89,11 @@ class Samples:
     aids: Aids
 
 
+def starts_of(seed: int, runs: int) -> range:
+    """The numbers of so many starts."""
+    return range(seed * 1_000_000, seed * 1_000_000 + runs)
+
+
 def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magnetometer: bool = False) -> tuple[Samples, Truth]:
     """Samples from the moment on at which the filter is switched on, and the truth at their times.
 

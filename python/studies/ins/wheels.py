@@ -4,17 +4,18 @@ measured."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import Aids
 from hnav.native.arrays import Array
 from hnav.reference import earth
-from studies.ins.vehicles import Samples, Truth, fixes, vehicle
+from studies.ins.vehicles import Samples, Truth, fixes, starts_of, vehicle
+from studies.processes import in_order
 
 OUTAGES_S = ((100.0, 10.0), (130.0, 30.0), (190.0, 10.0), (220.0, 30.0))
 """After the start, and for how long."""
@@ -79,7 +80,7 @@ def drive(name: str, grade: str, seed: int) -> list[Outage]:
     valid, _received, sensor, value = samples.aids.arrays()
     begins = [(samples.t_s[0] + after, length) for after, length in OUTAGES_S]
     seen = ~np.any([(valid > begin) & (valid <= begin + length) for begin, length in begins], axis=0)
-    aids: Aids = fixes(valid[seen], sensor[seen], value[seen])
+    aids = fixes(valid[seen], sensor[seen], value[seen])
     rate, force = samples.rate_b_rad_s, samples.force_b_m_s2
     if car is not None:
         speed, rate, force = sensed(car, samples, truth, np.random.default_rng(seed))
@@ -92,13 +93,6 @@ def drive(name: str, grade: str, seed: int) -> list[Outage]:
     return [Outage(length, float(np.hypot(*off_n[i])), float(z2[i])) for i, (_, length) in enumerate(begins)]
 
 
-def _of(numbers: tuple[str, str, int]) -> list[Outage]:
-    return drive(*numbers)
-
-
 def outages(name: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Outage]:
-    """Of the starts seed x 10^6 + 0, 1, ..., in this order."""
-    numbers = [(name, grade, seed * 1_000_000 + i) for i in range(runs)]
-    with ProcessPoolExecutor(workers) as pool:
-        for found in pool.map(_of, numbers, chunksize=4):
-            yield from found
+    """Of the starts of a seed, in their order."""
+    return chain.from_iterable(in_order(partial(drive, name, grade), starts_of(seed, runs), workers, 4))

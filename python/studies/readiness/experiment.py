@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -14,6 +13,7 @@ from scipy import stats
 from hnav.filters.attitude_options import Options
 from hnav.fmi.engines import run_recording
 from hnav.reports.scores import errors_rad
+from studies.processes import in_order
 from studies.readiness.starts import simulated_start
 
 WRONG_FLOOR_DEG, WRONG_SIGMAS = 5.0, 3.0
@@ -80,11 +80,7 @@ def experiment(
     """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
     Options(filter, **{"gyro_hold": "backward", **settings})
     run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error)
-    if workers == 1:
-        yield from map(run, range(starts))
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(run, range(starts), chunksize=CHUNK)
+    yield from in_order(run, range(starts), workers, CHUNK)
 
 
 class Figures(NamedTuple):

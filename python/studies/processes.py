@@ -1,0 +1,21 @@
+"""Work shared out to processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from typing import TypeVar
+
+Item, Found = TypeVar("Item"), TypeVar("Found")
+
+
+def in_order(judge: Callable[[Item], Found], items: Iterable[Item], workers: int, chunk: int = 1) -> Iterator[Found]:
+    """What judge finds of each item, in their order, whatever the number of workers; 1: in this process.
+
+    chunk: items that a worker is given at once.
+    """
+    if workers == 1:
+        yield from map(judge, items)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(judge, items, chunksize=chunk)
