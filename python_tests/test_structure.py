@@ -1,4 +1,5 @@
-"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> hybrid -> maths -> base; in Python
+"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> estimation -> signals -> hybrid -> maths
+-> base; in Python
 studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters -> io -> native.
 
 The plain data of include/hnav, types.h and the options, belong to nobody: every room may include them.
@@ -13,16 +14,22 @@ import pytest
 import hnav
 from checkout import TOP
 
-BELOW = {"base": (), "maths": ("base",), "hybrid": ("maths", "base")}
+BELOW = {
+    "base": (),
+    "maths": ("base",),
+    "hybrid": ("maths", "base"),
+    "signals": ("hybrid", "maths", "base"),
+    "estimation": ("signals", "hybrid", "maths", "base"),
+}
 PRODUCTS = ("attitude", "ins", "ins_error", "observer", "calibration", "simulation")
 SHARED_BY_FMUS = ("attitude_filter", "aircraft", "aid_sensor")
 FMUS = sorted(p.parent.name for p in TOP.glob("fmu/*/model.cpp"))
 # Room of the includer: the rooms that it may include from, its own beside them.
 ALLOWED = {
     **{f"c_src/{room}": {room, *below} for room, below in BELOW.items()},
-    **{f"c_src/{room}": {room, "hybrid", "maths", "base", "hnav"} for room in PRODUCTS},
+    **{f"c_src/{room}": {room, *BELOW, "hnav"} for room in PRODUCTS},
     "c_src/options": {"options", "base"},
-    "c_src/c_api": {"c_api", *PRODUCTS, "options", "hybrid", "maths", "base", "hnav"},
+    "c_src/c_api": {"c_api", *PRODUCTS, "options", *BELOW, "hnav"},
     "c_src/include": {"hnav"},
     # An FMU knows the library by its public headers alone, the adapter, and what FMUs of its kind share.
     **{f"fmu/{room}": {room, "adapter", "hnav"} for room in ("adapter", *SHARED_BY_FMUS, "bench", "fuzz", "tests")},

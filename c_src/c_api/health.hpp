@@ -1,7 +1,7 @@
 // How each sensor does, from what the checks of the samples and the stamps have seen.
 #pragma once
 
-#include "attitude/common/sensor_check.hpp"
+#include "signals/sensor_check.hpp"
 #include "hnav/hnav.h"
 
 #include <cmath>

@@ -171,7 +171,7 @@ void Model::forget(State& s) const {
         for (int i = 0; i < parts_of(s); ++i) inflate(part_of(s, i), since_s);
 }
 
-// The robust inflation of the HREKF (attitude/common/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and
+// The robust inflation of the HREKF (estimation/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and
 // theta such that the largest variance of L P L' grows by exp(rate T). One row of L after the other, each of which is the opposite of
 // a correction; what is added is positive semidefinite.
 void Model::inflate(double* part, double since_s) const {

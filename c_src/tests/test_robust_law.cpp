@@ -1,4 +1,4 @@
-#include "attitude/common/robust_law.hpp"
+#include "estimation/robust_law.hpp"
 #include "attitude/hrekf/noise_adaptation.hpp"
 #include "laws.hpp"
 

@@ -1,6 +1,6 @@
 // What the samples of one sensor tell about its health.
-#include "attitude/common/rate_change.hpp"
-#include "attitude/common/sensor_check.hpp"
+#include "signals/rate_change.hpp"
+#include "signals/sensor_check.hpp"
 
 #include <gtest/gtest.h>
 

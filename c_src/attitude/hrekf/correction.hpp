@@ -1,7 +1,7 @@
 // One correction of m rows that see the quaternion only, H = [H_q, 0]: inflation, gain, covariance and state.
 #pragma once
 
-#include "attitude/common/robust_law.hpp"
+#include "estimation/robust_law.hpp"
 #include "attitude/hrekf/state.hpp"
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"

@@ -14,7 +14,7 @@
 // The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
 #pragma once
 
-#include "attitude/common/sampling.hpp"
+#include "signals/sampling.hpp"
 #include "attitude/hrekf/state.hpp"
 #include "maths/scalar.hpp"
 

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "attitude/common/estimate.hpp"
-#include "attitude/common/rate_change.hpp"
-#include "attitude/common/readiness.hpp"
-#include "attitude/common/robust_law.hpp"
-#include "attitude/common/sensor_check.hpp"
+#include "signals/rate_change.hpp"
+#include "estimation/readiness.hpp"
+#include "estimation/robust_law.hpp"
+#include "signals/sensor_check.hpp"
 #include "attitude/common/start.hpp"
 #include "attitude/hrekf/error_map.hpp"
 #include "attitude/hrekf/noise_adaptation.hpp"

@@ -3,7 +3,7 @@
 // before.
 #pragma once
 
-#include "attitude/common/sampling.hpp"
+#include "signals/sampling.hpp"
 #include "maths/rotation.hpp"
 
 namespace hnav {
