@@ -97,9 +97,7 @@ private:
 
     template <class Model, class Options>
     auto settings_of(const Options& o) const {
-        auto settings = engine_settings<Model>(o, list);
-        settings.time_jump_limit_s = o.time_jump_limit_s;
-        return settings;
+        return engine_settings<Model>(o, list);
     }
 };
 

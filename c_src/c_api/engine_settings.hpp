@@ -18,6 +18,7 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
     e.propagator.euler_step_s = o.euler_step_s;
     e.atol = o.solver_atol;
     e.horizon_s = o.horizon_s;
+    e.time_jump_limit_s = o.time_jump_limit_s;
     e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
     e.fingerprint = fingerprint(list, &o);
     return e;

@@ -57,6 +57,9 @@ ins::Settings settings_of(const hnav_ins_options& o) {
     s.gate_nis = o.gate_nis;
     s.gate_longest_s = o.gate_longest_s;
     s.rest = {o.rest_rate_rad_s, o.rest_force_m_s2, o.rest_duration_s};
+    s.check[checked_gyro] = {o.outlier_rate_rad_s, o.gyro_range_rad_s, 1.7};
+    s.check[checked_accel] = {o.outlier_force_m_s2, o.accel_range_m_s2, 18};
+    s.check[checked_mag] = {0, 0, max_reading};
     s.rest_velocity_m_s = o.rest_velocity_noise_m_s;
     s.rest_rate_density2 = square(o.rest_rate_noise_rad_per_sqrt_s);
     s.car_across_m_s = o.car_across_m_s;

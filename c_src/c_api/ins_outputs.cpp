@@ -209,8 +209,8 @@ hnav_status hnav_ins_get_diagnostics(const hnav_ins* object, hnav_ins_diagnostic
     hnav_ins_diagnostics result{};
     result.newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : ins::nan;
     result.mean_nis = s.nis_mean;
-    result.gyro_vibration_rad_s = std::sqrt(s.vibration_rate2);
-    result.accel_vibration_m_s2 = std::sqrt(s.vibration_force2);
+    result.gyro_vibration_rad_s = std::sqrt(s.held.vibration_rate2);
+    result.accel_vibration_m_s2 = std::sqrt(s.held.vibration_force2);
     for (int c = 0; c < HNAV_INS_SENSOR_COUNT; ++c) {
         result.used[c] = s.used[c];
         result.inflated[c] = s.inflated[c];

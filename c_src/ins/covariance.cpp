@@ -6,7 +6,6 @@ namespace hnav::ins {
 namespace {
 
 constexpr double turns_alike_s = 5;
-constexpr double saturated_after = 4; // samples of the same value
 
 } // namespace
 
@@ -18,12 +17,12 @@ constexpr double small_m_s2 = 0.1, longest_s = 1;
 
 // Time over which vibration is averaged away to something small.
 double felt_over_s(const State& s) {
-    return std::fmin(longest_s, s.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
+    return std::fmin(longest_s, s.held.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
 // The part of a force in t, a mean over so long, by which errors of the attitude become those of the velocity.
 Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
-    const double noise2 = 2 * s.vibration_force2 * s.usual_interval_s;
+    const double noise2 = 2 * s.held.vibration_force2 * s.usual_interval_s;
     if (!(noise2 > 0)) return raw;
     const double moved2 = std::fmax(0, s.felt2 - noise2 / (2 * felt_over_s(s) + s.usual_interval_s));
     Vector3 steady = vec(s.felt);
@@ -41,24 +40,6 @@ void Model::feel(State& s, const Vector3& force, double interval_s) const {
     if (std::isnan(s.felt[0])) vec(s.felt) = force;
     vec(s.felt) += T / (felt_over_s(s) + T) * (force - vec(s.felt));
     s.felt2 += T / (memory_s + T) * (vec(s.felt).head<2>().squaredNorm() - s.felt2);
-}
-
-// While samples are missing a body may turn and accelerate as vehicles do, and, once the gap is as long as a swing, by as much as it has just
-// swung to and fro. From and to are seconds since the last sample.
-void Model::note_gap(State& s, double from_s, double to_s) {
-    constexpr double rate = 0.2, force = 2, swing_s = 0.3;
-    const double usual_s = s.usual_interval_s;
-    if (!(usual_s > 0) || !(to_s > 3 * usual_s)) return;
-    const auto add = [&](double gap_s, double sign) {
-        const double gap2 = sign * gap_s * gap_s, swings2 = std::fmin(1, gap_s * gap_s / (swing_s * swing_s));
-        const double of_axis = swings2 * swings2 / 3; // between samples that are near the change is even, and known
-        const double gain2 = gap2 * (force * force + of_axis * s.rest.force2);
-        s.window.gap_turn2 += gap2 * (rate * rate + of_axis * s.rest.rate2);
-        s.window.gap_gain2 += gain2;
-        s.window.gap_way2 += gain2 * gap_s * gap_s / 4;
-    };
-    add(to_s - usual_s, 1);
-    if (from_s > 3 * usual_s) add(from_s - usual_s, -1);
 }
 
 // The interval that has just been crossed, at its middle.
@@ -84,15 +65,8 @@ void Model::gather(State& s, double interval_s) const {
     add(w.by_scale_A, w.by_scale_B, w.by_scale_C, R * rate.asDiagonal());
     vec(w.S) += T * vec(w.F) + 0.5 * T * T * f;
     vec(w.F) += T * f;
-    vec(w.rate_sum) += T * vec(s.rate);
+    vec(w.rate_sum) += T * vec(s.held.rate);
     vec(s.steady_rate) += T / (turns_alike_s + T) * (rate - vec(s.steady_rate));
-    for (int i = 0; i < 3; ++i) {
-        if (s.repeated[i] < saturated_after) continue;
-        // One error for as long as it lasts, as large as vehicles turn.
-        const double missed_rate = std::fmax(0.2, 0.5 * std::fabs(s.rate[i])), since_s = s.saturated_s[i];
-        w.missed[i] += missed_rate * missed_rate * T * (2 * since_s + T);
-        s.saturated_s[i] += T;
-    }
     w.turned2 += T * rate.squaredNorm();
     w.length_s += T;
     vec(s.gates.gained) += vec(s.x + 3) - vec(s.seen_v);
@@ -254,12 +228,12 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
 
 // Of the force: noise of the sensor, or what vibrates.
 double Model::force_psd(const State& s) const {
-    return std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_force2);
+    return std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.held.vibration_force2);
 }
 
 // Of a turn about one axis over the window, likewise.
 double Model::turn_variance(const State& s) const {
-    const double psd = std::fmax(settings_.gyro_psd, settings_.vibration_share * s.usual_interval_s * s.vibration_rate2);
+    const double psd = std::fmax(settings_.gyro_psd, settings_.vibration_share * s.usual_interval_s * s.held.vibration_rate2);
     return psd * s.window.length_s + settings_.gyro_rate_psd * s.window.turned2;
 }
 
@@ -270,14 +244,18 @@ void Model::add_noise(const State& s, Covariance& P) const {
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
     const Vector3 across = settings_.gyro_scale2 * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
     const Matrix3 R = attitude(s);
-    const Matrix3 missed = R * Vector3(w.missed).asDiagonal() * R.transpose();
+    const Matrix3 lost_turn = R * Vector3(w.lost_turn2).asDiagonal() * R.transpose();
+    const Matrix3 lost_gain = R * Vector3(w.lost_gain2).asDiagonal() * R.transpose();
     for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) P[row_phi + i][row_phi + j] += missed(i, j);
-        P[row_v + i][row_v + i] += accel + w.gap_gain2;
-        P[row_d + i][row_d + i] += accel * T * T / 3 + w.gap_way2;
+        for (int j = 0; j < 3; ++j) {
+            P[row_phi + i][row_phi + j] += lost_turn(i, j);
+            P[row_v + i][row_v + j] += lost_gain(i, j);
+        }
+        P[row_v + i][row_v + i] += accel + w.gap.gain2;
+        P[row_d + i][row_d + i] += accel * T * T / 3 + w.gap.way2;
         P[row_d + i][row_v + i] += accel * T / 2;
         P[row_v + i][row_d + i] += accel * T / 2;
-        P[row_phi + i][row_phi + i] += gyro + w.gap_turn2;
+        P[row_phi + i][row_phi + i] += gyro + w.gap.turn2;
         P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across[i];
         P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
     }

@@ -8,13 +8,9 @@ bool has_aid(const Event& event) { return (event.present & ~(std::uint64_t{1} <<
 
 void note_times(State& s, const Event& event) {
     const double T = event.t_s - s.last_s[imu];
-    if (event.has(imu) && T > 0 && std::isfinite(T)) {
-        const bool gap = s.usual_interval_s > 0 && T > 3 * s.usual_interval_s;
-        s.usual_interval_s =
-            s.usual_interval_s > 0 ? (gap ? 1.2 * s.usual_interval_s : s.usual_interval_s + 0.1 * (T - s.usual_interval_s)) : T;
-    }
+    if (s.has(event, imu) && std::isfinite(T)) s.usual_interval_s = usual_interval(T, s.usual_interval_s);
     for (int c = 0; c < channel_count; ++c)
-        if (event.has(c)) {
+        if (s.has(event, c)) {
             s.last_s[c] = std::fmax(s.last_s[c], event.t_s);
             ++s.used[c];
         }
@@ -31,7 +27,7 @@ void Model::cross(State& s, const Event& event) const {
     if (!(since_s > 0) || !std::isfinite(since_s)) return;
     quat(s.x + 6).normalize();
     gather(s, since_s);
-    note_gap(s, s.last_event_s - s.last_s[imu], event.t_s - s.last_s[imu]);
+    s.window.gap.add(s.last_event_s - s.last_s[imu], event.t_s - s.last_s[imu], s.usual_interval_s, s.rest.rate2, s.rest.force2);
     put_gravity(s);
 }
 
@@ -54,7 +50,7 @@ void Model::note(State& s, const Event& event) const {
 }
 
 void Model::try_start(State& s, const Event& event) const {
-    const bool has_place = event.has(position) || (settings_.place_given && event.has(imu));
+    const bool has_place = event.has(position) || (settings_.place_given && s.has(event, imu));
     if (s.phase != Phase::levelling || !has_place) return;
     Tilt tilt;
     if (settings_.state_given || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
@@ -67,12 +63,16 @@ void Model::jump(State& s, const Event& event) const {
         begin_levelling(s);
     }
     if (s.started()) cross(s, event);
+    if (event.begins_time_base()) {
+        if (s.started()) widen_after_clock_jump(s);
+        else begin_levelling(s);
+    }
     note(s, event);
     if (!s.started()) level(s, event);
     // From here on the new sample acts, when it is held forward.
     if (!settings_.backward_hold && has_new(s, event, imu)) hold(s, event);
     if (s.started()) {
-        const double half_s = event.has(imu) ? 0.5 * s.usual_interval_s : 0;
+        const double half_s = s.has(event, imu) ? 0.5 * s.usual_interval_s : 0;
         if (has_aid(event) || wants_field(s, event) ||
             event.t_s - s.last_correction_s + half_s >= settings_.correction_interval_s)
             correct(s, event);

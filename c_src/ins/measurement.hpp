@@ -3,6 +3,7 @@
 
 #include "ins/state.hpp"
 
+#include <cmath>
 #include <type_traits>
 
 namespace hnav::ins {
@@ -32,12 +33,17 @@ struct Covariance {
         });
         return c;
     }
+    // What is no number must not stay: the engine looks at x and drops the event.
     void keep(State& s) const {
+        double sum = 0;
         with_rows(n, [&](auto rows) {
             double* upper = s.P;
-            for (int j = 0; j < rows; ++j)
+            for (int j = 0; j < rows; ++j) {
                 for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
+                sum += P[j][j];
+            }
         });
+        if (!std::isfinite(sum)) s.x[0] = nan;
         ++s.seldom_changes;
     }
     // More rows, of which nothing is unknown.

@@ -92,87 +92,14 @@ void Model::flow_exactly(State& s, double interval_s) const {
     quat(s.x + 6) = multiply(rotation_quaternion(W * -T), multiply(q, turn.q));
 }
 
-// A sample that is the mean of its interval turns and moves the body further where its axes turn within: what lies between
-// neighbouring samples tells by how much. Three of them leave nothing of a coning of 10 Hz at 200 Hz; the coefficients make
-// the error of a steady coning vanish to the seventh order of its angle.
-void Model::put_coning(State& s, const Vector3& turn, const Vector3& gain, double interval_s) {
-    constexpr double share[history] = {113.0 / 840, -13.0 / 420, 1.0 / 280};
-    Vector3 coning = Vector3::Zero(), sculling = Vector3::Zero();
-    for (int k = 0; k < history; ++k) {
-        const Vector3 turn_k = vec(s.past_turn[k]), gain_k = vec(s.past_gain[k]);
-        coning += share[k] * turn_k.cross(turn);
-        sculling += share[k] * (turn_k.cross(gain) + gain_k.cross(turn));
-    }
-    if (!std::isfinite(coning.sum() + sculling.sum())) return;
-    vec(s.coning) = coning / interval_s;
-    vec(s.sculling) = sculling / interval_s;
-}
-
-// Where samples are missing before a new one, which is the mean of its own interval, rate and force went evenly from the last one to it.
-void Model::bridge(State& s, const double* y, double interval_s) {
-    if (!(s.usual_interval_s > 0) || !(interval_s > 1.5 * s.usual_interval_s)) return;
-    const double share = 0.5 * (1 - s.usual_interval_s / interval_s);
-    vec(s.coning) = share * (vec(s.rate) - vec(y));
-    vec(s.sculling) = share * (vec(s.force) - vec(y + 3));
-}
-
 void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
-    const double T = event.t_s - s.last_s[imu];
-    note_vibration(s, event);
-    note_saturation(s, event);
-    vec(s.coning).setZero();
-    vec(s.sculling).setZero();
-    if (settings_.backward_hold) bridge(s, y, T);
-    vec(s.rate) = vec(y);
-    vec(s.force) = vec(y + 3);
-    if (!(T > 0)) return;
-    if (!(std::fabs(T - s.past_interval_s) <= 0.2 * T)) {
-        for (int k = 0; k < history; ++k)
-            for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
-    }
-    const Vector3 turn = T * vec(y), gain = T * vec(y + 3);
-    if (settings_.backward_hold) put_coning(s, turn, gain, T);
-    for (int k = history - 1; k > 0; --k) {
-        vec(s.past_turn[k]) = vec(s.past_turn[k - 1]);
-        vec(s.past_gain[k]) = vec(s.past_gain[k - 1]);
-    }
-    vec(s.past_turn[0]) = turn;
-    vec(s.past_gain[0]) = gain;
-    s.past_interval_s = T;
-}
-
-// A body that turns has noise in its rate: an axis that shows the same value again and again is at the end of its range, or
-// stuck. Sensors that count coarsely repeat themselves at rest.
-void Model::note_saturation(State& s, const Event& event) {
-    constexpr double turning_rad_s = 0.02;
-    for (int i = 0; i < 3; ++i) {
-        const double rate = event.value[imu][i];
-        const bool same = rate == s.rate[i] && std::fabs(rate - s.gyro_bias[i]) > turning_rad_s;
-        s.repeated[i] = same ? s.repeated[i] + 1 : 0;
-        if (!same) s.saturated_s[i] = 0;
-    }
-}
-
-// Vibration and the noise of the sensor itself, as samples show them: what a sample differs by from the mean of its
-// neighbours. A motion that sensors follow leaves nothing there.
-void Model::note_vibration(State& s, const Event& event) const {
-    constexpr double memory_s = 2;
-    const double T = event.t_s - s.last_s[imu];
-    if (!(T > 0) || !(T < 0.5)) return;
-    const double* y = event.value[imu];
-    const double share = T / (memory_s + T);
-    // The mean of last and new against the one held between them would need both; the second difference is the same thing.
-    const Vector3 w = vec(y) - 2 * vec(s.rate) + vec(s.past_turn[1]) / s.past_interval_s;
-    const Vector3 f = vec(y + 3) - 2 * vec(s.force) + vec(s.past_gain[1]) / s.past_interval_s;
-    if (!std::isfinite(w.sum() + f.sum())) return;
-    // White samples of variance 1 have second differences of variance 6, on three axes 18.
-    s.vibration_rate2 += share * (w.squaredNorm() / 18 - s.vibration_rate2);
-    s.vibration_force2 += share * (f.squaredNorm() / 18 - s.vibration_force2);
+    s.held.hold(vec(y), vec(y + 3), event.t_s - s.last_s[imu], s.usual_interval_s, settings_.backward_hold);
 }
 
 void Model::before_flow(State& s, const Event& event) const {
-    s.gap_too_long = event.has(imu) && event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
+    examine(s, event);
+    s.gap_too_long = s.has(event, imu) && event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
     if (!settings_.backward_hold || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.
     const double went_on_s = s.last_event_s - s.last_s[imu];

@@ -101,6 +101,11 @@ private:
     // outputs.cpp
     void put_readiness(const State& s, double now_s, Navigation* n) const;
 
+    // examine.cpp
+    void examine(State& s, const Event& event) const;
+    void note_lost(State& s, double t_s, double interval_s) const;
+    void widen_after_clock_jump(State& s) const;
+
     // jump.cpp
     void cross(State& s, const Event& event) const;
     void note(State& s, const Event& event) const;
@@ -108,15 +113,10 @@ private:
 
     // mechanisation.cpp
     void hold(State& s, const Event& event) const;
-    static void put_coning(State& s, const Vector3& turn, const Vector3& gain, double interval_s);
-    static void bridge(State& s, const double* y, double interval_s);
-    void note_vibration(State& s, const Event& event) const;
-    static void note_saturation(State& s, const Event& event);
     static void put_gravity(State& s);
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
-    static void note_gap(State& s, double from_s, double to_s);
     void propagate(const State& s, Covariance& P, double* mean) const;
     void note_prediction(const State& s, const Covariance& P) const;
     double force_psd(const State& s) const;
@@ -218,9 +218,9 @@ private:
 // Rate and force that move the body now: what is held, without bias and error of scale, with coning and sculling.
 // A gyroscope shows (1 + scale) times the rate and its bias.
 inline Vector3 turn_rate(const State& s) {
-    return (vec(s.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.coning);
+    return (vec(s.held.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.held.coning);
 }
-inline Vector3 specific_force(const State& s) { return vec(s.force) - vec(s.accel_bias) + vec(s.sculling); }
+inline Vector3 specific_force(const State& s) { return vec(s.held.force) - vec(s.accel_bias) + vec(s.held.sculling); }
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
 // Noise of the satellites is taken to be larger when they fit worse than they may by chance.
 inline double widened(const State& s) {
@@ -233,7 +233,7 @@ inline bool is_absolute(const Measurement& m) {
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
 inline bool has_new(const State& s, const Event& event, int channel) {
-    return event.has(channel) && !(event.t_s <= s.last_s[channel]);
+    return s.has(event, channel) && !(event.t_s <= s.last_s[channel]);
 }
 
 } // namespace hnav::ins

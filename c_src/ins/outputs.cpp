@@ -8,7 +8,7 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
     if (ahead_s > 0 && flows(s)) {
         gather(now, ahead_s);
         const double silent_s = s.last_event_s - s.last_s[imu];
-        note_gap(now, silent_s, silent_s + ahead_s);
+        now.window.gap.add(silent_s, silent_s + ahead_s, s.usual_interval_s, s.rest.rate2, s.rest.force2);
     }
     Covariance P = Covariance::of(now);
     propagate(now, P, now.mean);

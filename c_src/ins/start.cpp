@@ -68,8 +68,7 @@ void Model::begin(State& s) const {
         s.innovation[c].t_s = nan;
     }
     s.last_event_s = s.last_correction_s = s.field_used_s = -std::numeric_limits<double>::infinity();
-    for (int k = 0; k < history; ++k)
-        for (int i = 0; i < 3; ++i) s.past_turn[k][i] = s.past_gain[k][i] = nan;
+    s.held.begin();
     s.speed_known_s = nan;
     s.nis_mean = s.heading_doubt = 1;
     s.circle = any;
@@ -127,7 +126,7 @@ void Model::level(State& s, const Event& event) const {
     } else if (T >= settings_.longest_gap_s && std::isfinite(s.last_event_s)) {
         begin_levelling(s);
     }
-    if (event.has(imu)) {
+    if (s.has(event, imu)) {
         if (std::isnan(l.began_s)) l.began_s = event.t_s;
         vec(l.force) += vec(event.value[imu] + 3) - vec(s.accel_bias);
         l.samples += 1;

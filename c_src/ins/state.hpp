@@ -6,8 +6,12 @@
 #pragma once
 
 #include "hybrid/event.hpp"
-#include "ins/rest_detector.hpp"
+#include "ins/glide.hpp"
 #include "maths/earth.hpp"
+#include "signals/gaps.hpp"
+#include "signals/rest.hpp"
+#include "signals/sensor_checks.hpp"
+#include "signals/strapdown.hpp"
 
 #include <cstdint>
 #include <limits>
@@ -48,7 +52,6 @@ enum Row : int {
 };
 
 constexpr int nx = 10; // d 3, v 3, q 4
-constexpr int history = 3; // turns before the present one that tell coning, sculling, vibration
 
 // Column after column, i <= j: what is known without a magnetometer comes first.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
@@ -73,7 +76,8 @@ struct Settings {
     Vector3 antenna_b = Vector3::Zero(), wheel_b = Vector3::Zero();
     double level_window_s;
     double gate_nis, gate_longest_s;
-    RestSettings rest;
+    UnrestSettings rest;
+    SensorCheckSettings<double> check[checked_count];
     double rest_velocity_m_s, rest_rate_density2;
     double car_across_m_s;
     double ready_tilt, ready_heading, ready_velocity, ready_position, ready_hold_s;
@@ -104,8 +108,8 @@ struct Window {
     double F[3], S[3];
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3];       // of the rate as measured, rad
-    double gap_turn2, gap_gain2, gap_way2; // variances of what samples that are missing have not shown, one axis
-    double missed[3];         // variance of the turn that a saturated axis has not shown, body axes
+    GapMotion gap;
+    double lost_turn2[3], lost_gain2[3]; // variances of turn and gain about axes that are stuck or saturated, body axes
 };
 
 // Velocity by integration of the force in axes that the gyroscopes hold, against that of the satellites.
@@ -155,19 +159,17 @@ struct State {
     double slow_m[2], slow_before_m[2];
     double drifted; // 1: that error is beyond what is usual, and the estimate has admitted it
 
-    double rate[3], force[3];     // held, as measured
-    double coning[3], sculling[3]; // what must be added to them
-    double past_turn[history][3], past_gain[history][3], past_interval_s;
-    double repeated[3], saturated_s[3]; // how often the rate of an axis has been the same to the bit, and for how long
+    HeldSample held;
+    SensorCheck<double> check[checked_count]; // of rate, force and field
+    std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
     double lately[3];      // acceleration in t, its mean over the latency
     double felt[3], felt2; // force in t without what vibrates, and its mean square along the horizontal
-    double vibration_rate2, vibration_force2; // variance of one axis between successive samples
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
     Window window;
     Levelling levelling;
     FreeGates gates;
-    RestDetector rest;
+    Unrest rest;
     Glide glide;
 
     double last_s[channel_count]; // time of the newest sample
@@ -189,6 +191,7 @@ struct State {
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }
+    bool has(const Event& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
 };
 
 inline Eigen::Map<Vector3> vec(double* p) { return Eigen::Map<Vector3>(p); }

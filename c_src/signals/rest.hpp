@@ -6,6 +6,8 @@
 
 #include "maths/rotation.hpp"
 
+#include <cmath>
+
 namespace hnav {
 
 template <class R>
@@ -47,6 +49,41 @@ struct RestDetector {
     }
 
     bool at_rest(const RestSettings<R>& settings) const { return still_s > settings.duration_s; }
+};
+
+// The same for vehicles, whose engine idles and which sway while they stand: not each sample, the root mean squares about the running
+// means stay small. What moves smoothly looks the same, so the filter asks for a small speed too.
+struct UnrestSettings {
+    double rate_rad_s, force_m_s2, duration_s; // 0 for rate_rad_s: rest is never found
+};
+
+// Part of a filter's state: numbers of eight bytes only.
+struct Unrest {
+    static constexpr double filter_s = 0.5, swaying = 4;
+
+    double mean_rate[3], mean_force[3], rate2, force2, still_s, swaying_s, begun;
+
+    void note(const UnrestSettings& settings, const Vector3& rate, const Vector3& force, double interval_s) {
+        Eigen::Map<Vector3> mean_w(mean_rate), mean_f(mean_force);
+        if (begun == 0) {
+            mean_w = rate;
+            mean_f = force;
+            begun = 1;
+        }
+        const double share = interval_s / (filter_s + interval_s);
+        mean_w += share * (rate - mean_w);
+        mean_f += share * (force - mean_f);
+        rate2 += share * ((rate - mean_w).squaredNorm() - rate2);
+        force2 += share * ((force - mean_f).squaredNorm() - force2);
+        const double r = settings.rate_rad_s, f = settings.force_m_s2;
+        const auto within = [&](double limits) { return rate2 <= limits * limits * r * r && force2 <= limits * limits * f * f; };
+        still_s = within(1) ? still_s + interval_s : 0;
+        swaying_s = within(swaying) ? swaying_s + interval_s : 0;
+    }
+
+    bool still(const UnrestSettings& s) const { return s.rate_rad_s > 0 && still_s > s.duration_s; }
+    // The same with wider limits: on something that sways.
+    bool sways(const UnrestSettings& s) const { return s.rate_rad_s > 0 && swaying_s > s.duration_s; }
 };
 
 } // namespace hnav

@@ -60,14 +60,19 @@ struct SensorCheck {
     bool has_noise() const { return turning_back > min_turning_back; }
     bool is_at_fault(int axis) const { return (axes >> axis) & 1; }
 
-    // Of a gyroscope: variance of the rotation about an axis that went by unseen in the sample at t_s, when the rate may have
-    // been anything that a hand does; 0 for an axis that is well. A fault is found at the end of the samples that show it:
-    // they count when it is.
-    R lost_rotation(int axis, R interval_s, double t_s) const {
-        constexpr R rate_rad_s = 2, memory_s = R(0.3);
+    // Variance of the integral about an axis that went by unmeasured in the sample at t_s, when the quantity may have had the
+    // size of `usual`, in one direction for memory_s; 0 for an axis that is well. A fault is found at the end of the samples that
+    // show it: they count when it is.
+    R lost(int axis, R interval_s, double t_s, R usual, R memory_s) const {
         if (!is_at_fault(axis)) return 0;
         const R before_s = since_s == t_s ? run[axis] * interval_s : 0;
-        return rate_rad_s * rate_rad_s * (2 * memory_s * interval_s + before_s * before_s);
+        return usual * usual * (2 * memory_s * interval_s + before_s * before_s);
+    }
+
+    // Of the rotation, by a gyroscope in a hand.
+    R lost_rotation(int axis, R interval_s, double t_s) const {
+        constexpr R rate_rad_s = 2, memory_s = R(0.3);
+        return lost(axis, interval_s, t_s, rate_rad_s, memory_s);
     }
 
     // moves: other sensors say so. noisy: noise has been seen, in this sensor or another. True: something is wrong.

@@ -1,5 +1,5 @@
 // What the samples of one sensor tell about its health.
-#include "signals/rate_change.hpp"
+#include "signals/gaps.hpp"
 #include "signals/sensor_check.hpp"
 
 #include <gtest/gtest.h>

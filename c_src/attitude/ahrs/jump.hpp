@@ -7,8 +7,8 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::jump(State& s, const Event& event) const {
-    const std::uint64_t believed = s.believed(event);
-    for (int c = 0; c < channel_count; ++c) s.used[c] += (believed >> c) & 1;
+    const std::uint64_t usable = s.usable(event);
+    for (int c = 0; c < channel_count; ++c) s.used[c] += (usable >> c) & 1;
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
         if (s.gap_too_long) pass_gap(s, event.t_s);
@@ -26,7 +26,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         if (since_s + 0.5 * double(rate_s) >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
-        if ((believed >> c) & 1) s.note_time(c, event.t_s);
+        if ((usable >> c) & 1) s.note_time(c, event.t_s);
     s.last_event_s = event.t_s;
 }
 

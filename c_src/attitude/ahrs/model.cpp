@@ -1,7 +1,6 @@
 #include "attitude/ahrs/model.hpp"
 
 #include "attitude/ahrs/covariance.hpp"
-#include "attitude/ahrs/faults.hpp"
 #include "attitude/ahrs/flow.hpp"
 #include "attitude/ahrs/jump.hpp"
 #include "attitude/ahrs/outputs.hpp"

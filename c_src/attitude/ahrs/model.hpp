@@ -175,15 +175,9 @@ private:
 
     void hold(State& s, const Event& event) const; // flow.hpp
 
-    // faults.hpp
-    void examine(State& s, const Event& event) const;
-    static void disbelieve(State& s, int channel) {
-        s.disbelieved |= std::uint64_t{1} << channel;
-        ++s.check[channel].left_out;
-    }
-    void lose_rate(State& s, double t_s) const;
-
     // recovery.hpp
+    void examine(State& s, const Event& event) const;
+    void lose_rate(State& s, double t_s) const;
     void lose_attitude(State& s, Correction& c, R heading_sigma) const;
     void find_attitude(State& s, Correction& c) const;
     void forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const;

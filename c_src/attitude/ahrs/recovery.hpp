@@ -6,8 +6,43 @@
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
+#include "signals/sensor_checks.hpp"
 
 namespace hnav {
+
+// Before anything acts on the event. A rejected sample is treated as missing; the rate of a faulty axis is used as it stands,
+// because nothing better is known, and the variance of the rotation about it grows.
+template <class R>
+void AhrsModelOf<R>::examine(State& s, const Event& event) const {
+    constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
+    const double t_s = event.t_s;
+    const bool moves = !(s.rest.force_still > 0), turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
+    const auto sample = [&](int c, Vector3R* y) {
+        if (!event.has(c)) return false;
+        *y = vector_of<R>(event, c);
+        return true;
+    };
+    const Examined found = hnav::examine(s.check, settings_.check, t_s, moves, turns, sample,
+                                         [&](int c) { return R(t_s - s.last_s[c]); });
+    s.rejected = found.rejected;
+    if (found.rate_at_fault) lose_rate(s, t_s);
+}
+
+// The rotation about the axes at fault.
+template <class R>
+void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
+    s.rest.still_s = 0;
+    if (!s.started) return;
+    ++s.seldom_changes;
+    const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
+    for (int axis = 0; axis < 3; ++axis) {
+        const R variance = s.check[gyro].lost_rotation(axis, interval(s, gyro, t_s), t_s);
+        const Vector3R n = R_bn.col(axis);
+        for (int i = 0; i < 3; ++i)
+            for (int j = i; j < 3; ++j) s.P[packed(rotation + i, rotation + j)] += variance * n[i] * n[j];
+    }
+    s.information = {};
+}
 
 // heading_sigma: what the heading becomes uncertain by.
 template <class R>

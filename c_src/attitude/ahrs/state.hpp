@@ -6,7 +6,7 @@
 #include "attitude/ahrs/reference_field.hpp"
 #include "signals/rest.hpp"
 #include "attitude/common/estimate.hpp"
-#include "signals/rate_change.hpp"
+#include "signals/gaps.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
 #include "signals/sampling.hpp"
@@ -119,7 +119,7 @@ struct AhrsState {
     RestDetector<R> rest;
     MotionNoise<R> motion;
     SensorCheck<R> check[heading];
-    std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c
+    std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     R velocity_down; // since the last correction
     std::uint64_t gap_too_long; // before the present event
     double last_s[channel_count], spacing_s[channel_count]; // the newest sample, and the usual time between two
@@ -128,9 +128,9 @@ struct AhrsState {
     std::uint64_t started, has_rate, has_reference;
     std::uint64_t reversed; // time runs backwards
 
-    // Channels whose sample is there and believed, as bits; and whether one is among them.
-    std::uint64_t believed(const AttitudeEvent& event) const { return event.present & ~disbelieved; }
-    bool has(const AttitudeEvent& event, int channel) const { return (believed(event) >> channel) & 1; }
+    // Channels whose sample is there and not rejected, as bits; and whether one is among them.
+    std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
+    bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
 
     // The time since the last sample of a channel shows that some are missing.
     bool is_gap(int channel, double t_s) const { return hnav::is_gap(t_s - last_s[channel], spacing_s[channel]); }

@@ -109,7 +109,7 @@ private:
         return {s.rate[0] - x[4], s.rate[1] - x[5], s.rate[2] - x[6]};
     }
 
-    // faults.hpp
+    // recovery.hpp
     void examine(State& s, const Event& event) const;
     void lose_rate(State& s, double t_s) const;
     void widen(State& s, const Matrix3R& rotation_covariance) const;

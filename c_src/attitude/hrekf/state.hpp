@@ -2,7 +2,7 @@
 #pragma once
 
 #include "attitude/common/estimate.hpp"
-#include "signals/rate_change.hpp"
+#include "signals/gaps.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
 #include "signals/sensor_check.hpp"
@@ -56,7 +56,7 @@ struct HrekfState {
     std::uint64_t corrections, gamma_raised, repaired;
     std::uint64_t started, has_rate, has_reference;
     SensorCheck<R> check[heading];
-    std::uint64_t disbelieved; // bit c: of the present event, the sample of channel c
+    std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     RateChange<R> rate_change;
     double spacing_s;          // usual time between two rates
     R mean_force[3];           // in navigation axes, of the last second
@@ -64,7 +64,7 @@ struct HrekfState {
     R field_far_s;               // time for which the field lay far from the reference, less that for which it did not
     std::uint64_t lost, times_lost; // started anew, or waiting for that
 
-    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((disbelieved >> channel) & 1); }
+    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
 };
 
 // The covariance by its blocks, to and from the packed upper triangle.

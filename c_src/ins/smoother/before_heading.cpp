@@ -75,15 +75,15 @@ double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
 void Smoother::carry_back(State& s, std::size_t row, double to_s) {
     const bool backward_hold = model_.settings().backward_hold;
     double now_s = s.last_event_s;
-    vec(s.coning).setZero();
-    vec(s.sculling).setZero();
+    vec(s.held.coning).setZero();
+    vec(s.held.sculling).setZero();
     Sample sample;
     for (std::size_t i = row + 1; i-- > 0 && now_s > to_s;) {
         if (!recording_.imu_sample(i, &sample)) continue;
         const double until_s = std::fmax(to_s, std::fmin(now_s, sample.t_s));
         const auto hold = [&] {
-            vec(s.rate) = vec(sample.value);
-            vec(s.force) = vec(sample.value + 3);
+            vec(s.held.rate) = vec(sample.value);
+            vec(s.held.force) = vec(sample.value + 3);
         };
         if (!backward_hold) hold();
         model_.flow_exactly(s, until_s - now_s);

@@ -200,6 +200,29 @@ typedef struct hnav_ins_options {
      * (0, 1e9] s, default 15. Longer than most reflections last, short enough to recover. */
     double gate_longest_s;
 
+    /* ------------------------ fault
+     * Sensors that saturate, samples and stamps beyond belief. */
+
+    /* Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat.
+     * [0, 1e6] rad/s, default 0. A sensor with noise shows its range by repeating it; one without noise, or a low-pass
+     * behind the range, does not. */
+    double gyro_range_rad_s;
+    /* Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat.
+     * [0, 1e6] m/s2, default 0. As for the gyroscope. */
+    double accel_range_m_s2;
+    /* A single sample of the rate further from the last than this, and than ten usual changes, is left out; 0 = none is.
+     * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
+     * turns by two degrees at 100 Hz. */
+    double outlier_rate_rad_s;
+    /* A single sample of the specific force further from the last than this, and than ten usual changes, is left out; 0 =
+     * none is.
+     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
+    double outlier_force_m_s2;
+    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
+     * = never.
+     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    double time_jump_limit_s;
+
     /* ------------------------ ready
      * When tilt, heading, velocity and position are called ready. */
 

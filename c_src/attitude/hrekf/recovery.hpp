@@ -1,33 +1,27 @@
-// Sensors at fault and an attitude that is lost: what is believed, what becomes less certain, and when the filter starts anew.
+// Sensors at fault, gaps, and an attitude that is lost: which samples are used, which variances grow, and when the filter
+// starts anew.
 #pragma once
 
 #include "attitude/hrekf/model.hpp"
+#include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
-// Before anything acts on the event. Samples that are not believed are as if they were missing; the rate of a faulty axis is
-// taken as it stands, and the rotation about it is known less and less.
+// Before anything acts on the event. A rejected sample is treated as missing; the rate of a faulty axis is used as it stands, and
+// the variance of the rotation about it grows.
 template <class R>
 void HrekfModelOf<R>::examine(State& s, const Event& event) const {
     constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
-    s.disbelieved = 0;
-    SensorCheck<R>& rate = s.check[gyro];
     const bool turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
-    for (const int c : {gyro, accel, mag}) {
-        if (!event.has(c)) continue;
-        const Vector3R y = vector_of<R>(event, c);
-        if (c == gyro) rate.note_course(y);
-        // Whether the body moves while its gyroscope repeats a value, force tells.
-        const bool moves = c == gyro ? s.force_changes != 0 : turns;
-        SensorCheck<R>& check = s.check[c];
-        if (!check.examine(settings_.check[c], y, interval(s, c, event.t_s), event.t_s, moves, rate.has_noise())) continue;
-        if (c == gyro && check.fault != SensorFault::outlier) {
-            lose_rate(s, event.t_s);
-        } else {
-            s.disbelieved |= std::uint64_t{1} << c;
-            ++check.left_out;
-        }
-    }
+    const auto sample = [&](int c, Vector3R* y) {
+        if (!event.has(c)) return false;
+        *y = vector_of<R>(event, c);
+        return true;
+    };
+    const Examined found = hnav::examine(s.check, settings_.check, event.t_s, s.force_changes != 0, turns, sample,
+                                         [&](int c) { return interval(s, c, event.t_s); });
+    s.rejected = found.rejected;
+    if (found.rate_at_fault) lose_rate(s, event.t_s);
 }
 
 // The rotation about the axes at fault, with a rate that may be anything a hand does.

@@ -1,0 +1,55 @@
+// Before anything acts on an event: samples that cannot be are treated as missing, and axes at fault cost certainty.
+#include "ins/model.hpp"
+
+namespace hnav::ins {
+
+// Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as
+// it stands, because nothing better is known, and what it has not shown is noise.
+void Model::examine(State& s, const Event& event) const {
+    constexpr double turns_rad_s = 0.2, turning_rad_s = 0.02; // more than a body at rest does; more than a bias
+    s.rejected = 0;
+    const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
+    if (!has_imu && !has_field) return;
+    const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
+    const bool moves = s.rest.force2 > settings_.rest.force_m_s2 * settings_.rest.force_m_s2 || rate.norm() > turning_rad_s;
+    const auto sample = [&](int sensor, Vector3* y) {
+        *y = vec(sensor == checked_mag ? event.value[field] : event.value[imu] + 3 * sensor);
+        return sensor == checked_mag ? has_field : has_imu;
+    };
+    const auto interval_s = [&](int sensor) { return event.t_s - s.last_s[sensor == checked_mag ? field : imu]; };
+    const Examined found =
+        hnav::examine(s.check, settings_.check, event.t_s, moves, rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
+    const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
+    if (has_imu && wild) s.rejected |= std::uint64_t{1} << imu;
+    if ((found.rejected >> checked_mag) & 1) s.rejected |= std::uint64_t{1} << field;
+    if (has_imu && s.started()) note_lost(s, event.t_s, interval_s(imu));
+}
+
+// One error for as long as a fault lasts, as large as vehicles turn and accelerate.
+void Model::note_lost(State& s, double t_s, double interval_s) const {
+    constexpr double turn_rad_s = 0.2, gain_m_s2 = 2, share = 0.5; // share: of what the axis shows, where it is at its end
+    if (!(interval_s > 0) || !std::isfinite(interval_s)) return;
+    const auto lost = [&](const SensorCheck<double>& check, const double* shown, double usual, double* variance) {
+        const double memory_s = t_s - check.since_s + 0.5 * interval_s;
+        for (int i = 0; i < 3; ++i)
+            variance[i] += check.lost(i, interval_s, t_s, std::fmax(usual, share * std::fabs(shown[i])), memory_s);
+    };
+    lost(s.check[checked_gyro], s.held.rate, turn_rad_s, s.window.lost_turn2);
+    lost(s.check[checked_accel], s.held.force, gain_m_s2, s.window.lost_gain2);
+}
+
+// Satellites find position and velocity again at once, the heading they find by motion.
+void Model::widen_after_clock_jump(State& s) const {
+    constexpr double velocity_m_s = 5; // chosen: a firm brake for a second or two
+    Covariance P = Covariance::of(s);
+    const double sigma[] = {settings_.sigma_first_fix_m, velocity_m_s, clock_jump_tilt_rad};
+    const int rows[] = {row_d, row_v, row_phi};
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) {
+            const double added = rows[k] == row_phi && i == 2 ? clock_jump_heading_rad : sigma[k];
+            P[rows[k] + i][rows[k] + i] += added * added;
+        }
+    P.keep(s);
+}
+
+} // namespace hnav::ins

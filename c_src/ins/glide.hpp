@@ -1,0 +1,44 @@
+// A body that glides evenly.
+#pragma once
+
+#include <cmath>
+
+namespace hnav::ins {
+
+// What glides evenly looks as still as what stands, but the satellites' velocities have a mean, which many of them tell even where
+// each is smaller than its sigma.
+struct Glide {
+    static constexpr double alike_s = 1, lately_s = 2; // errors within alike_s are the same
+
+    struct Mean {
+        static constexpr double limit = 20, least_m_s = 0.02; // chi-square of two
+
+        double sum[2], weight;
+
+        void note(const double* velocity, double share, double kept) {
+            for (int i = 0; i < 2; ++i) sum[i] = kept * sum[i] + share * velocity[i];
+            weight = kept * weight + share;
+        }
+        double speed_m_s() const { return weight > 0 ? std::hypot(sum[0], sum[1]) / weight : 0; }
+        bool shows() const { return speed_m_s() > least_m_s && speed_m_s() * speed_m_s() * weight > limit; }
+    };
+
+    Mean always, lately; // since it began, and of the last seconds
+    double began_s, last_s;
+    double off[2]; // of the satellites' position when it began, m
+    double jumped, rested, found; // 1: so it was since it began; rested: what stands has corrected
+
+    void begin(double t_s, const double* off_m) {
+        *this = {};
+        began_s = last_s = t_s;
+        for (int i = 0; i < 2; ++i) off[i] = off_m[i];
+    }
+    void note(double t_s, const double* velocity, double sigma_m_s) {
+        const double since_s = t_s - last_s, share = std::fmin(1, since_s / alike_s) / (sigma_m_s * sigma_m_s);
+        always.note(velocity, share, 1);
+        lately.note(velocity, share, std::exp(-since_s / lately_s));
+        last_s = t_s;
+    }
+};
+
+} // namespace hnav::ins

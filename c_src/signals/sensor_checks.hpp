@@ -1,0 +1,41 @@
+// The sensors of one inertial unit are examined together: whether the body moves while one of them repeats a value is what the
+// others measure, and the gyroscope measures whether there is noise.
+#pragma once
+
+#include "signals/sensor_check.hpp"
+
+namespace hnav {
+
+// Places of the checks, and bits of what they reject.
+enum CheckedSensor : int { checked_gyro, checked_accel, checked_mag, checked_count };
+
+struct Examined {
+    std::uint64_t rejected; // bit i: the sample of sensor i is to be treated as missing
+    bool rate_at_fault;     // an axis of the gyroscope is stuck or saturated: its rate is used, and its turn is uncertain
+};
+
+// sample(i, &y): whether sensor i has a sample, and which. interval_s(i): since its last one. force_moves, turns: the body
+// accelerates, by the force before this sample; it turns, by the rate before it.
+template <class R, class SampleOf, class IntervalOf>
+inline Examined examine(SensorCheck<R>* check, const SensorCheckSettings<R>* settings, double t_s, bool force_moves, bool turns,
+                        SampleOf&& sample, IntervalOf&& interval_s) {
+    Examined found{};
+    SensorCheck<R>& rate = check[checked_gyro];
+    Vector3Of<R> y;
+    const auto reject = [&](int i) {
+        found.rejected |= std::uint64_t{1} << i;
+        ++check[i].left_out;
+    };
+    if (sample(int(checked_gyro), &y)) {
+        rate.note_course(y);
+        if (rate.examine(settings[checked_gyro], y, interval_s(int(checked_gyro)), t_s, force_moves, rate.has_noise())) {
+            if (rate.fault == SensorFault::outlier) reject(checked_gyro);
+            else found.rate_at_fault = true;
+        }
+    }
+    for (int i = checked_accel; i < checked_count; ++i)
+        if (sample(i, &y) && check[i].examine(settings[i], y, interval_s(i), t_s, turns, rate.has_noise())) reject(i);
+    return found;
+}
+
+} // namespace hnav
