@@ -60,17 +60,24 @@ void copy(const double* from, int count, double* to) {
 // What push refuses for its value or its age is counted there, and the recording goes on without it, as a stream does.
 hnav_status tolerated(hnav_status status) { return status == HNAV_ERROR_QUEUE_FULL ? status : HNAV_OK; }
 
+// The sample of the IMU first: a row whose stamp is left out, or late, stands for no time, and brings no aids.
 hnav_status take_row(hnav_ins* f, const hnav_ins_run_input& in, std::size_t i, std::size_t* aid) {
+    using Place = std::decay_t<decltype(f->filter.stamps())>::Place;
     hnav_status status = HNAV_OK;
+    const double *rate = in.rate_b_rad_s + 3 * i, *force = in.force_b_m_s2 + 3 * i;
     const double* received_s = in.aid_received_s ? in.aid_received_s : in.aid_t_s;
+    if (!is_missing(rate) && !is_missing(force)) {
+        status = push_imu(f, in.t_s[i], rate, force);
+        const bool left_out = status == HNAV_OK && f->filter.stamps().last() == Place::left_out;
+        if (left_out || status == HNAV_ERROR_LATE_SAMPLE) return HNAV_OK;
+        status = tolerated(status);
+    }
     for (; *aid < in.aids && received_s[*aid] <= in.t_s[i] && status == HNAV_OK; ++*aid) {
         const int32_t sensor = in.aid_sensor[*aid];
         if (sensor <= HNAV_INS_IMU || sensor >= HNAV_INS_SENSOR_COUNT)
             return f->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d does not exist", *aid, static_cast<int>(sensor));
         status = tolerated(push(f, in.aid_t_s[*aid], sensor, in.aid_value + 6 * *aid));
     }
-    const double *rate = in.rate_b_rad_s + 3 * i, *force = in.force_b_m_s2 + 3 * i;
-    if (status == HNAV_OK && !is_missing(rate) && !is_missing(force)) status = tolerated(push_imu(f, in.t_s[i], rate, force));
     return status == HNAV_OK ? advance(f, in.t_s[i]) : status;
 }
 

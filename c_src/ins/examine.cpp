@@ -7,11 +7,14 @@ namespace hnav::ins {
 // it stands, because nothing better is known, and what it has not shown is noise.
 void Model::examine(State& s, const Event& event) const {
     constexpr double turns_rad_s = 0.2, turning_rad_s = 0.02; // more than a body at rest does; more than a bias
+    constexpr double goes_m_s = 1; // what goes does not stand still
     s.rejected = 0;
     const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
     if (!has_imu && !has_field) return;
     const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
-    const bool moves = s.rest.force2 > settings_.rest.force_m_s2 * settings_.rest.force_m_s2 || rate.norm() > turning_rad_s;
+    const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
+    const bool moves =
+        goes || s.rest.force2 > settings_.rest.force_m_s2 * settings_.rest.force_m_s2 || rate.norm() > turning_rad_s;
     const auto sample = [&](int sensor, Vector3* y) {
         *y = vec(sensor == checked_mag ? event.value[field] : event.value[imu] + 3 * sensor);
         return sensor == checked_mag ? has_field : has_imu;
@@ -38,17 +41,15 @@ void Model::note_lost(State& s, double t_s, double interval_s) const {
     lost(s.check[checked_accel], s.held.force, gain_m_s2, s.window.lost_gain2);
 }
 
-// Satellites find position and velocity again at once, the heading they find by motion.
+// The position stays: were it wide, the next fix would be taken as it comes, an outlier too.
 void Model::widen_after_clock_jump(State& s) const {
     constexpr double velocity_m_s = 5; // chosen: a firm brake for a second or two
+    const auto square = [](double sigma) { return sigma * sigma; };
     Covariance P = Covariance::of(s);
-    const double sigma[] = {settings_.sigma_first_fix_m, velocity_m_s, clock_jump_tilt_rad};
-    const int rows[] = {row_d, row_v, row_phi};
-    for (int k = 0; k < 3; ++k)
-        for (int i = 0; i < 3; ++i) {
-            const double added = rows[k] == row_phi && i == 2 ? clock_jump_heading_rad : sigma[k];
-            P[rows[k] + i][rows[k] + i] += added * added;
-        }
+    for (int i = 0; i < 3; ++i) {
+        P[row_v + i][row_v + i] += square(velocity_m_s);
+        P[row_phi + i][row_phi + i] += square(i == 2 ? clock_jump_heading_rad : clock_jump_tilt_rad);
+    }
     P.keep(s);
 }
 

@@ -51,7 +51,8 @@ void Model::note(State& s, const Event& event) const {
 
 void Model::try_start(State& s, const Event& event) const {
     const bool has_place = event.has(position) || (settings_.place_given && s.has(event, imu));
-    if (s.phase != Phase::levelling || !has_place) return;
+    const bool has_inertial = s.has(event, imu) || event.t_s - s.last_s[imu] <= settings_.longest_gap_s;
+    if (s.phase != Phase::levelling || !has_place || !has_inertial) return;
     Tilt tilt;
     if (settings_.state_given || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
 }

@@ -99,7 +99,7 @@ void Model::hold(State& s, const Event& event) const {
 
 void Model::before_flow(State& s, const Event& event) const {
     examine(s, event);
-    s.gap_too_long = s.has(event, imu) && event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
+    s.gap_too_long = event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
     if (!settings_.backward_hold || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.
     const double went_on_s = s.last_event_s - s.last_s[imu];

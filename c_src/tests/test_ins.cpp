@@ -269,8 +269,8 @@ TEST(InsMechanisation, TheClosedFormIsTheIntegralOfTheFlow) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
     ins::State s = started_at(model, truth, 0);
     for (int i = 0; i < 3; ++i) {
-        s.rate[i] = random.normal(0.5);
-        s.force[i] = random.normal(5);
+        s.held.rate[i] = random.normal(0.5);
+        s.held.force[i] = random.normal(5);
     }
     ins::State exact = s;
     model.flow_exactly(exact, 0.02);
