@@ -189,7 +189,7 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     };
     turns(row_d, s.x);
     turns(row_v, s.x + 3);
-    turns(row_colour, s.colour);
+    turns(row_colour, s.in_t.colour);
     by[row_phi + 2][1] += 1;
     const double* square = s.circle.square;
     for (int i = 0; i < P.n; ++i) {
@@ -216,16 +216,9 @@ void Model::admit_latency(const State& s, Covariance& P) {
 void Model::collapse(State& s, Covariance& P) const {
     const double alpha = s.circle.mode_rad;
     P = given_circle(s, P);
-    const Quaternion turn = rotation_quaternion(Vector3(0, 0, alpha));
-    const Matrix3 R = rotation_matrix(turn);
-    for (const int row : {row_d, row_v, row_phi, row_colour}) turn_rows(P, row, R);
-    vec(s.x) = Vector3(R * vec(s.x));
-    vec(s.x + 3) = Vector3(R * vec(s.x + 3));
-    vec(s.felt) = Vector3(R * vec(s.felt));
-    vec(s.lately) = Vector3(R * vec(s.lately));
-    quat(s.x + 6) = multiply(turn, quat(s.x + 6));
-    turn_field_memory(R, s);
-    vec(s.colour) = Vector3(R * vec(s.colour));
+    const Matrix3 R = rotation_matrix(rotation_quaternion(Vector3(0, 0, alpha)));
+    turn(s, R);
+    turn(P, R);
     for (double& e : s.mean) e = 0;
     s.u[0] = 1;
     s.u[1] = 0;
@@ -247,15 +240,18 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     for (int i = 0; i < 3; ++i)
         for (const int row : {row_d, row_v, row_colour}) P.forget(row + i);
     for (const int row : {row_phi + 2, row_u + 0, row_u + 1}) P.forget(row);
-    const Quaternion q = quat(s.x + 6);
+    const Matrix3 before = to_earth_axes(s);
     anchor(s, {p[0], p[1], p[2]});
+    const Matrix3 C = mat(s.axes).transpose() * before;
+    turn(s, C);
+    turn(P, C);
     s.earth_rate[0] = s.earth_rate[1] = 0;
-    vec(s.x) = -(rotation_matrix(q) * settings_.antenna_b);
+    vec(s.x) = -(attitude(s) * settings_.antenna_b);
     vec(s.x + 3).setZero();
     for (int i = 0; i < 3; ++i) {
         const double colour2 = s.slow_m[i == 2] * s.slow_m[i == 2];
         const double wide = settings_.sigma_first_fix_m, fast = settings_.sigma_velocity * (i == 2 ? 0.2 : 1);
-        s.colour[i] = 0;
+        s.in_t.colour[i] = 0;
         P[row_colour + i][row_colour + i] = colour2;
         P[row_d + i][row_d + i] = p[3 + i] * p[3 + i] + wide * wide + colour2;
         P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour2;

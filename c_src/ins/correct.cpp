@@ -8,12 +8,12 @@ void add_error(const double* error, State& s) {
     vec(s.x + 3) += vec(error + row_v);
     const Quaternion turn = rotation_quaternion(vec(error + row_phi));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6)).normalized();
-    if (s.field_unit > 0) turn_field_memory(rotation_matrix(turn), s);
+    if (s.field_unit > 0) turn_field(s, rotation_matrix(turn));
     vec(s.gyro_bias) += vec(error + row_gyro);
     vec(s.accel_bias) += vec(error + row_accel);
     vec(s.gyro_scale) += vec(error + row_gyro_scale);
     s.latency += error[row_latency];
-    vec(s.colour) += vec(error + row_colour);
+    vec(s.in_t.colour) += vec(error + row_colour);
     s.offset += error[row_offset];
     s.scale += error[row_scale];
     for (int i = 0; i < 2; ++i) {
@@ -176,7 +176,7 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
 
 // Positions that drift away slowly drag the estimate along until their error is found to be too large for what they are: by about as much.
 void Model::admit_drift(State& s, Covariance& P) const {
-    const double off_m = vec(s.colour).head<2>().norm();
+    const double off_m = vec(s.in_t.colour).head<2>().norm();
     const bool beyond = off_m > usual_colour * s.slow_m[0];
     const bool found = beyond && s.drifted == 0;
     s.drifted = beyond ? 1 : 0;
@@ -195,7 +195,7 @@ void Model::correct(State& s, const Event& event) const {
     if (sees_field) begin_field(s, P, event);
     note_prediction(s, P);
     s.direction *= direction_kept(s);
-    for (int i = 0; i < 3; ++i) s.colour[i] *= colour.kept[i];
+    for (int i = 0; i < 3; ++i) s.in_t.colour[i] *= colour.kept[i];
     for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
     admit_drift(s, P);
     correct_rest(s, P, event);

@@ -29,7 +29,7 @@ void Model::forget_field(State& s, Covariance& P) const {
     vec(s.iron).setZero();
     s.strength = 1;
     s.direction = 0;
-    s.field_memory.until_s = nan;
+    s.field_until_s = nan;
     P.extend(errors);
     for (int row = row_iron; row < errors; ++row) {
         P.forget(row);
@@ -52,7 +52,7 @@ void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     constexpr double any_direction2 = 1;
     widen(P, row_direction, any_direction2);
     since_s = nan;
-    s.field_memory.until_s = nan;
+    s.field_until_s = nan;
 }
 
 // What is not the field of a moment ago tells nothing, for as long as it is not believed.

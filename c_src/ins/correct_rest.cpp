@@ -23,8 +23,7 @@ bool Model::at_rest(const State& s, double now_s) const {
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(settings_.rest)) return;
-    const double stood_s = now_s - s.glide.began_s,
-                 moved_m = std::hypot(s.colour[0] - s.glide.off[0], s.colour[1] - s.glide.off[1]);
+    const double stood_s = now_s - s.glide.began_s, moved_m = (vec(s.in_t.colour) - vec(s.in_t.colour_at_rest)).head<2>().norm();
     const bool alone = !(now_s - s.last_s[velocity] < silent_s) && s.glide.jumped == 0;
     double speed = 0, way = 0;
     if (s.glide.always.shows()) {

@@ -42,7 +42,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     z = T.transpose() * (N * z);
     const Matrix3 R = attitude(s);
     const Vector3 w = turn_rate(s), lever = R * w.cross(settings_.antenna_b);
-    const Vector3 a = vec(s.lately) + R * w.cross(w.cross(settings_.antenna_b));
+    const Vector3 a = vec(s.in_t.recent_acceleration) + R * w.cross(w.cross(settings_.antenna_b));
     m.put(0, row_v, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
     m.put(0, row_gyro, R * cross_matrix(settings_.antenna_b));
@@ -91,11 +91,11 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
         for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * speed2;
     } else {
-        put_latency(m, v - s.latency * vec(s.lately));
+        put_latency(m, v - s.latency * vec(s.in_t.recent_acceleration));
         m.put(0, row_v, -s.latency * Matrix3::Identity());
     }
-    const Vector3 way = free ? Vector3::Zero() : Vector3(s.latency * (v - 0.5 * s.latency * vec(s.lately)));
-    vec(m.r) = z - (vec(s.x) + lever + vec(s.colour) - way);
+    const Vector3 way = free ? Vector3::Zero() : Vector3(s.latency * (v - 0.5 * s.latency * vec(s.in_t.recent_acceleration)));
+    vec(m.r) = z - (vec(s.x) + lever + vec(s.in_t.colour) - way);
     use_absolute(s, P, event, m);
 }
 

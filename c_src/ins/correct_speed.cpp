@@ -17,7 +17,7 @@ struct AtWheels {
         const Matrix3 R = attitude(s);
         const Vector3 v = vec(s.x + 3), rate = turn_rate(s);
         turning = rate[2];
-        gain = R.col(0).dot(vec(s.felt) + vec(s.gravity));
+        gain = R.col(0).dot(vec(s.in_t.mean_force) + vec(s.gravity));
         place2 = wheel_b.isZero() ? untold_m * untold_m : told_m * told_m;
         by_velocity = R.transpose();
         by_turn = R.transpose() * cross_matrix(v);

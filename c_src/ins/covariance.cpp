@@ -16,7 +16,7 @@ namespace {
 constexpr double small_m_s2 = 0.1, longest_s = 1;
 
 // Time over which vibration is averaged away to something small.
-double felt_over_s(const State& s) {
+double mean_force_over_s(const State& s) {
     return std::fmin(longest_s, s.held.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
@@ -24,9 +24,9 @@ double felt_over_s(const State& s) {
 Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
     const double noise2 = 2 * s.held.vibration_force2 * s.usual_interval_s;
     if (!(noise2 > 0)) return raw;
-    const double moved2 = std::fmax(0, s.felt2 - noise2 / (2 * felt_over_s(s) + s.usual_interval_s));
-    Vector3 steady = vec(s.felt);
-    if (s.felt2 > 0) steady.head<2>() *= moved2 / s.felt2;
+    const double moved2 = std::fmax(0, s.mean_force2 - noise2 / (2 * mean_force_over_s(s) + s.usual_interval_s));
+    Vector3 steady = vec(s.in_t.mean_force);
+    if (s.mean_force2 > 0) steady.head<2>() *= moved2 / s.mean_force2;
     return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
 }
 
@@ -34,12 +34,12 @@ Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
 
 // An accelerometer that vibrates shows forces which move nothing. To take them for forces, by which a wrong heading would show in
 // the velocity, tells of the heading with every sample what nobody knows.
-void Model::feel(State& s, const Vector3& force, double interval_s) const {
+void Model::note_mean_force(State& s, const Vector3& force, double interval_s) const {
     constexpr double memory_s = 10;
     const double T = interval_s;
-    if (std::isnan(s.felt[0])) vec(s.felt) = force;
-    vec(s.felt) += T / (felt_over_s(s) + T) * (force - vec(s.felt));
-    s.felt2 += T / (memory_s + T) * (vec(s.felt).head<2>().squaredNorm() - s.felt2);
+    if (std::isnan(s.in_t.mean_force[0])) vec(s.in_t.mean_force) = force;
+    vec(s.in_t.mean_force) += T / (mean_force_over_s(s) + T) * (force - vec(s.in_t.mean_force));
+    s.mean_force2 += T / (memory_s + T) * (vec(s.in_t.mean_force).head<2>().squaredNorm() - s.mean_force2);
 }
 
 // The interval that has just been crossed, at its middle.
@@ -49,11 +49,11 @@ void Model::gather(State& s, double interval_s) const {
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
     const Vector3 raw = R * specific_force(s);
-    feel(s, raw, T);
+    note_mean_force(s, raw, T);
     const Vector3 f = moving_force(s, raw, settings_.correction_interval_s), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
     const double age_s = 0.5 * std::fmax(0, s.latency);
-    vec(s.lately) += T / (age_s + T) * (f + vec(s.gravity) - vec(s.lately));
+    vec(s.in_t.recent_acceleration) += T / (age_s + T) * (f + vec(s.gravity) - vec(s.in_t.recent_acceleration));
     const auto add = [&](double* A, double* B, double* C, const Matrix3& turns) {
         const Matrix3 turned = by_force * (mat(static_cast<const double*>(A)) + 0.5 * T * turns);
         mat(C) += T * mat(B) + 0.5 * T * T * turned;
@@ -212,7 +212,7 @@ void Model::note_stated(State& s, const Event& event) const {
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
 // by itself.
 Model::Colour Model::colour_of(const State& s, const double* mean) const {
-    const Vector3 error = vec(s.colour) + vec(mean + row_colour);
+    const Vector3 error = vec(s.in_t.colour) + vec(mean + row_colour);
     const double size[] = {error.head<2>().norm(), std::fabs(error[2])};
     const double fades = std::exp(-s.window.length_s / settings_.colour_s);
     Colour c{};

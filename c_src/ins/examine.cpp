@@ -20,8 +20,8 @@ void Model::examine(State& s, const Event& event) const {
         return sensor == checked_mag ? has_field : has_imu;
     };
     const auto interval_s = [&](int sensor) { return event.t_s - s.last_s[sensor == checked_mag ? field : imu]; };
-    const Examined found =
-        hnav::examine(s.check, settings_.check, event.t_s, moves, rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
+    const Examined found = hnav::examine(s.check, settings_.check, event.t_s, moves,
+                                         rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
     const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
     if (has_imu && wild) s.rejected |= std::uint64_t{1} << imu;
     if ((found.rejected >> checked_mag) & 1) s.rejected |= std::uint64_t{1} << field;

@@ -7,10 +7,16 @@
 
 namespace hnav::ins {
 
-void turn_field_memory(const Matrix3& C, State& s) {
-    FieldMemory& memory = s.field_memory;
-    vec(memory.field) = Vector3(C * vec(memory.field));
-    mat(memory.R) = Matrix3(C * mat(memory.R));
+namespace {
+
+Eigen::Map<Matrix3> axes_then(State& s) { return Eigen::Map<Matrix3>(s.in_t.attitude[0]); }
+Matrix3 axes_then(const State& s) { return Eigen::Map<const Matrix3>(s.in_t.attitude[0]); }
+
+} // namespace
+
+void turn_field(State& s, const Matrix3& C) {
+    vec(s.in_t.field) = Vector3(C * vec(s.in_t.field));
+    axes_then(s) = Matrix3(C * axes_then(s));
 }
 
 // In units of the horizontal field: strength (m - m0) - (R - R0) iron. If nothing but the body has turned, m - m0 is (R - R0) iron / strength,
@@ -18,8 +24,8 @@ void turn_field_memory(const Matrix3& C, State& s) {
 // has not turned towards 0; but with iron or without, hardly a field is weaker than the horizontal part of that of the Earth, and the iron is
 // the one that goes with that.
 double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& measured, double age_s) const {
-    const Vector3 before = vec(s.field_memory.field);
-    const Matrix3 R = attitude(s), turned = R - mat(s.field_memory.R);
+    const Vector3 before = vec(s.in_t.field);
+    const Matrix3 R = attitude(s), turned = R - axes_then(s);
     const Vector3 with_strength(P[row_iron][row_strength], P[row_iron + 1][row_strength], P[row_iron + 2][row_strength]);
     const double strength = std::fmax(1 / before.norm(), s.strength), known = P[row_strength][row_strength];
     const Vector3 iron = vec(s.iron) + (strength - s.strength) / known * with_strength, share = iron / strength;
@@ -41,14 +47,13 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
 // iron that nobody knows, would let it fade into what the gate lets through.
 bool Model::remembers_field(State& s, const Covariance& P, const Event& event) const {
     constexpr double by_chance = 3; // the mean of chi square, of three values
-    FieldMemory& memory = s.field_memory;
-    const double over_s = settings_.field_colour_s, since_s = event.t_s - memory.until_s;
+    const double over_s = settings_.field_colour_s, since_s = event.t_s - s.field_until_s;
     const bool refused = std::isfinite(s.refused_since_s[field]);
     const Vector3 measured = attitude(s) * (s.field_unit * vec(event.value[field]));
     if (std::isnan(since_s) || (!refused && since_s > over_s)) {
-        vec(memory.field) = measured;
-        mat(memory.R) = attitude(s);
-        memory.until_s = event.t_s;
+        vec(s.in_t.field) = measured;
+        axes_then(s) = attitude(s);
+        s.field_until_s = event.t_s;
         return true;
     }
     if (settings_.gate_nis > 0) {
@@ -56,9 +61,9 @@ bool Model::remembers_field(State& s, const Covariance& P, const Event& event) c
         if (nis_of_change(s, P, measured, since_s + over_s) > limit) return false;
     }
     const double share = since_s / (since_s + over_s);
-    vec(memory.field) += share * (measured - vec(memory.field));
-    mat(memory.R) += share * (attitude(s) - mat(memory.R));
-    memory.until_s = event.t_s;
+    vec(s.in_t.field) += share * (measured - vec(s.in_t.field));
+    axes_then(s) += share * (attitude(s) - axes_then(s));
+    s.field_until_s = event.t_s;
     return true;
 }
 

@@ -25,13 +25,11 @@ struct Glide {
 
     Mean always, lately; // since it began, and of the last seconds
     double began_s, last_s;
-    double off[2]; // of the satellites' position when it began, m
     double jumped, rested, found; // 1: so it was since it began; rested: what stands has corrected
 
-    void begin(double t_s, const double* off_m) {
+    void begin(double t_s) {
         *this = {};
         began_s = last_s = t_s;
-        for (int i = 0; i < 2; ++i) off[i] = off_m[i];
     }
     void note(double t_s, const double* velocity, double sigma_m_s) {
         const double since_s = t_s - last_s, share = std::fmin(1, since_s / alike_s) / (sigma_m_s * sigma_m_s);

@@ -38,7 +38,10 @@ void Model::note(State& s, const Event& event) const {
         if (std::isfinite(T)) s.rest.note(settings_.rest, vec(event.value[imu]), vec(event.value[imu] + 3), T);
     }
     const bool still = s.rest.still(settings_.rest);
-    if (!still) s.glide.begin(event.t_s, s.colour);
+    if (!still) {
+        s.glide.begin(event.t_s);
+        vec(s.in_t.colour_at_rest) = vec(s.in_t.colour);
+    }
     if (!event.has(velocity)) return;
     const double* z = event.value[velocity];
     s.speed_known_m_s = std::hypot(z[0], z[1]);

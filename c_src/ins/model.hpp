@@ -43,8 +43,13 @@ struct MotionAlong {
     Quaternion q_nb;
 };
 
-// field_memory.cpp: t is turned, or its attitude becomes known better.
-void turn_field_memory(const Matrix3& C, State& s);
+// anchor.cpp: vectors of the state, and rows of its covariance, in axes turned by C.
+void turn(State& s, const Matrix3& C);
+void turn(Covariance& P, const Matrix3& C);
+// field_memory.cpp: the field that is remembered, as the attitude is known now.
+void turn_field(State& s, const Matrix3& C);
+// From the axes in which a state is held to those of the Earth, by the likeliest heading.
+Matrix3 to_earth_axes(const State& s);
 // A state that is off by an error no longer is.
 void add_error(const double* error, State& s);
 // The motion of a state whose axes to_earth turns to those of the Earth. Answers what turns them to north-east-down of the place.
@@ -122,7 +127,7 @@ private:
     double force_psd(const State& s) const;
     double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
-    void feel(State& s, const Vector3& force, double interval_s) const;
+    void note_mean_force(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
     static constexpr double usual_colour = 3; // sigmas that the slow error of the satellites may have
     // The slow error of the satellites: its sigma in m by what a fix states, and north, east, down the share that stays and the variance

@@ -31,7 +31,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                         earned(s.information_velocity, settings_.ready_velocity);
     // Satellites that have moved away from where the velocities lead are not relied upon.
     constexpr double far = 5;
-    const double off = vec(s.colour).head<2>().norm();
+    const double off = vec(s.in_t.colour).head<2>().norm();
     const bool agree = off < std::fmax(settings_.ready_position, far * s.slow_m[0]);
     n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < settings_.ready_position &&
                         (settings_.place_given || earned(s.information_position, settings_.ready_position));
@@ -47,15 +47,10 @@ Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {
     return to_north;
 }
 
-namespace {
-
-// From the axes in which a state is held to those of the Earth, by the likeliest heading.
 Matrix3 to_earth_axes(const State& s) {
     const Quaternion turn = rotation_quaternion(Vector3(0, 0, is_free(s) ? s.circle.mode_rad : 0));
     return mat(s.axes) * rotation_matrix(turn);
 }
-
-} // namespace
 
 Motion motion_of(const State& s) {
     Motion motion;

@@ -299,7 +299,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     for (double& e : s.mean) e = 0;
     s.latency = s.scale = 0;
     s.offset = nan; // until there is a pressure
-    for (double& c : s.colour) c = 0;
+    for (double& c : s.in_t.colour) c = 0;
     for (double& m : s.mount) m = 0;
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
@@ -312,8 +312,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     }
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = s.tilt_noise = 0;
     put_gravity(s);
-    s.felt[0] = nan;
-    s.felt2 = 0;
+    s.in_t.mean_force[0] = nan;
+    s.mean_force2 = 0;
     clear_window(s);
     s.last_correction_s = event.t_s;
 }
@@ -333,7 +333,7 @@ State Model::once_more(State s, const State& later, double known_s) const {
         put(row_d + i, settings_.place_given ? colour : std::hypot(settings_.sigma_first_fix_m, fast * known_s));
         put(row_v + i, fast);
         put(row_phi + i, i == 2 ? any_heading : any_tilt);
-        s.colour[i] = 0;
+        s.in_t.colour[i] = 0;
     }
     put(row_scale, settings_.sigma_scale);
     put(row_mount, settings_.sigma_mount);
@@ -361,8 +361,8 @@ State Model::once_more(State s, const State& later, double known_s) const {
     s.circle = Circle{};
     s.offset = nan;
     s.nis_mean = 1;
-    s.felt[0] = nan;
-    s.felt2 = 0;
+    s.in_t.mean_force[0] = nan;
+    s.mean_force2 = 0;
     quat(s.seen_q) = quat(s.x + 6);
     vec(s.seen_v) = vec(s.x + 3);
     put_gravity(s);

@@ -133,10 +133,15 @@ struct FreeGates {
     double velocity_in_row, position_in_row;
 };
 
-// Samples of the magnetometer that were believed, in the mean over a while, in t as the attitude is known now.
-struct FieldMemory {
-    double field[3], R[9]; // as measured; attitude, row-major
-    double until_s;        // time of the newest of them; NaN: there is none
+// Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
+struct InAxes {
+    double colour[3];              // slowly varying error of the satellites' position
+    double colour_at_rest[3];      // that error when the present rest began
+    double mean_force[3];          // force without what vibrates
+    double recent_acceleration[3]; // its mean over the latency of the satellites
+    // Samples of the magnetometer that were used, in the mean over a while, as the attitude is known now.
+    double field[3];
+    double attitude[3][3]; // the axes of the body then
 };
 
 // Numbers of eight bytes only; x comes first.
@@ -145,9 +150,10 @@ struct State {
     double P[errors * (errors + 1) / 2]; // just after the last correction; more than half of the state
     std::uint64_t seldom_changes;        // of P
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
-    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, colour[3], offset, scale, mount[2];
+    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
-    FieldMemory field_memory;
+    double field_until_s; // time of the newest sample in the mean of the field; NaN: there is none
+    InAxes in_t;
     Circle circle;
 
     double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
@@ -163,8 +169,7 @@ struct State {
     SensorCheck<double> check[checked_count]; // of rate, force and field
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
-    double lately[3];      // acceleration in t, its mean over the latency
-    double felt[3], felt2; // force in t without what vibrates, and its mean square along the horizontal
+    double mean_force2; // mean square of the mean force along the horizontal
     double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
     Window window;
     Levelling levelling;
@@ -193,6 +198,8 @@ struct State {
     bool started() const { return phase >= Phase::any_heading; }
     bool has(const Event& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
 };
+
+static_assert(sizeof(InAxes) % sizeof(double[3]) == 0);
 
 inline Eigen::Map<Vector3> vec(double* p) { return Eigen::Map<Vector3>(p); }
 inline Vector3 vec(const double* p) { return Vector3(p); }

@@ -1,8 +1,8 @@
 // What may have happened while samples were missing.
 #pragma once
 
-#include "signals/sampling.hpp"
 #include "maths/rotation.hpp"
+#include "signals/sampling.hpp"
 
 namespace hnav {
 
@@ -47,7 +47,7 @@ struct GapMotion {
 private:
     void add_whole(double gap_s, double sign, double swing_rate2, double swing_force2) {
         constexpr double rate_rad_s = 0.2, force_m_s2 = 2; // chosen: a brisk turn and a firm brake of a car
-        constexpr double swing_s = 0.3;                    // between samples nearer than that the change is even
+        constexpr double swing_s = 0.3; // between samples nearer than that the change is even
         const double gap2 = sign * gap_s * gap_s, swings2 = std::fmin(1, gap_s * gap_s / (swing_s * swing_s));
         const double of_axis = swings2 * swings2 / 3;
         const double gain = gap2 * (force_m_s2 * force_m_s2 + of_axis * swing_force2);

@@ -19,7 +19,7 @@ inline Vector3Of<R> coning_rate(const Vector3Of<R>& before, const Vector3Of<R>& 
 struct HeldSample {
     static constexpr int history = 3; // turns before the present one
 
-    double rate[3], force[3];      // as measured
+    double rate[3], force[3]; // as measured
     double coning[3], sculling[3]; // what must be added to them
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double vibration_rate2, vibration_force2; // variance of one axis between neighbouring samples

@@ -22,8 +22,8 @@ void AhrsModelOf<R>::examine(State& s, const Event& event) const {
         *y = vector_of<R>(event, c);
         return true;
     };
-    const Examined found = hnav::examine(s.check, settings_.check, t_s, moves, turns, sample,
-                                         [&](int c) { return R(t_s - s.last_s[c]); });
+    const Examined found =
+        hnav::examine(s.check, settings_.check, t_s, moves, turns, sample, [&](int c) { return R(t_s - s.last_s[c]); });
     s.rejected = found.rejected;
     if (found.rate_at_fault) lose_rate(s, t_s);
 }

@@ -4,15 +4,15 @@
 #include "attitude/ahrs/field_noise.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
-#include "signals/rest.hpp"
 #include "attitude/common/estimate.hpp"
-#include "signals/gaps.hpp"
+#include "attitude/common/start.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
+#include "maths/packed_columns.hpp"
+#include "signals/gaps.hpp"
+#include "signals/rest.hpp"
 #include "signals/sampling.hpp"
 #include "signals/sensor_check.hpp"
-#include "attitude/common/start.hpp"
-#include "maths/packed_columns.hpp"
 
 namespace hnav {
 

@@ -1,8 +1,8 @@
 // One correction of m rows that see the quaternion only, H = [H_q, 0]: inflation, gain, covariance and state.
 #pragma once
 
-#include "estimation/robust_law.hpp"
 #include "attitude/hrekf/state.hpp"
+#include "estimation/robust_law.hpp"
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"
 

@@ -14,9 +14,9 @@
 // The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
 #pragma once
 
-#include "signals/sampling.hpp"
 #include "attitude/hrekf/state.hpp"
 #include "maths/scalar.hpp"
+#include "signals/sampling.hpp"
 
 namespace hnav {
 

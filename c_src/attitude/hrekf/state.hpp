@@ -2,13 +2,13 @@
 #pragma once
 
 #include "attitude/common/estimate.hpp"
-#include "signals/gaps.hpp"
-#include "estimation/readiness.hpp"
-#include "estimation/robust_law.hpp"
-#include "signals/sensor_check.hpp"
 #include "attitude/common/start.hpp"
 #include "attitude/hrekf/error_map.hpp"
 #include "attitude/hrekf/noise_adaptation.hpp"
+#include "estimation/readiness.hpp"
+#include "estimation/robust_law.hpp"
+#include "signals/gaps.hpp"
+#include "signals/sensor_check.hpp"
 
 namespace hnav {
 

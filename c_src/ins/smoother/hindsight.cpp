@@ -99,20 +99,16 @@ Quaternion turned(const double* phi, const Quaternion& q) { return multiply(rota
 
 // Vectors of errors, and their covariance, in axes turned by C.
 void turn(const Matrix3& C, Hindsight& h) {
-    for (const int row : {row_d, row_v, row_phi, row_colour}) {
-        vec(h.error + row) = Vector3(C * vec(h.error + row));
-        turn_rows(h.P, row, C);
-    }
+    for (const int row : {row_d, row_v, row_phi, row_colour}) vec(h.error + row) = Vector3(C * vec(h.error + row));
+    turn(h.P, C);
 }
 
 // The same state in other axes.
 void place_in(const State& axes, State& s) {
     const Matrix3 C = mat(axes.axes).transpose() * mat(s.axes);
     const Vector3 e = vec(s.anchor_e) - vec(axes.anchor_e);
-    vec(s.x) = mat(axes.axes).transpose() * e + C * vec(s.x);
-    vec(s.x + 3) = Vector3(C * vec(s.x + 3));
-    vec(s.colour) = Vector3(C * vec(s.colour));
-    quat(s.x + 6) = multiply(quaternion_from_matrix(C), quat(s.x + 6));
+    turn(s, C);
+    vec(s.x) += mat(axes.axes).transpose() * e;
 }
 
 // What `to` differs by from `from`, in the axes of the latter. Where a state has no offset of the pressure yet there is none to tell.
@@ -125,7 +121,7 @@ void difference(const State& to, const State& from, double* error) {
     vec(error + row_gyro) = vec(s.gyro_bias) - vec(from.gyro_bias);
     vec(error + row_accel) = vec(s.accel_bias) - vec(from.accel_bias);
     vec(error + row_gyro_scale) = vec(s.gyro_scale) - vec(from.gyro_scale);
-    vec(error + row_colour) = vec(s.colour) - vec(from.colour);
+    vec(error + row_colour) = vec(s.in_t.colour) - vec(from.in_t.colour);
     error[row_u] = error[row_u + 1] = 0;
     error[row_latency] = s.latency - from.latency;
     error[row_offset] = std::isfinite(s.offset + from.offset) ? s.offset - from.offset : 0;
