@@ -81,11 +81,11 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     // The base of the chain takes a place, and so does the moment of a given start.
     e.queue_capacity = options.queue_capacity + 2;
     e.fingerprint = o->problem->fingerprint(fingerprint);
-    o->work->trouble = {};
-    const hnav::observer::Model model(*o->plant, *o->problem, *o->work, settings);
+    o->trouble = {};
+    const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, settings);
     const bool made = o->filter.create(model, e);
-    if (made && (!model.may_be_stiff() || model.make_stiff_solver(o->stiff, options.max_steps))) return HNAV_OK;
-    if (!made && o->work->trouble.any)
+    if (made && (!model.may_be_stiff() || model.make_stiff_solver(options.max_steps))) return HNAV_OK;
+    if (!made && o->trouble.any)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
     return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer with N = %d and queue_capacity = %d", o->problem->N,
                        options.queue_capacity);
@@ -98,11 +98,11 @@ void each_holder(const void* context, void (*seen)(void*, const double*), void* 
     o->filter.visit_states([&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });
-    for (int i = 0; i < hnav::observer::max_branches; ++i) seen(visitor, o->work->branch(i) + at.memory);
+    for (int i = 0; i < hnav::observer::max_branches; ++i) seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
     for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
-    for (const hnav::observer::Passage* e : {&o->work->newest, &o->work->present}) {
-        seen(visitor, e->memory);
-        seen(visitor, e->memory_after);
+    for (const hnav::observer::PassageMemory& e : o->work->passages) {
+        seen(visitor, e.memory);
+        seen(visitor, e.memory_after);
     }
     seen(visitor, o->work->first_memory);
 }
@@ -156,7 +156,7 @@ const char* missing_for_events(const hnav_plant& p) {
 
 // Why samples were dropped: what the plant answered, if it was that.
 hnav_status no_estimate(const hnav_observer* o, double t_s) {
-    const auto& trouble = o->work->trouble;
+    const auto& trouble = o->trouble;
     if (!trouble.any)
         return o->fail(HNAV_ERROR_SOLVER,
                        "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
@@ -207,7 +207,7 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
 hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
     if (!std::isfinite(t_s)) return o->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    o->work->trouble = {};
+    o->trouble = {};
     const double before = o->instants();
     const Outcome outcome = look_ahead ? o->filter.advance(t_s) : o->filter.commit(t_s);
     o->dropped += static_cast<std::uint64_t>(before - o->instants());

@@ -33,6 +33,7 @@ struct hnav_observer : hnav::KeptMessage<512> {
     void* block = nullptr; // of problem and work
     std::optional<hnav::observer::Problem> problem;
     std::optional<hnav::observer::Workspace> work;
+    hnav::observer::Trouble trouble{};
     hnav::StiffSolver stiff;
     hnav::observer::DerivativeProof proof{};
     Filter filter;

@@ -71,10 +71,9 @@ hnav_status hnav_observer_indicators(const hnav_observer* observer, const double
 hnav_status hnav_observer_step_done(hnav_observer* observer, const double* x, int32_t* wants_event) {
     REQUIRE(observer, x);
     REQUIRE(observer, wants_event);
-    bool wants = false;
-    const auto& filter = observer->filter;
-    const bool done = filter.model().step_outside_done(filter.newest(), x, &wants);
-    *wants_event = wants;
+    const auto& model = observer->filter.model();
+    const bool done = observer->filter.note([&](hnav::RuntimeState& s) { return model.step_outside_done(s, x); });
+    *wants_event = done && model.wants_event(observer->filter.newest());
     if (done) return HNAV_OK;
     return observer->fail(HNAV_ERROR_SOLVER, "the plant failed at the end of a step%s%s", *observer->plant->said() ? ": " : "",
                           observer->plant->said());

@@ -196,6 +196,16 @@ public:
         show_copy(state);
     }
 
+    // The newest state notes what does not change the estimate: what an integrator outside has met. Answers as `act` does.
+    template <class Act>
+    bool note(Act&& act) {
+        const bool shows_newest = view_ == &newest();
+        while (queue_.solved() > 1) close_oldest();
+        has_changed(0);
+        if (shows_newest) view_ = &newest();
+        return act(queue_.after(0));
+    }
+
     // By the closed form although there is a propagator, where the model has one.
     void prefer_closed_form(bool prefer) { prefers_closed_form_ = prefer; }
 
@@ -354,10 +364,7 @@ private:
     static constexpr long max_steps_beside_closed_form = 200;
 #endif
 
-    struct FlowContext {
-        const Model* model;
-        const State* held;
-    };
+    using Context = FlowContext<Model>;
 
     // What is saved beside the state of the base, the shown one and the events.
     struct Kept {
@@ -412,14 +419,7 @@ private:
     }
 
     static int flow(const void* context, const double* x, double* dx) {
-        const auto* c = static_cast<const FlowContext*>(context);
-        return flow_of(*c->model, *c->held, x, dx);
-    }
-
-    static int flow_of(const Model& model, const State& held, const double* x, double* dx) {
-        if constexpr (model_concept::flow_may_fail<Model>) return model.flow(held, x, dx);
-        model.flow(held, x, dx);
-        return 0;
+        return static_cast<const Context*>(context)->flow(x, dx);
     }
 
     bool sound(const State& state) const {
@@ -482,7 +482,7 @@ private:
 
     // False: the state is as it was.
     bool integrate(State& state, double interval_s) {
-        const FlowContext context{&model_, &state};
+        const Context context{&model_, &state};
         std::memcpy(spare_x_, x_of(state), nx() * sizeof(double));
         if (propagator_.integrate(&context, interval_s, x_of(state), rate_of(state)) && sound(state)) return true;
         std::memcpy(x_of(state), spare_x_, nx() * sizeof(double));
@@ -492,8 +492,7 @@ private:
     // A model with ways of its own takes one where it is told to, or where the integrator does not get on.
     bool integrate_or_as_the_model_does(State& state, double interval_s) {
         if (model_.by_points()) {
-            const FlowContext context{&model_, &state};
-            return model_.flow_by_points(state, interval_s, propagator_, &context) && sound(state);
+            return model_.flow_by_points(state, interval_s, propagator_) && sound(state);
         }
         if (!model_.is_stiff(state)) {
             if (integrate(state, interval_s)) return true;
@@ -502,10 +501,7 @@ private:
         return model_.flow_stiffly(state, interval_s, propagator_) && sound(state);
     }
 
-    bool cross(State& state, double interval_s) {
-        const FlowContext context{&model_, &state};
-        return model_.cross(state, interval_s, propagator_, &context) && sound(state);
-    }
+    bool cross(State& state, double interval_s) { return model_.cross(state, interval_s, propagator_) && sound(state); }
 
     double rate_of(const State& state) const {
         if constexpr (Model::knows_rate) return model_.fastest_rate(state);
@@ -513,7 +509,7 @@ private:
     }
 
     bool step_by_euler(State& state, double interval_s) {
-        if (flow_of(model_, state, x_of(state), spare_x_) != 0) return false;
+        if (Context{&model_, &state}.flow(x_of(state), spare_x_) != 0) return false;
         for (int i = 0; i < nx(); ++i) x_of(state)[i] += interval_s * spare_x_[i];
         return true;
     }
@@ -630,7 +626,7 @@ private:
                 settings_.propagator.max_steps = std::min(Model::max_explicit_steps, settings_.propagator.max_steps);
         }
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
-        const FlowContext context{&model_, &queue_.after(0)};
+        const Context context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
         settings_.propagator.atol = nullptr;
         return made;

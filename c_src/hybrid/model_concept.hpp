@@ -17,6 +17,8 @@
 //     bool flows(const State&) const                      false while there is nothing to integrate
 //     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state; one that may be
 //                                                         without an answer returns an int as Propagator::Flow does
+//     struct Piece                                        where the flow depends on more than State and x, a last argument of flow
+//                                                         with a default: a part of the state, a point without its matrices
 //     void nominal(double* x) const                       sizes that absolute tolerances are relative to
 //     bool plausible(const State&) const                  false when finite numbers lie beyond all sense
 //     void normalise(State&) const                        x has come from an integrator outside: what it strained is restored
@@ -170,6 +172,27 @@ constexpr int nx_of(const Model& model) {
     if constexpr (has_fixed_size<Model>) return Model::nx;
     else return model.nx();
 }
+
+// What a solver hands to the flow.
+template <class Model, class = void>
+struct FlowContext {
+    const Model* model;
+    const typename Model::State* held;
+
+    int flow(const model_concept::Real<Model>* x, model_concept::Real<Model>* dx) const {
+        if constexpr (model_concept::flow_may_fail<Model>) return model->flow(*held, x, dx);
+        model->flow(*held, x, dx);
+        return 0;
+    }
+};
+template <class Model>
+struct FlowContext<Model, std::void_t<typename Model::Piece>> {
+    const Model* model;
+    const typename Model::State* held;
+    typename Model::Piece piece{};
+
+    int flow(const double* x, double* dx) const { return model->flow(*held, x, dx, piece); }
+};
 
 // Says in the compiler's words what a model lacks.
 template <class M>

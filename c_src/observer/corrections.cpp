@@ -1,4 +1,5 @@
 // What an event of the filter does: inputs, then the sensors of the instant together, in each part of the estimate.
+#include "estimation/mixture.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -58,8 +59,10 @@ bool Model::take_inputs(State& s, const Event& event, bool begins) const {
         any = true;
     }
     if (!any || !crosses() || s.x()[at.begun] == 0) return true;
-    for (int i = 0; i < parts_of(s); ++i)
-        if (!jump_part({s, 0, nullptr, nullptr}, part_of(s, i), Cause::input, 1)) return false;
+    for (int i = 0; i < parts_of(s); ++i) {
+        Run run(s, 0, *work_);
+        if (!jump_part(run, part_of(s, i), Cause::input, 1)) return false;
+    }
     return true;
 }
 
@@ -150,13 +153,17 @@ void Model::correct(State& s, const Event& event) const {
     fused(s, work_->x, work_->P);
     for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
     gate(s, event, inflation);
-    double likelihood[max_parts], most = -HUGE_VAL, sum = 0;
-    for (int i = 0; i < parts_of(s); ++i) most = std::max(most, likelihood[i] = correct_part(s, event, i, inflation));
-    for (int i = 0; i < parts_of(s); ++i) sum += part_of(s, i)[at.weight] *= std::exp(likelihood[i] - most);
-    for (int i = 0; i < parts_of(s); ++i) part_of(s, i)[at.weight] /= sum;
-    v[at.likelihood] = most + std::log(sum);
+    double likelihood[max_parts];
+    for (int i = 0; i < parts_of(s); ++i) likelihood[i] = correct_part(s, event, i, inflation);
+    Parts parts = parts_in(s);
+    v[at.likelihood] = likelihood[0];
     v[at.corrections] += 1;
-    if (crosses()) keep_parts(s, true);
+    if (parts.used > 1) {
+        v[at.likelihood] = mixture::reweigh(parts, likelihood);
+        mixture::prune(parts, smallest_weight);
+        mixture::merge_alike(parts);
+        keep(s, parts);
+    }
     fused(s, work_->x, work_->P);
     judge(s, before);
 }

@@ -1,4 +1,5 @@
 // An interval of the filter with events of the plant in it: each part flows to the next guard or time, has its event, and goes on.
+#include "estimation/mixture.hpp"
 #include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
 
@@ -15,24 +16,24 @@ constexpr double shortest_s = 1e-12; // that a solver is asked for
 
 } // namespace
 
-bool Model::cross(State& s, double interval_s, Propagator& propagator, const void* context) const {
-    const Layout& at = layout();
-    const Run run{s, interval_s, &propagator, context};
-    work_->branches_used = 0;
+bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
+    Parts made{*this, work_->branches, 0};
     for (int i = 0; i < parts_of(s); ++i) {
-        double* part = work_->branch(work_->branches_used++);
-        std::copy_n(part_of(s, i), at.part_numbers, part);
+        Run run(s, interval_s, *work_, &propagator, &made);
+        double* part = made[made.used++];
+        std::copy_n(part_of(s, i), layout().part_numbers, part);
         if (!cross_part(run, part)) return false;
     }
-    keep_parts(s, false);
+    mixture::collapse(made, max_parts);
+    keep(s, made);
     return true;
 }
 
-bool Model::cross_part(const Run& run, double* part) const {
+bool Model::cross_part(Run& run, double* part) const {
     const Layout& at = layout();
     const double begin_s = run.s.x()[at.t];
     int events = 0;
-    if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->beginning);
+    if (!run.alone) std::copy_n(part, at.part_numbers, work_->beginning);
     if (!begin_part(run, part, &events)) return false;
     for (;;) {
         const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
@@ -42,25 +43,21 @@ bool Model::cross_part(const Run& run, double* part) const {
         if (stop == Stop::missed) return spread(run, part);
         if (stop == Stop::end && to_event_s > left_s) break;
         if (++events > most_events) {
-            work_->trouble = {true, Function::event, Answer::ok, begin_s + part[at.elapsed]};
+            *trouble_ = {true, Function::event, Answer::ok, begin_s + part[at.elapsed]};
             return false;
         }
         const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
         if (!jump_part(run, part, cause, events)) return false;
-        if (!work_->derivable) return spread(run, part);
+        if (!run.derivable) return spread(run, part);
     }
     part[at.elapsed] = run.interval_s;
-    if (work_->states_alone) return true;
-    return split_near_guard(run, part) && (work_->derivable || spread(run, part));
+    if (run.alone) return true;
+    return split_near_guard(run, part) && (run.derivable || spread(run, part));
 }
 
 // The plant is as the part has it; new inputs may have put it through a guard.
-bool Model::begin_part(const Run& run, double* part, int* events) const {
+bool Model::begin_part(Run& run, double* part, int* events) const {
     const Layout& at = layout();
-    work_->newest.is_newest = false;
-    work_->passed = 0;
-    work_->derivable = true;
-    work_->went_stiffly = false;
     plant_->recall(part + at.memory);
     expected(part, work_->x);
     if (!indicators(run.s, run.s.x()[at.t] + part[at.elapsed], work_->x, work_->z)) return false;
@@ -68,28 +65,28 @@ bool Model::begin_part(const Run& run, double* part, int* events) const {
 }
 
 // To the next event, or to the end: length_s. What has flowed is then in P.
-Model::Stop Model::flow_piece(const Run& run, double* part, double length_s) const {
+Model::Stop Model::flow_piece(Run& run, double* part, double length_s) const {
     const Layout& at = layout();
-    if (!work_->states_alone) std::copy_n(part, at.part_numbers, work_->segment);
+    if (!run.alone) std::copy_n(part, at.part_numbers, work_->segment);
     const Stop stop = length_s > 0 ? flow_until(run, part, length_s) : Stop::end;
     if (stop == Stop::failed || stop == Stop::missed) return stop;
-    if (!work_->states_alone) std::copy_n(part + at.S, problem_->moving * problem_->N, work_->segment_S);
+    if (!run.alone) std::copy_n(part + at.S, problem_->moving * problem_->N, work_->segment_S);
     collect(run.s, part);
     return stop;
 }
 
-// The plant's event where the part is. One without a derivative is not passed: see work_->derivable.
-bool Model::jump_part(const Run& run, double* part, Cause cause, int count) const {
+// The plant's event where the part is. One without a derivative is not passed: run.derivable.
+bool Model::jump_part(Run& run, double* part, Cause cause, int count) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     double* c = run.s.x();
-    Passage& e = work_->present;
+    Passage& e = run.present;
     const double t_s = c[at.t] + part[at.elapsed];
-    const bool with_matrix = count <= most_matrices && !work_->states_alone;
+    const bool with_matrix = count <= most_matrices && !run.alone;
     expected(part, e.X);
     unpack_upper(part + at.P, p.N, 1, e.P);
-    if (!pass(run.s, part, t_s, cause, -1, with_matrix, e)) return false;
-    if (!work_->derivable) return true;
+    if (!pass(run, part, t_s, cause, -1, with_matrix)) return false;
+    if (!run.derivable) return true;
     if (!e.derivable) c[at.counts + Layout::grazing] += 1;
     if (count > most_matrices) c[at.counts + Layout::chattering] += 1;
     put(e.after, part);
@@ -98,12 +95,12 @@ bool Model::jump_part(const Run& run, double* part, Cause cause, int count) cons
     if (!e.silent) {
         if (with_matrix) carry(e, e.P, part + at.P);
         part[at.jumps] += 1;
-        ++work_->passed;
+        ++run.passed;
     }
     if (!take_sides(run.s, part, t_s, e.after)) return false;
     if (!e.silent) {
         e.is_newest = cause == Cause::guard && with_matrix;
-        std::swap(work_->newest, work_->present);
+        std::swap(run.newest, run.present);
     }
     return true;
 }
@@ -114,35 +111,32 @@ bool Model::have_events_of_plant(State& s, double t_s, bool* any) const {
     const Layout& at = layout();
     double* part = s.x();
     if (!flows(s)) return true;
-    work_->from_outside = true;
     bool whole = ask(plant_->recall(part + at.memory), Function::event, t_s, nullptr, 0);
     expected(part, work_->x);
     whole = whole && indicators(s, s.x()[at.t] + part[at.elapsed] + part[at.clock], work_->x, work_->z);
     const bool crossed = whole && first_changed(part) >= 0;
-    const bool wanted = work_->step_wants_event;
-    work_->step_wants_event = false;
+    const bool wanted = std::exchange(s.x()[at.wants_event], 0) != 0;
     *any = crossed || wanted || part[at.next_event] <= t_s;
     if (whole && *any) collect(s, part);
-    if (crossed || (whole && wanted)) whole = come_from_outside(s, part, t_s, crossed ? Cause::guard : Cause::time);
-    for (int k = 0; whole && part[at.next_event] <= t_s; ++k)
-        whole = k < most_matrices && come_from_outside(s, part, t_s, Cause::time);
-    work_->from_outside = false;
+    const auto come = [&](Cause cause) {
+        Run run(s, 0, *work_);
+        run.outside = true;
+        part[at.elapsed] = t_s - s.x()[at.t]; // as the integrator has it, to the last digit
+        return jump_part(run, part, cause, 1);
+    };
+    if (crossed || (whole && wanted)) whole = come(crossed ? Cause::guard : Cause::time);
+    for (int k = 0; whole && part[at.next_event] <= t_s; ++k) whole = k < most_matrices && come(Cause::time);
     return whole;
 }
 
-bool Model::come_from_outside(State& s, double* part, double t_s, Cause cause) const {
-    part[layout().elapsed] = t_s - s.x()[layout().t]; // as the integrator has it, to the last digit
-    return jump_part({s, 0, nullptr, nullptr}, part, cause, 1);
-}
-
-bool Model::step_outside_done(const State& s, const double* x, bool* wants_event) const {
-    *wants_event = false;
+bool Model::step_outside_done(State& s, const double* x) const {
     if (!crosses() || !flows(s)) return true;
     const Point here = point(s, s.x(), x);
+    bool wants = false;
     if (!ask(plant_->recall(s.x() + layout().memory), Function::event, here.t_s, nullptr, 0) ||
-        !ask(plant_->step_done(here, wants_event), Function::event, here.t_s, nullptr, 0))
+        !ask(plant_->step_done(here, &wants), Function::event, here.t_s, nullptr, 0))
         return false;
-    work_->step_wants_event = *wants_event;
+    s.x()[layout().wants_event] = wants;
     return true;
 }
 
@@ -163,30 +157,26 @@ bool Model::indicators_at(const State& s, const double* x, double* z) const {
 
 // ------------------------------------------------------------------------------------------------ to a guard
 
-Model::Stop Model::flow_until(const Run& run, double* part, double length_s) const {
-    work_->part = part;
-    work_->stiff_step_s = 0;
+Model::Stop Model::flow_until(Run& run, double* part, double length_s) const {
+    run.stiff_step_s = 0;
     for (double* z : {work_->z_first, work_->z_inside}) std::copy_n(work_->z, problem_->sizes.indicators, z);
-    Stop stop = Stop::end;
-    if (length_s < shortest_s) stop = move(run.s, part, length_s) ? Stop::end : Stop::failed;
-    else if (is_stiff(run.s)) stop = go_stiffly(run, part, length_s);
-    else stop = go_step_by_step(run, part, length_s);
-    work_->part = nullptr;
-    return stop;
+    if (length_s < shortest_s) return move(run, part, part, length_s) ? Stop::end : Stop::failed;
+    return is_stiff(run.s) ? go_stiffly(run, part, length_s) : go_step_by_step(run, part, length_s);
 }
 
 // By one step of Euler, which is as good as any where it is short.
-bool Model::move(const State& s, double* x, double by_s) const {
-    if (flow(s, x, work_->slope) != 0) return false;
+bool Model::move(const Run& run, const double* part, double* x, double by_s) const {
+    if (flow(run.s, x, work_->slope, {part, run.alone}) != 0) return false;
     for (int i = 0; i < nx(); ++i) x[i] += by_s * work_->slope[i];
     return true;
 }
 
-Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s) const {
+Model::Stop Model::go_step_by_step(Run& run, double* part, double length_s) const {
     const int numbers = nx();
     double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
     std::copy_n(part, numbers, x);
-    if (!run.propagator->begin(run.context, length_s, x)) return Stop::failed;
+    const FlowContext<Model> context{this, &run.s, {part, run.alone}};
+    if (!run.propagator->begin(&context, length_s, x)) return Stop::failed;
     while (to_s < length_s) {
         from_s = to_s;
         std::copy_n(x, numbers, work_->step_from);
@@ -211,7 +201,7 @@ Model::Stop Model::go_step_by_step(const Run& run, double* part, double length_s
 }
 
 // Where the explicit solver has run out of steps the plant is stiff.
-Model::Stop Model::go_after_failure(const Run& run, double* part, double length_s) const {
+Model::Stop Model::go_after_failure(Run& run, double* part, double length_s) const {
     if (!run.propagator->out_of_steps()) return Stop::failed;
     std::copy_n(work_->z_first, problem_->sizes.indicators, work_->z_inside);
     return go_stiffly(run, part, length_s);
@@ -222,7 +212,7 @@ bool Model::between(const Run& run, const double* part, double s, double* x) con
     if (!run.stiffly) return run.propagator->between(s, x);
     std::copy_n(part, nx(), x);
     x[layout().clock] = s;
-    return work_->stiff->between(s, x);
+    return stiff_->between(s, x);
 }
 
 Model::Stop Model::end_of_step(const Run& run, const double* part) const {
@@ -266,7 +256,7 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
         const double middle = z[count], rise = 0.5 * (z[2 * count] - z[0]), bend = z[0] - 2 * middle + z[2 * count];
         if (!(middle * bend > 0 && std::fabs(rise) <= std::fabs(bend))) continue;
         const double turn = quarter - 1 - rise / bend, at_s = std::min(to_s, from_s + turn * quarter_s);
-        if (work_->states_alone && (middle - 0.5 * rise * rise / bend) * middle > 0) continue;
+        if (run.alone && (middle - 0.5 * rise * rise / bend) * middle > 0) continue;
         if (!between(run, part, at_s, work_->inside) || !look(run, part, work_->inside)) return Stop::failed;
         if (first_changed(part) >= 0) {
             *low_s = from_s + std::floor(turn) * quarter_s;
@@ -274,7 +264,7 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
             return *low_s < at_s ? Stop::guard : Stop::end;
         }
         bool narrow = false;
-        if (!work_->states_alone && !turns_near(run, part, i, &narrow)) return Stop::failed;
+        if (!run.alone && !turns_near(run, part, i, &narrow)) return Stop::failed;
         if (narrow) return Stop::missed;
     }
     return Stop::end;
@@ -286,10 +276,10 @@ bool Model::turns_near(const Run& run, const double* part, int guard, bool* near
     const Layout& at = layout();
     const double *x = work_->inside, *g = work_->gradients + guard * p.N;
     const double t_s = run.s.x()[at.t] + part[at.elapsed] + x[at.clock];
-    double* X = work_->present.X;
+    double *X = run.present.X, *dX = run.present.slope;
     std::copy_n(x, p.moving, X);
     std::copy_n(part + at.parameters, p.sizes.parameters, X + p.moving);
-    if (!slope(run.s, t_s, X, work_->present.slope) || !gradients(run.s, t_s, X, work_->present.slope)) return false;
+    if (!slope(run.s, t_s, X, dX) || !gradients(run.s, t_s, X, dX)) return false;
     covariance(run.s, x, part + at.P, work_->P);
     const double variance = variance_along(g, work_->P, p.N);
     *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance;
@@ -343,17 +333,17 @@ bool Model::look(const Run& run, const double* part, const double* x) const {
 // The cubic is no solution: the flow itself is taken to the bracket, and moved to where the indicator is zero, then as little as
 // it takes to be beyond it, where the plant has its event. To work_->inside.
 bool Model::polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const {
-    const State& s = run.s;
     double* x = work_->inside;
+    const FlowContext<Model> context{this, &run.s, {part, run.alone}};
     if (!run.propagator->between(high_s, x) || !look(run, part, x)) return false;
     const int guard = std::max(0, first_changed(part));
     std::copy_n(work_->step_from, nx(), x);
     const double way_s = high_s - from_s;
-    if (way_s < shortest_s ? !move(s, x, way_s) : !run.propagator->integrate(run.context, way_s, x)) return false;
+    if (way_s < shortest_s ? !move(run, part, x, way_s) : !run.propagator->integrate(&context, way_s, x)) return false;
     if (!look(run, part, x) || !move_to_zero(run, part, guard, way_s, std::max(1e-3 * way_s, 10 * (high_s - low_s))))
         return false;
     for (double beyond_s = 1e-14 * way_s; first_changed(part) < 0; beyond_s *= 4)
-        if (!(beyond_s < way_s) || !move(s, x, beyond_s) || !look(run, part, x)) return false;
+        if (!(beyond_s < way_s) || !move(run, part, x, beyond_s) || !look(run, part, x)) return false;
     return true;
 }
 
@@ -364,11 +354,11 @@ bool Model::move_to_zero(const Run& run, const double* part, int guard, double w
     for (int k = 0; k < 3 && z[guard] != 0; ++k) {
         const double here = z[guard];
         std::copy_n(x, nx(), work_->step_to);
-        if (!move(run.s, x, -small_s) || !look(run, part, x)) return false;
+        if (!move(run, part, x, -small_s) || !look(run, part, x)) return false;
         const double rate = (here - z[guard]) / small_s;
         std::copy_n(work_->step_to, nx(), x);
         if (!(std::fabs(here) < near_s * std::fabs(rate))) return look(run, part, x);
-        if (!move(run.s, x, -here / rate) || !look(run, part, x)) return false;
+        if (!move(run, part, x, -here / rate) || !look(run, part, x)) return false;
         if (std::fabs(here / rate) < 1e-7 * way_s) break; // the next would be its square
     }
     return true;

@@ -6,6 +6,7 @@
 //     jumped    weight Phi(-a)    J(m) - Xi k l'        Xi (P - k k' l' (l' - a)) Xi'    l' = phi(a) / Phi(-a)
 //
 // The next samples weigh the parts; those with equal numbers of events merge.
+#include "estimation/mixture.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -16,7 +17,6 @@ namespace hnav::observer {
 namespace {
 
 constexpr double near_sigma = 4;
-constexpr double smallest_weight = 1e-4;
 
 double density(double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); }
 double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
@@ -26,11 +26,11 @@ double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
 // ------------------------------------------------------------------------------------------------ splits
 
 // At the end of an interval: the plant is as the part has it.
-bool Model::split_near_guard(const Run& run, double* part) const {
+bool Model::split_near_guard(Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
-    const Passage& e = work_->newest;
-    const bool uncertain = e.is_newest && work_->passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
-    if (work_->went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
+    const Passage& e = run.newest;
+    const bool uncertain = e.is_newest && run.passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
+    if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
         return doubt_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
 }
@@ -42,9 +42,9 @@ bool Model::slope_leads_away(double after_s) const {
 }
 
 // A stiff plant goes nowhere along its slope: where another would be split, points go from the beginning of the interval.
-bool Model::doubt_stiffly(const Run& run, const double* part, bool uncertain) const {
+bool Model::doubt_stiffly(Run& run, const double* part, bool uncertain) const {
     const Problem& p = *problem_;
-    Passage& e = work_->present;
+    Passage& e = run.present;
     if (!uncertain) {
         const double now_s = run.s.x()[layout().t] + run.interval_s;
         expected(part, e.X);
@@ -53,21 +53,21 @@ bool Model::doubt_stiffly(const Run& run, const double* part, bool uncertain) co
         if (next_guard(part, e.P) < 0) return true;
     }
     std::copy_n(work_->beginning, work_->layout.part_numbers, work_->segment);
-    give_up(-1, -1);
+    give_up(run, -1, -1);
     return true;
 }
 
 // The event has come, but may not have: the part as it was before it, carried to now as if there was no guard.
-bool Model::split_at_newest(const Run& run, double* part) const {
+bool Model::split_at_newest(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    Passage& e = work_->newest;
+    Passage& e = run.newest;
     const double since_s = run.interval_s - e.elapsed;
     for (int i = 0; i < p.N; ++i) {
         e.X[i] += since_s * e.slope[i];
         e.P[i * p.N + i] += since_s * p.noise[i];
     }
-    double *waiting = work_->branch(work_->branches_used), *J = work_->slope_here;
+    double *waiting = (*run.made)[run.made->used], *J = work_->slope_here;
     std::copy_n(part, at.part_numbers, waiting);
     std::copy_n(e.memory, p.sizes.memory, waiting + at.memory);
     std::copy_n(e.sides, p.sizes.indicators, waiting + at.sides);
@@ -80,10 +80,11 @@ bool Model::split_at_newest(const Run& run, double* part) const {
 }
 
 // The part beside what it is if the event comes, which is to_s and distance away.
-bool Model::split_after_jump(const Run& run, double* part, Passage& e, double to_s, double distance) const {
+bool Model::split_after_jump(Run& run, double* part, double to_s, double distance) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    double *jumped = work_->branch(work_->branches_used), *J = work_->slope_here;
+    Passage& e = run.present;
+    double *jumped = (*run.made)[run.made->used], *J = work_->slope_here;
     std::copy_n(part, at.part_numbers, jumped);
     std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
     jumped[at.next_event] = e.next_after;
@@ -94,10 +95,10 @@ bool Model::split_after_jump(const Run& run, double* part, Passage& e, double to
 }
 
 // The event has not come, but may have: the guard is reached along the flow, jumped there, and flown back from.
-bool Model::split_at_next(const Run& run, double* part) const {
+bool Model::split_at_next(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    Passage& e = work_->present;
+    Passage& e = run.present;
     const double now_s = run.s.x()[at.t] + run.interval_s;
     expected(part, e.X);
     unpack_upper(part + at.P, p.N, 1, e.P);
@@ -108,23 +109,24 @@ bool Model::split_at_next(const Run& run, double* part) const {
     if (slope_leads_away(distance / std::fabs(work_->rates[guard]))) return doubt_stiffly(run, part, true);
     const bool falls = work_->z[guard] > 0;
     double to_s = 0, beyond_sigma = 0;
-    if (!turns_beyond(run.s, now_s, guard, e, &beyond_sigma)) return false;
+    if (!turns_beyond(run, now_s, guard, &beyond_sigma)) return false;
     if (beyond_sigma < hardly_sigma) {
-        if (beyond_sigma > -hardly_sigma) give_up(guard, -1); // else hardly anything comes there
+        if (beyond_sigma > -hardly_sigma) give_up(run, guard, -1); // else hardly anything comes there
         return true;
     }
-    if (!reach(run, part, guard, e, &to_s)) return false;
+    if (!reach(run, part, guard, &to_s)) return false;
     if (first_changed(part) != guard) return true; // another one is before it, or there is none
-    if (!pass(run.s, part, now_s + to_s, Cause::guard, guard, true, e)) return false;
+    if (!pass(run, part, now_s + to_s, Cause::guard, guard, true)) return false;
     if (!e.derivable) return true;
     if (e.silent) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
 
     for (int i = 0; !falls && i < p.N; ++i) e.gradient[i] = -e.gradient[i];
-    return split_after_jump(run, part, e, to_s, distance);
+    return split_after_jump(run, part, to_s, distance);
 }
 
-// e.X goes along its slope to a guard and as little as it takes beyond, after_s from now.
-bool Model::reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const {
+// run.present.X goes along its slope to a guard and as little as it takes beyond, after_s from now.
+bool Model::reach(Run& run, const double* part, int guard, double* after_s) const {
+    Passage& e = run.present;
     const double now_s = run.s.x()[layout().t] + run.interval_s, rate = work_->rates[guard];
     const auto go_on = [&](double by_s) {
         *after_s += by_s;
@@ -173,7 +175,7 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
         for (int i = 0; i < p.N; ++i)
             for (int j = 0; j < p.N; ++j) cut[i * p.N + j] = e.P[i * p.N + j] - share * k[i] * k[j];
     };
-    ++work_->branches_used;
+    ++run.made->used;
     run.s.x()[at.counts + Layout::splits] += 1;
     double* X = work_->x;
 
@@ -237,43 +239,27 @@ void Model::fused(const State& s, double* X, double* P) const {
         else covariance(s, s.x(), s.x() + at.P, P);
         return;
     }
-    double* mean = work_->slope_here;
-    std::fill_n(mean, p.N, 0.0);
-    for (int i = 0; i < count; ++i) {
-        expected(part_of(s, i), X);
-        for (int j = 0; j < p.N; ++j) mean[j] += part_of(s, i)[at.weight] * X[j];
-    }
-    std::fill_n(P, p.N * p.N, 0.0);
-    for (int i = 0; i < count; ++i) {
-        const double w = part_of(s, i)[at.weight];
-        expected(part_of(s, i), X);
-        unpack_upper(part_of(s, i) + at.P, p.N, 1, work_->Qd);
-        for (int j = 0; j < p.N; ++j)
-            for (int k = 0; k < p.N; ++k) P[j * p.N + k] += w * (work_->Qd[j * p.N + k] + (X[j] - mean[j]) * (X[k] - mean[k]));
-    }
-    std::copy_n(mean, p.N, X);
+    const auto part = [&](int i) {
+        expected(part_of(s, i), work_->slope_here);
+        return mixture::Part{part_of(s, i)[at.weight], work_->slope_here, part_of(s, i) + at.P};
+    };
+    mixture::moments(count, p.N, part, X, P);
 }
 
 // The other into the part, by moments; what the plant remembers is that of the heavier.
 void Model::merge(double* part, const double* other) const {
-    const Problem& p = *problem_;
+    const int triangle = Layout::triangle(problem_->N);
     const Layout& at = layout();
-    double *X = work_->x, *with = work_->slope_here, *P = work_->P, *more = work_->Qd;
+    double *X = work_->x, *with = work_->slope_here, *P = work_->P;
     const double sum = part[at.weight] + other[at.weight], share = other[at.weight] / sum;
     expected(part, X);
     expected(other, with);
-    unpack_upper(part + at.P, p.N, 1, P);
-    unpack_upper(other + at.P, p.N, 1, more);
-    for (int i = 0; i < p.N; ++i)
-        for (int j = 0; j < p.N; ++j) {
-            const double apart = share * (1 - share) * (with[i] - X[i]) * (with[j] - X[j]);
-            P[i * p.N + j] = (1 - share) * P[i * p.N + j] + share * more[i * p.N + j] + apart;
-        }
-    for (int i = 0; i < p.N; ++i) X[i] += share * (with[i] - X[i]);
+    std::copy_n(part + at.P, triangle, P);
+    mixture::merge(problem_->N, share, X, P, with, other + at.P);
     if (share > 0.5) std::copy_n(other, at.part_numbers, part);
     part[at.weight] = sum;
     put(X, part);
-    pack_upper(P, p.N, part + at.P);
+    std::copy_n(P, triangle, part + at.P);
 }
 
 // How far two parts are from each other, the largest difference in sigma.
@@ -299,52 +285,34 @@ bool Model::alike(const double* part, const double* other) const {
            std::equal(part + at.sides, part + at.memory, other + at.sides) && apart(part, other) < 1;
 }
 
-void Model::merge_branches(int i, int j) const {
-    merge(work_->branch(i), work_->branch(j));
-    const int last = --work_->branches_used;
-    for (int k = j; k < last; ++k) std::copy_n(work_->branch(k + 1), work_->layout.part_numbers, work_->branch(k));
+void Model::Parts::drop(int i) {
+    std::copy((*this)[i + 1], (*this)[used], (*this)[i]);
+    --used;
 }
 
-// The parts of an interval, or those that a correction has weighed, become the parts of a state: at most four.
-void Model::keep_parts(State& s, bool after_correction) const {
-    const Layout& at = layout();
-    if (after_correction) {
-        work_->branches_used = 0;
-        for (int i = 0; i < parts_of(s); ++i)
-            if (part_of(s, i)[at.weight] > smallest_weight || parts_of(s) == 1)
-                std::copy_n(part_of(s, i), at.part_numbers, work_->branch(work_->branches_used++));
-        for (int i = 0; i < work_->branches_used; ++i)
-            for (int j = i + 1; j < work_->branches_used;)
-                if (alike(work_->branch(i), work_->branch(j))) merge_branches(i, j);
-                else ++j;
-    }
-    while (work_->branches_used > max_parts) {
-        int first = 0, second = 1;
-        double nearest = HUGE_VAL;
-        for (int i = 0; i < work_->branches_used; ++i)
-            for (int j = i + 1; j < work_->branches_used; ++j) {
-                constexpr double other_count = 1e6; // those of another number of events come last
-                const bool equal = work_->branch(i)[at.jumps] == work_->branch(j)[at.jumps];
-                const double far = apart(work_->branch(i), work_->branch(j)) + (equal ? 0 : other_count);
-                if (!(far < nearest)) continue;
-                nearest = far;
-                first = i;
-                second = j;
-            }
-        merge_branches(first, second);
-    }
-    double sum = 0;
-    for (int i = 0; i < work_->branches_used; ++i) sum += work_->branch(i)[at.weight];
-    for (int i = 0; i < work_->branches_used; ++i) {
-        std::copy_n(work_->branch(i), at.part_numbers, part_of(s, i));
-        part_of(s, i)[at.weight] /= sum;
-    }
-    s.x()[at.parts_used] = work_->branches_used;
+void Model::Parts::merge(int i, int j) {
+    model.merge((*this)[i], (*this)[j]);
+    drop(j);
 }
 
-Model::Parts Model::parts(const State& s) const {
+// Those of another number of events come last.
+double Model::Parts::apart(int i, int j) const {
+    constexpr double other_count = 1e6;
+    const double *part = (*this)[i], *other = (*this)[j];
+    const int jumps = model.layout().jumps;
+    return model.apart(part, other) + (part[jumps] == other[jumps] ? 0 : other_count);
+}
+
+// As the parts of a state: at most four.
+void Model::keep(State& s, Parts& parts) const {
+    mixture::normalise(parts);
+    if (parts.first != s.x()) std::copy(parts[0], parts[parts.used], s.x());
+    s.x()[layout().parts_used] = parts.used;
+}
+
+Model::Summary Model::parts(const State& s) const {
     const Layout& at = layout();
-    Parts all{parts_of(s), 0, 0, 0};
+    Summary all{parts_of(s), 0, 0, 0};
     for (int i = 0; i < all.count; ++i) {
         const double* part = part_of(s, i);
         all.mean_events += part[at.weight] * part[at.jumps];

@@ -4,7 +4,7 @@
 #include <cmath>
 
 namespace hnav::observer {
-Passage::Passage(Arena& arena, const Problem& p)
+PassageMemory::PassageMemory(Arena& arena, const Problem& p)
     : X(arena.doubles(p.N)),
       slope(arena.doubles(p.N)),
       after(arena.doubles(p.N)),
@@ -54,8 +54,7 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       first_memory(arena.doubles(p.sizes.memory)),
       matrices(arena.doubles(5 * p.N * p.N)),
       stiff_start(arena.doubles(layout.numbers)),
-      newest(arena, p),
-      present(arena, p) {}
+      passages{{arena, p}, {arena, p}} {}
 
 void Model::begin(State& s) const {
     const Problem& p = *problem_;
@@ -95,7 +94,7 @@ bool Model::plausible(const State& s) const {
 bool Model::ask(Answer answer, Function function, double t_s, const double* values, int count) const {
     bool fine = answer == Answer::ok;
     for (int i = 0; fine && i < count; ++i) fine = std::isfinite(values[i]);
-    if (!fine) work_->trouble = {true, function, answer, t_s};
+    if (!fine) *trouble_ = {true, function, answer, t_s};
     return fine;
 }
 
@@ -116,17 +115,17 @@ Point Model::point_of(const State& s, double t_s, const double* X) const {
     return {t_s, X, work_->u, X + p.moving};
 }
 
-int Model::flow(const State& s, const double* x, double* dx) const {
+int Model::flow(const State& s, const double* x, double* dx, const Piece& piece) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     for (int i = 0; i < p.moving; ++i)
         if (!std::isfinite(x[i])) return int(Answer::elsewhere);
-    const Point here = point(s, work_->part ? work_->part : s.x(), x);
+    const Point here = point(s, piece.part ? piece.part : s.x(), x);
     Answer answer = plant_->evaluate(Function::derivatives, here, dx);
     if (!ask(answer, Function::derivatives, here.t_s, dx, p.n)) return int(answer == Answer::ok ? Answer::elsewhere : answer);
     for (int i = 0; i < p.sizes.unknown_inputs; ++i) dx[p.n + i] = -p.decay_1_s[i] * x[p.n + i];
 
-    if (work_->states_alone) {
+    if (piece.alone) {
         std::fill(dx + at.S, dx + at.clock, 0.0);
         dx[at.clock] = 1;
         return 0;

@@ -14,6 +14,7 @@
 #include "observer/linearisation.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 namespace hnav {
@@ -30,12 +31,18 @@ struct ModelSettings {
     bool sigma_points = false;
 };
 
-// An event of the plant and what it does to the estimate: N numbers before and after it, their slopes, the saltation matrix Xi, the
-// gradient of its guard, P and the discrete state before it.
-struct Passage {
-    Passage(Arena& arena, const Problem& problem);
+// Numbers of an event of the plant: N before and after it, their slopes, the gradient of its guard, the saltation matrix Xi, P and
+// the discrete state before it.
+struct PassageMemory {
+    PassageMemory(Arena& arena, const Problem& problem);
 
     double *X, *slope, *after, *slope_after, *gradient, *Xi, *P, *memory, *memory_after, *sides;
+};
+
+// An event of the plant and what it does to the estimate.
+struct Passage : PassageMemory {
+    explicit Passage(const PassageMemory& numbers) : PassageMemory(numbers) {}
+
     double elapsed = 0, next_event = 0, next_after = 0;
     double rate = 0; // of the indicator, along the flow
     double sigma_s = 0; // of the time of the event
@@ -50,14 +57,13 @@ inline int spread_count(int N) { return N > 2 ? std::max(32, N) : 64; }
 void make_spread(int N, double* plane);
 // Parts that an interval may make: each of the old ones becomes as many as there may be.
 constexpr int max_branches = max_parts * max_parts;
+constexpr double smallest_weight = 1e-4; // of a part
 
-// Memory in which a model computes, and what it has to tell beside its state. One for each filter.
+// Memory in which a model computes: nothing in it is good for longer than a call. One for each filter.
 class Workspace {
 public:
     // Counts on an arena without memory.
     Workspace(Arena& arena, const Problem& problem);
-
-    double* branch(int i) const { return branches + static_cast<std::ptrdiff_t>(i) * layout.part_numbers; }
 
     const Layout layout; // worked out once: the flow asks for it at each evaluation
     Linearisation linearisation;
@@ -73,37 +79,36 @@ public:
     // point that is sent from there, pairs of numbers for all of them, gradients of two guards there, and the mean.
     double *beginning, *segment, *segment_S, *point, *plane, *guards, *spread_mean;
     double* first_memory; // what the plant remembers at the start
-    // Five matrices N x N; the solver for stiff intervals and a state to make it with.
+    // Five matrices N x N; a state to make the solver for stiff intervals with.
     double *matrices, *stiff_start;
-    bool states_alone = false; // flow and events without matrices: a sigma point does
-    bool derivable = true; // what has been met in the present piece of an interval
-    double stiff_step_s = 0; // of the newest step of the implicit solver that has come to a guard
-    bool went_stiffly = false; // the present interval
-    bool from_outside = false; // an integrator outside has met it: points cannot go back
-    bool step_wants_event = false; // of the newest step of an integrator outside
-    StiffSolver* stiff = nullptr;
-    int branches_used = 0;
-    int passed = 0; // events of the present interval that changed something
-    const double* part = nullptr; // that flows; null: the first
-    Passage newest, present;
+    PassageMemory passages[2];
+};
 
-    struct Trouble {
-        bool any;
-        Function function;
-        Answer answer; // ok: a number that is not finite
-        double t_s;
-    } trouble{};
+// What the plant answered when it failed last.
+struct Trouble {
+    bool any;
+    Function function;
+    Answer answer; // ok: a number that is not finite
+    double t_s;
+};
+
+// What flows: a part of the state, null for the first, with its matrices or as a sigma point does, without.
+struct FlowingPart {
+    const double* part = nullptr;
+    bool alone = false;
 };
 
 class Model {
 public:
+    using Piece = FlowingPart;
     using Event = RuntimeEvent;
     using State = RuntimeState;
     static constexpr bool has_closed_form = false, knows_rate = false, reholds = false, turns_back = false;
 
     Model() = default;
-    Model(Plant& plant, const Problem& problem, Workspace& work, const ModelSettings& settings)
-        : plant_(&plant), problem_(&problem), work_(&work), settings_(settings) {}
+    Model(Plant& plant, const Problem& problem, Workspace& work, StiffSolver& stiff, Trouble& trouble,
+          const ModelSettings& settings)
+        : plant_(&plant), problem_(&problem), work_(&work), stiff_(&stiff), trouble_(&trouble), settings_(settings) {}
 
     int nx() const { return layout().nx; }
     // Inputs, sensors, and the moment at which the estimate begins: so inputs of an instant act before its sensors.
@@ -118,35 +123,37 @@ public:
     bool plausible(const State& s) const;
     void normalise(State&) const {}
     void before_flow(State&, const Event&) const {}
-    int flow(const State& s, const double* x, double* dx) const;
+    int flow(const State& s, const double* x, double* dx, const Piece& piece = {}) const;
     bool crosses() const { return problem_->sizes.events; }
-    bool cross(State& s, double interval_s, Propagator& propagator, const void* context) const;
+    bool cross(State& s, double interval_s, Propagator& propagator) const;
     // For an integrator outside, which has brought the first part to t_s: the plant's events there; when time brings the next, infinite
     // for none; and its indicators at x.
     bool have_events_of_plant(State& s, double t_s, bool* any) const;
-    bool step_outside_done(const State& s, const double* x, bool* wants_event) const;
+    // The plant may want an event at the end of a step: the state keeps that until it has been.
+    bool step_outside_done(State& s, const double* x) const;
+    bool wants_event(const State& s) const { return s.x()[layout().wants_event] != 0; }
     double next_event_of_plant_s(const State& s) const;
     bool indicators_at(const State& s, const double* x, double* z) const;
     // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return true; }
     bool by_points() const { return settings_.sigma_points; }
-    bool flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const;
+    bool flow_by_points(State& s, double interval_s, Propagator& propagator) const;
     bool is_stiff(const State& s) const;
     bool flow_stiffly(State& s, double interval_s, Propagator& counts) const;
     // False: no memory.
-    bool make_stiff_solver(StiffSolver& solver, long max_steps) const;
+    bool make_stiff_solver(long max_steps) const;
     void jump(State& s, const Event& event) const;
     void nominal(double* x) const;
 
     // N numbers each, of a state that may have flowed since its event; P is N x N. Null is not written.
     void estimate(const State& s, double* X, double* sigma, double* P) const;
     // Of its parts: how many there are, the weight of the largest, events of the plant so far in it and in the mean.
-    struct Parts {
+    struct Summary {
         int count;
         double largest, events, mean_events;
     };
-    Parts parts(const State& s) const;
+    Summary parts(const State& s) const;
 
     const Layout& layout() const { return work_->layout; }
     const Problem& problem() const { return *problem_; }
@@ -156,13 +163,37 @@ private:
     enum class Inside { was, is_now, is_not, failed };
     // missed: an indicator has turned back so near to its guard that a part of what may be true has crossed it.
     enum class Stop { end, guard, step, missed, failed };
-    // An interval that is crossed.
+    // Parts side by side, in a state or as an interval makes them: what estimation/mixture.hpp takes.
+    struct Parts {
+        double* operator[](int i) const { return first + static_cast<std::ptrdiff_t>(i) * model.layout().part_numbers; }
+        int count() const { return used; }
+        double& weight(int i) { return (*this)[i][model.layout().weight]; }
+        void drop(int i);
+        void merge(int i, int j);
+        double apart(int i, int j) const;
+        bool alike(int i, int j) const { return model.alike((*this)[i], (*this)[j]); }
+
+        const Model& model;
+        double* first;
+        int used;
+    };
+    // A part, or a point, through an interval, and what it has met there.
     struct Run {
+        Run(State& state, double length_s, const Workspace& work, Propagator* by = nullptr, Parts* parts = nullptr)
+            : s(state), interval_s(length_s), propagator(by), made(parts), newest(work.passages[0]), present(work.passages[1]) {}
+
         State& s;
         double interval_s;
         Propagator* propagator; // null: nothing flows
-        const void* context;
-        bool stiffly = false; // by the implicit solver
+        Parts* made; // this part, the last, and those that it splits into
+        bool alone = false; // flow and events without matrices: a sigma point does
+        bool outside = false; // an integrator outside has met an event: points cannot go back
+        bool stiffly = false; // by the implicit solver, now
+        bool went_stiffly = false; // at some time
+        double stiff_step_s = 0; // of the step of the implicit solver that has come to a guard
+        bool derivable = true; // what has been met
+        int passed = 0; // events that changed something
+        Passage newest, present;
     };
 
     // An interval of a stiff plant, for the functions that its solver asks.
@@ -179,12 +210,12 @@ private:
     // stiff.cpp
     int stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const;
     bool add_matrices(double* part, double by_s, double usual_s) const;
-    bool flow_one_point(State& s, double interval_s, Propagator& propagator, const void* context, double* x) const;
+    bool flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const;
     bool add_step(const StiffRun& run, double* part, double from_s, double to_s) const;
     void judge_stiffness(double* s, std::uint64_t taken, double length_s) const;
     bool go_until(const StiffRun& run, double* part, double length_s, bool with_matrices, double* x) const;
-    Stop go_stiffly(const Run& run, double* part, double length_s) const;
-    bool go_to_guard(const Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const;
+    Stop go_stiffly(Run& run, double* part, double length_s) const;
+    bool go_to_guard(Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const;
     bool close_in(const Run& run, const StiffRun& of, const double* part, double from_s, double low_s, double* high_s) const;
     double fastest_rate_of_A() const;
 
@@ -203,6 +234,7 @@ private:
     int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
     double* part_of(State& s, int i) const { return s.x() + i * layout().part_numbers; }
     const double* part_of(const State& s, int i) const { return s.x() + i * layout().part_numbers; }
+    Parts parts_in(State& s) const { return {*this, s.x(), parts_of(s)}; }
 
     // corrections.cpp
     void collect_all(State& s) const;
@@ -220,12 +252,12 @@ private:
     void judge(State& s, const double* before) const;
 
     // crossing.cpp
-    bool cross_part(const Run& run, double* part) const;
-    bool begin_part(const Run& run, double* part, int* events) const;
-    Stop flow_piece(const Run& run, double* part, double length_s) const;
-    Stop flow_until(const Run& run, double* part, double length_s) const;
-    Stop go_step_by_step(const Run& run, double* part, double length_s) const;
-    Stop go_after_failure(const Run& run, double* part, double length_s) const;
+    bool cross_part(Run& run, double* part) const;
+    bool begin_part(Run& run, double* part, int* events) const;
+    Stop flow_piece(Run& run, double* part, double length_s) const;
+    Stop flow_until(Run& run, double* part, double length_s) const;
+    Stop go_step_by_step(Run& run, double* part, double length_s) const;
+    Stop go_after_failure(Run& run, double* part, double length_s) const;
     bool between(const Run& run, const double* part, double s, double* x) const;
     Stop end_of_step(const Run& run, const double* part) const;
     Stop look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s, double* high_s) const;
@@ -236,8 +268,8 @@ private:
                       double* high_s) const;
     bool turns_near(const Run& run, const double* part, int guard, bool* near) const;
     bool move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const;
-    bool move(const State& s, double* x, double by_s) const;
-    bool jump_part(const Run& run, double* part, Cause cause, int count) const;
+    bool move(const Run& run, const double* part, double* x, double by_s) const;
+    bool jump_part(Run& run, double* part, Cause cause, int count) const;
 
     // saltation.cpp
     bool slope(const State& s, double t_s, const double* X, double* dX) const;
@@ -245,18 +277,17 @@ private:
     bool take_sides(const State& s, double* part, double t_s, const double* X) const;
     int first_changed(const double* part) const;
     bool gradients(const State& s, double t_s, const double* X, const double* dX) const;
-    bool come_from_outside(State& s, double* part, double t_s, Cause cause) const;
-    bool pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const;
-    bool have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const;
-    bool come_to_guard(const State& s, const double* part, double t_s, int guard, Passage& e) const;
+    bool pass(Run& run, const double* part, double t_s, Cause cause, int guard, bool with_matrix) const;
+    bool have_event(Run& run, double t_s, Cause cause, bool with_matrix) const;
+    bool come_to_guard(Run& run, const double* part, double t_s, int guard) const;
     int choose_guard(const double* part, int guard, Passage& e) const;
     bool probe(const State& s, double t_s, Passage& e) const;
     bool one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const;
     void carry(const Passage& e, const double* P, double* to) const;
-    bool turns_beyond(const State& s, double t_s, int guard, const Passage& e, double* beyond_sigma) const;
+    bool turns_beyond(const Run& run, double t_s, int guard, double* beyond_sigma) const;
     int coinciding(const State& s, const double* part, int guard, const Passage& e) const;
-    void give_up(int guard, int another) const;
-    bool changes_nothing(const State& s, const Passage& e, bool with_matrix) const;
+    void give_up(Run& run, int guard, int another) const;
+    bool changes_nothing(const Run& run, bool with_matrix) const;
 
     // spread.cpp
     // A guard that is not further away than this where the flow turns back is hardly crossed or hardly missed.
@@ -268,25 +299,24 @@ private:
     };
     void note_guard(const double* S, const double* gradient, int place) const;
     int root_along_guards(double* P, double* L) const;
-    bool spread(const Run& run, double* part) const;
+    bool spread(Run& run, double* part) const;
     bool send(const Run& run, const Spread& of, int k, double side, double other) const;
-    void gather(double* part, int first, int* groups) const;
-    bool close_groups(const Run& run, double* part, int first, int groups, double noise_s, double smallest) const;
+    void gather(Parts& groups) const;
+    bool close_groups(const Run& run, Parts& groups, double noise_s, double smallest) const;
 
     // hypotheses.cpp
-    bool split_near_guard(const Run& run, double* part) const;
+    bool split_near_guard(Run& run, double* part) const;
     bool slope_leads_away(double after_s) const;
-    bool doubt_stiffly(const Run& run, const double* part, bool uncertain) const;
-    bool split_at_newest(const Run& run, double* part) const;
-    bool split_at_next(const Run& run, double* part) const;
-    bool split_after_jump(const Run& run, double* part, Passage& e, double to_s, double distance) const;
-    bool reach(const Run& run, const double* part, int guard, Passage& e, double* after_s) const;
+    bool doubt_stiffly(Run& run, const double* part, bool uncertain) const;
+    bool split_at_newest(Run& run, double* part) const;
+    bool split_at_next(Run& run, double* part) const;
+    bool split_after_jump(Run& run, double* part, double to_s, double distance) const;
+    bool reach(Run& run, const double* part, int guard, double* after_s) const;
     int next_guard(const double* part, const double* P) const;
     bool split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const;
     Inside put_inside(const State& s, double* part, double t_s, double* X, const double* P) const;
-    void keep_parts(State& s, bool after_correction) const;
+    void keep(State& s, Parts& parts) const;
     void merge(double* part, const double* other) const;
-    void merge_branches(int i, int j) const;
     double apart(const double* part, const double* other) const;
     bool alike(const double* part, const double* other) const;
     void fused(const State& s, double* X, double* P) const;
@@ -294,6 +324,8 @@ private:
     Plant* plant_ = nullptr;
     const Problem* problem_ = nullptr;
     Workspace* work_ = nullptr;
+    StiffSolver* stiff_ = nullptr;
+    Trouble* trouble_ = nullptr;
     ModelSettings settings_{};
 };
 

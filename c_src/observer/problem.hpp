@@ -91,7 +91,8 @@ struct Layout {
           parts_used(t + 9),
           stiff(t + 10),
           corrected(t + 11),
-          counts(t + 12),
+          wants_event(t + 12),
+          counts(t + 13),
           sensors(counts + all_counts),
           numbers(sensors + per_sensor * p.sensors) {}
 
@@ -111,8 +112,10 @@ struct Layout {
     int parts;
     int inputs, information;
     // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction; whether the plant
-    // was stiff in the newest interval; time of the newest correction.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, counts, sensors;
+    // was stiff in the newest interval; time of the newest correction; whether the plant wants an event at the end of the newest step of
+    // an integrator outside.
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event,
+        counts, sensors;
     int numbers;
 };
 

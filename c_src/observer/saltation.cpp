@@ -119,16 +119,18 @@ int Model::coinciding(const State& s, const double* part, int guard, const Passa
 }
 
 // Where the flow that an indicator falls by, or rises, turns back: how far beyond its guard, in sigma of the guard; infinite: it does
-// not, or the derivatives do not mind. e: where it is, with its slope; work_->rates and gradients are those there.
-bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e, double* beyond_sigma) const {
+// not, or the derivatives do not mind. At run.present, with its slope; work_->rates and gradients are those there.
+bool Model::turns_beyond(const Run& run, double t_s, int guard, double* beyond_sigma) const {
     const Problem& p = *problem_;
+    const State& s = run.s;
+    const Passage& e = run.present;
     const double usual_s = s.x()[layout().usual], back_s = 1e-3 * usual_s, step_s = rate_step * usual_s;
     const double z = work_->z[guard], rate = work_->rates[guard], *g = work_->gradients + guard * p.N;
     double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, bend = 0;
     *beyond_sigma = HUGE_VAL;
-    if (is_stiff(s) || work_->stiff_step_s > 0) {
+    if (is_stiff(s) || run.stiff_step_s > 0) {
         // Slopes of a stiff plant change with its rounding: the step that has come here tells how the indicator bends.
-        const double step = work_->stiff_step_s;
+        const double step = run.stiff_step_s;
         if (step > 0) bend = 2 * (rate - (z - work_->z_inside[guard]) / step) / step;
     } else {
         for (int i = 0; i < p.N; ++i) X[i] = e.X[i] - back_s * e.slope[i];
@@ -148,29 +150,32 @@ bool Model::turns_beyond(const State& s, double t_s, int guard, const Passage& e
 }
 
 // What is met has no derivative: points will go from the beginning of the piece of the interval. another: -1 for none.
-void Model::give_up(int guard, int another) const {
+void Model::give_up(Run& run, int guard, int another) const {
     const int N = problem_->N;
-    work_->derivable = false;
+    run.derivable = false;
     std::fill_n(work_->guards, 2 * N, 0.0);
     if (guard >= 0) note_guard(work_->segment_S, work_->gradients + guard * N, 0);
     if (another >= 0) note_guard(work_->segment_S, work_->gradients + another * N, 1);
 }
 
 // Its slope and its guard, and whether it has a derivative.
-bool Model::come_to_guard(const State& s, const double* part, double t_s, int guard, Passage& e) const {
+bool Model::come_to_guard(Run& run, const double* part, double t_s, int guard) const {
+    const State& s = run.s;
+    Passage& e = run.present;
     if (!slope(s, t_s, e.X, e.slope) || !gradients(s, t_s, e.X, e.slope)) return false;
     const int met = choose_guard(part, guard, e), other = met < 0 ? -1 : coinciding(s, part, met, e);
     double beyond_sigma = HUGE_VAL;
-    if (met >= 0 && !turns_beyond(s, t_s, met, e, &beyond_sigma)) return false;
+    if (met >= 0 && !turns_beyond(run, t_s, met, &beyond_sigma)) return false;
     e.derivable = e.derivable && other < 0 && beyond_sigma > hardly_sigma;
-    e.shifts = met >= 0 && (e.derivable || (work_->from_outside && beyond_sigma > 0));
-    if (!e.derivable && !work_->from_outside) give_up(met, other);
+    e.shifts = met >= 0 && (e.derivable || (run.outside && beyond_sigma > 0));
+    if (!e.derivable && !run.outside) give_up(run, met, other);
     return true;
 }
 
-// The event at e.X, which has e.P. The plant is left as it is after it; not derivable: before it.
-bool Model::pass(const State& s, const double* part, double t_s, Cause cause, int guard, bool with_matrix, Passage& e) const {
+// The event at run.present.X, which has its P. The plant is left as it is after it; not derivable: before it.
+bool Model::pass(Run& run, const double* part, double t_s, Cause cause, int guard, bool with_matrix) const {
     const Problem& p = *problem_;
+    Passage& e = run.present;
     const Layout& at = layout();
     std::copy_n(part + at.memory, p.sizes.memory, e.memory);
     std::copy_n(part + at.sides, p.sizes.indicators, e.sides);
@@ -181,32 +186,35 @@ bool Model::pass(const State& s, const double* part, double t_s, Cause cause, in
     plant_->recall(e.memory);
     // Others do not come sooner or later: nothing flows before them.
     std::fill_n(e.slope, p.N, 0.0);
-    if (work_->states_alone && !slope(s, t_s, e.X, e.slope)) return false;
-    if (cause == Cause::guard && with_matrix && !come_to_guard(s, part, t_s, guard, e)) return false;
-    return !(e.derivable || work_->from_outside) || have_event(s, t_s, cause, with_matrix, e);
+    if (run.alone && !slope(run.s, t_s, e.X, e.slope)) return false;
+    if (cause == Cause::guard && with_matrix && !come_to_guard(run, part, t_s, guard)) return false;
+    return !(e.derivable || run.outside) || have_event(run, t_s, cause, with_matrix);
 }
 
-bool Model::have_event(const State& s, double t_s, Cause cause, bool with_matrix, Passage& e) const {
+bool Model::have_event(Run& run, double t_s, Cause cause, bool with_matrix) const {
     const Problem& p = *problem_;
+    const State& s = run.s;
+    Passage& e = run.present;
     if (cause == Cause::guard) plant_->recall(e.memory);
     std::copy_n(e.X, p.N, e.after);
     if (!ask(plant_->event(point_of(s, t_s, e.X), e.after, &e.next_after), Function::event, t_s, e.after, p.n)) return false;
     if (!ask(plant_->remember(e.memory_after), Function::event, t_s, nullptr, 0)) return false;
     const bool moved = std::memcmp(e.after, e.X, p.N * sizeof(double)) != 0;
     if (cause == Cause::input && !moved) with_matrix = false;
-    if ((with_matrix || work_->states_alone) && !slope(s, t_s, e.after, e.slope_after)) return false;
+    if ((with_matrix || run.alone) && !slope(s, t_s, e.after, e.slope_after)) return false;
     if (with_matrix && !probe(s, t_s, e)) return false;
-    e.silent = changes_nothing(s, e, with_matrix);
+    e.silent = changes_nothing(run, with_matrix);
     return ask(plant_->recall(e.memory_after), Function::event, t_s, nullptr, 0);
 }
 
 // An indicator that comes back changes nothing.
-bool Model::changes_nothing(const State& s, const Passage& e, bool with_matrix) const {
+bool Model::changes_nothing(const Run& run, bool with_matrix) const {
     const Problem& p = *problem_;
-    const double usual_s = s.x()[layout().usual];
+    const Passage& e = run.present;
+    const double usual_s = run.s.x()[layout().usual];
     for (int i = 0; i < p.N; ++i) {
         const bool turned = std::fabs(e.slope_after[i] - e.slope[i]) * usual_s > 1e-4 * p.scale[i];
-        if (work_->states_alone && turned) return false;
+        if (run.alone && turned) return false;
         if (!(std::fabs(e.after[i] - e.X[i]) < 1e-6 * p.scale[i])) return false;
         for (int j = 0; with_matrix && j < p.N; ++j)
             if (!(std::fabs(e.Xi[i * p.N + j] - (i == j)) < 1e-4 * p.scale[i] / p.scale[j])) return false;

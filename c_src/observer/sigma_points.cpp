@@ -1,5 +1,6 @@
 // An interval by sigma points, for plants whose derivatives do not exist or say little: tables, relays without indicators, strong
 // curves. 2N cubature points of equal weight, so that P is positive semidefinite by form; half of the noise enters before, half after.
+#include "estimation/mixture.hpp"
 #include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
 
@@ -25,35 +26,25 @@ void root_of(int n, const double* P, double* L) {
     }
 }
 
-// Mean and covariance of rows of equal weight.
-void moments(int rows, int n, const double* points, double* mean, double* P) {
-    std::fill_n(mean, n, 0.0);
-    std::fill_n(P, n * n, 0.0);
-    for (int k = 0; k < rows; ++k)
-        for (int i = 0; i < n; ++i) mean[i] += points[k * n + i] / rows;
-    for (int k = 0; k < rows; ++k)
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) P[i * n + j] += (points[k * n + i] - mean[i]) * (points[k * n + j] - mean[j]) / rows;
-}
-
 } // namespace
 
 // By the implicit solver where the plant is stiff: it is the same for all points of an interval.
-bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, const void* context, double* x) const {
+bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const {
     double* v = s.x();
     const Layout& at = layout();
     if (v[at.stiff] == 0) {
-        if (propagator.integrate(context, interval_s, x)) return true;
+        const FlowContext<Model> context{this, &s, {nullptr, true}};
+        if (propagator.integrate(&context, interval_s, x)) return true;
         if (!propagator.out_of_steps()) return false;
         std::copy_n(work_->stiff_start, problem_->moving, x);
         v[at.stiff] = 1;
     }
     const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
-    const CountedBy counted(propagator, *work_->stiff);
+    const CountedBy counted(propagator, *stiff_);
     return go_until(run, x, interval_s, false, x);
 }
 
-bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, const void* context) const {
+bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     const int N = p.N;
@@ -63,7 +54,6 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, 
     root_of(N, P, L);
     expected(v, mean);
     std::copy_n(v, nx(), work_->step_from);
-    work_->states_alone = true;
     bool whole = true;
     for (int k = 0; whole && k < 2 * N; ++k) {
         double *X = points + k * N, *x = work_->step_to;
@@ -73,12 +63,12 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator, 
         std::copy_n(X, p.moving, x);
         std::copy_n(X + p.moving, p.sizes.parameters, v + at.parameters);
         std::copy_n(X, p.moving, work_->stiff_start);
-        whole = flow_one_point(s, interval_s, propagator, context, x);
+        whole = flow_one_point(s, interval_s, propagator, x);
         std::copy_n(x, p.moving, X);
     }
-    work_->states_alone = false;
     if (!whole) return false;
-    moments(2 * N, N, points, mean, P);
+    const auto point = [&](int k) { return mixture::Part{0.5 / N, points + k * N, nullptr}; };
+    mixture::moments(2 * N, N, point, mean, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
     put(mean, v);
     pack_upper(P, N, v + at.P);

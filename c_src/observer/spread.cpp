@@ -95,7 +95,7 @@ int Model::root_along_guards(double* P, double* L) const {
 }
 
 // part: where the interval was given up, and then the first of the parts that come of it. False: the plant has no answer at any point.
-bool Model::spread(const Run& run, double* part) const {
+bool Model::spread(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     const int N = p.N, count = spread_count(N);
@@ -108,17 +108,16 @@ bool Model::spread(const Run& run, double* part) const {
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * left_s * p.noise[i];
     const int columns = root_along_guards(P, L), others = std::max(0, columns - 2);
     const Spread of{mean, L, columns, start[at.weight] / (others > 0 ? 4 * count : 2 * count)};
-    const int first = work_->branches_used;
-    int groups = 0;
-    work_->states_alone = true;
+    Parts groups{*this, part, 0};
     for (int k = 0; k < count; ++k)
         for (const double side : {1.0, -1.0})
             for (const double other : {1.0, -1.0}) {
                 if (others == 0 && other < 0) break;
-                if (send(run, of, k, side, other)) gather(part, first, &groups);
+                if (send(run, of, k, side, other)) gather(groups);
             }
-    work_->states_alone = false;
-    return groups > 0 && close_groups(run, part, first, groups, 0.5 * left_s, 2 * N * of.weight);
+    if (groups.used == 0 || !close_groups(run, groups, 0.5 * left_s, 2 * N * of.weight)) return false;
+    run.made->used += groups.used - 1;
+    return true;
 }
 
 // One point, through the interval: to work_->point.
@@ -139,40 +138,35 @@ bool Model::send(const Run& run, const Spread& of, int k, double side, double ot
     std::fill(point + at.P, point + at.weight, 0.0);
     point[at.weight] = of.weight;
     put(X, point);
-    return cross_part(run, point);
+    Run of_point(run.s, run.interval_s, *work_, run.propagator);
+    of_point.alone = true;
+    return cross_part(of_point, point);
 }
 
 // The point into the group with as many events; a new one for a new number, as long as there is room.
-void Model::gather(double* part, int first, int* groups) const {
+void Model::gather(Parts& groups) const {
     const Layout& at = layout();
     const double* point = work_->point;
     double* nearest = nullptr;
-    for (int i = 0; i < *groups; ++i) {
-        double* group = i == 0 ? part : work_->branch(first + i - 1);
-        if (!nearest || std::fabs(group[at.jumps] - point[at.jumps]) < std::fabs(nearest[at.jumps] - point[at.jumps]))
-            nearest = group;
-    }
-    if (nearest && (nearest[at.jumps] == point[at.jumps] || *groups == max_parts)) return merge(nearest, point);
-    std::copy_n(point, at.part_numbers, *groups == 0 ? part : work_->branch(first + *groups - 1));
-    ++*groups;
+    const auto apart = [&](const double* group) { return std::fabs(group[at.jumps] - point[at.jumps]); };
+    for (int i = 0; i < groups.used; ++i)
+        if (!nearest || apart(groups[i]) < apart(nearest)) nearest = groups[i];
+    if (nearest && (apart(nearest) == 0 || groups.used == max_parts)) return merge(nearest, point);
+    std::copy_n(point, at.part_numbers, groups[groups.used++]);
 }
 
 // Noise for the groups; one of so few points that they have no covariance goes into the next.
-bool Model::close_groups(const Run& run, double* part, int first, int groups, double noise_s, double smallest) const {
+bool Model::close_groups(const Run& run, Parts& groups, double noise_s, double smallest) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    const auto group = [&](int i) { return i == 0 ? part : work_->branch(first + i - 1); };
-    for (int i = 0; i < groups && groups > 1; ++i) {
-        if (group(i)[at.weight] >= smallest) continue;
-        merge(group(i == 0 ? 1 : i - 1), group(i));
-        for (int k = i; k + 1 < groups; ++k) std::copy_n(group(k + 1), at.part_numbers, group(k));
-        --groups;
+    for (int i = 0; i < groups.used && groups.used > 1; ++i) {
+        if (groups.weight(i) >= smallest) continue;
+        groups.merge(i == 0 ? 1 : i - 1, i);
         i = -1;
     }
-    work_->branches_used = first + groups - 1;
     const double now_s = run.s.x()[at.t] + run.interval_s;
-    for (int i = 0; i < groups; ++i) {
-        double *to = group(i), *P = work_->matrices, *X = work_->x;
+    for (int i = 0; i < groups.used; ++i) {
+        double *to = groups[i], *P = work_->matrices, *X = work_->x;
         unpack_upper(to + at.P, p.N, 1, P);
         for (int k = 0; k < p.N; ++k) {
             const double floor = floor_step * p.scale[k];

@@ -82,7 +82,7 @@ int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx
 
 bool Model::is_stiff(const State& s) const { return s.x()[layout().stiff] != 0; }
 
-bool Model::make_stiff_solver(StiffSolver& solver, long max_steps) const {
+bool Model::make_stiff_solver(long max_steps) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     double* atol = work_->gain;
@@ -92,15 +92,14 @@ bool Model::make_stiff_solver(StiffSolver& solver, long max_steps) const {
     begin(first);
     const StiffRun run{this, &first, first.x(), 0};
     StiffSolver::Settings settings{settings_.rtol, atol, max_steps};
-    work_->stiff = &solver;
-    return solver.create(p.moving, StiffRun::flow, StiffRun::jacobian, settings, &run, first.x());
+    return stiff_->create(p.moving, StiffRun::flow, StiffRun::jacobian, settings, &run, first.x());
 }
 
 bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const {
     const Layout& at = layout();
     double *v = s.x(), *x = work_->gain;
     const StiffRun run{this, &s, v, v[at.t] + v[at.elapsed] + v[at.clock]};
-    const CountedBy counted(counts, *work_->stiff);
+    const CountedBy counted(counts, *stiff_);
     if (!go_until(run, v, interval_s, true, x)) return false;
     std::copy_n(x, problem_->moving, v);
     v[at.clock] += interval_s;
@@ -110,10 +109,9 @@ bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const 
 
 // From the moving numbers of the part to x.
 bool Model::go_until(const StiffRun& run, double* part, double length_s, bool with_matrices, double* x) const {
-    StiffSolver& solver = *work_->stiff;
-    bool whole = solver.begin(&run, length_s, part);
+    bool whole = stiff_->begin(&run, length_s, part);
     for (double from_s = 0, to_s = 0; whole && to_s < length_s; from_s = to_s)
-        whole = solver.step(&to_s, x) && (!with_matrices || add_step(run, part, from_s, to_s));
+        whole = stiff_->step(&to_s, x) && (!with_matrices || add_step(run, part, from_s, to_s));
     return whole;
 }
 
@@ -121,7 +119,7 @@ bool Model::go_until(const StiffRun& run, double* part, double length_s, bool wi
 bool Model::add_step(const StiffRun& run, double* part, double from_s, double to_s) const {
     bool whole = true;
     for (const double share : {0.125, 0.375, 0.625, 0.875})
-        whole = whole && work_->stiff->between(from_s + share * (to_s - from_s), work_->probe) &&
+        whole = whole && stiff_->between(from_s + share * (to_s - from_s), work_->probe) &&
                 stiff_flow(run, from_s + share * (to_s - from_s), work_->probe, nullptr, nullptr) == 0 &&
                 add_matrices(part, 0.25 * (to_s - from_s), run.s->x()[layout().usual]);
     return whole;
@@ -134,14 +132,13 @@ void Model::judge_stiffness(double* s, std::uint64_t taken, double length_s) con
 }
 
 // The same to a guard, for a plant with events: a step is looked into before its matrices count.
-Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double length_s) const {
+Model::Stop Model::go_stiffly(Run& run, double* part, double length_s) const {
     const Layout& at = layout();
-    Run run = explicit_run;
-    run.stiffly = work_->went_stiffly = true;
+    run.stiffly = run.went_stiffly = true;
     const StiffRun of{this, &run.s, part, run.s.x()[at.t] + part[at.elapsed] + part[at.clock]};
-    StiffSolver& solver = *work_->stiff;
+    StiffSolver& solver = *stiff_;
     const CountedBy counted(*run.propagator, solver);
-    const bool with_matrices = !work_->states_alone;
+    const bool with_matrices = !run.alone;
     double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
     Stop stop = Stop::end;
     std::copy_n(part, nx(), x);
@@ -163,6 +160,7 @@ Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double leng
             std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
         }
     }
+    run.stiffly = false;
     if (!whole) return Stop::failed;
     if (stop == Stop::failed || stop == Stop::missed) return stop;
     std::copy_n(x, problem_->moving, part);
@@ -172,12 +170,12 @@ Model::Stop Model::go_stiffly(const Run& explicit_run, double* part, double leng
 }
 
 // Again from the beginning of the step, to the guard and with the matrices.
-bool Model::go_to_guard(const Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const {
+bool Model::go_to_guard(Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const {
     if (!close_in(run, of, part, from_s, low_s, to_s)) return false;
-    work_->stiff_step_s = *to_s - from_s;
+    run.stiff_step_s = *to_s - from_s;
     std::copy_n(work_->step_from, problem_->moving, part);
     const StiffRun rest{this, of.s, part, of.begin_s + from_s};
-    return go_until(rest, part, *to_s - from_s, !work_->states_alone, work_->step_to);
+    return go_until(rest, part, *to_s - from_s, !run.alone, work_->step_to);
 }
 
 // What lies within a step goes by a polynomial: the flow itself may cross a little earlier or later.

@@ -1,6 +1,9 @@
 // The observer with an integrator of the caller's: what flows outside is what flows inside.
 #include "event_plants.hpp"
+#include "hybrid/filter.hpp"
+#include "hybrid/stiff_solver.hpp"
 #include "observer.hpp"
+#include "observer/observer_model.hpp"
 
 #include <cmath>
 
@@ -63,7 +66,91 @@ void flow(hnav_observer* o, double interval_s, Numbers* x) {
     }
 }
 
+// x' = -x, which wants an event at the end of a step below 0.5 and starts at 1 again there.
+struct WithWish final : hnav::observer::Plant {
+    using Point = hnav::observer::Point;
+    using Answer = hnav::observer::Answer;
+
+    WithWish() {
+        sizes.states = sizes.outputs = 1;
+        sizes.events = true;
+    }
+    Answer evaluate(hnav::observer::Function function, const Point& at, double* values) override {
+        *values = function == hnav::observer::Function::derivatives ? -at.x[0] : at.x[0];
+        return Answer::ok;
+    }
+    bool offers(hnav::observer::Function, hnav::observer::Variable) const override { return false; }
+    Answer jacobian(hnav::observer::Function, const bool (&)[hnav::observer::variables], const Point&, double*) override {
+        return Answer::broken;
+    }
+    Answer event(const Point&, double* x, double* next_s) override {
+        *x = 1;
+        *next_s = HUGE_VAL;
+        return Answer::ok;
+    }
+    Answer step_done(const Point& at, bool* wants_event) override {
+        *wants_event = at.x[0] < 0.5;
+        return Answer::ok;
+    }
+    void destroy() override {}
+};
+
+// A filter of it, begun at 0 s.
+struct OfWish {
+    OfWish() {
+        using namespace hnav::observer;
+        Arena count;
+        const Problem counted(count, plant.sizes);
+        Workspace(count, counted);
+        memory.resize(count.used() / sizeof(double));
+        Arena arena(memory.data());
+        problem.emplace(arena, plant.sizes);
+        work.emplace(arena, *problem);
+        const double one = 1, noise = 0.1;
+        Statistics known{};
+        known.start = known.start_sigma = known.sensor_sigma = &one;
+        known.noise = &noise;
+        Refusal why;
+        EXPECT_TRUE(problem->assign(known, why)) << why.text;
+        work->linearisation.create(plant);
+        const Model model(plant, *problem, *work, stiff, trouble, {});
+        EXPECT_TRUE(filter.create(model, {}));
+        EXPECT_EQ(filter.push({0, model.start_channel(), &one}), hnav::Outcome::ok);
+        x.resize(filter.nx());
+        std::copy_n(filter.newest().x(), x.size(), x.data());
+        EXPECT_EQ(filter.jump(0, x.data(), x.data()), hnav::Outcome::ok);
+    }
+
+    using Arena = hnav::Arena;
+    WithWish plant;
+    Numbers memory, x;
+    std::optional<hnav::observer::Problem> problem;
+    std::optional<hnav::observer::Workspace> work;
+    hnav::StiffSolver stiff;
+    hnav::observer::Trouble trouble{};
+    hnav::Filter<hnav::observer::Model> filter;
+};
+
 } // namespace
+
+TEST(ObserverHybrid, TheEventThatAStepWantsSurvivesSaveAndLoad) {
+    for (const bool wants : {false, true}) {
+        OfWish o, loaded;
+        const auto& model = o.filter.model();
+        o.x[0] = wants ? 0.4 : 0.6;
+        ASSERT_TRUE(o.filter.note([&](hnav::RuntimeState& s) { return model.step_outside_done(s, o.x.data()); }));
+        EXPECT_EQ(model.wants_event(o.filter.newest()), wants);
+        hnav::test::Bytes saved(o.filter.state_size());
+        o.filter.save(saved.data());
+        ASSERT_EQ(loaded.filter.load(saved.data(), saved.size()), hnav::LoadOutcome::ok);
+        for (OfWish* of : {&o, &loaded}) {
+            Numbers x = o.x;
+            ASSERT_EQ(of->filter.jump(1, x.data(), x.data()), hnav::Outcome::ok);
+            EXPECT_NEAR(x[0], wants ? 1 : 0.6, 1e-12);
+            EXPECT_FALSE(of->filter.model().wants_event(of->filter.newest())) << "it has had its event";
+        }
+    }
+}
 
 TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
     const Given g = spring_with_everything();
