@@ -18,26 +18,6 @@ Frames frames_of(const Options& o) {
     return frames;
 }
 
-template <class Options>
-StartSettings<Scalar> start_of(const Options& o, const Frames& frames) {
-    StartSettings<Scalar> s;
-    s.mode = static_cast<StartMode>(o.start_mode);
-    s.q = frames.to_internal(Quaternion(o.start_q_nb).cast<Scalar>().normalized().template cast<double>()).cast<Scalar>();
-    s.heading_rad = o.start_heading_rad - o.declination_rad;
-    s.samples = static_cast<std::uint64_t>(o.start_samples);
-    s.sigma_heading = o.start_sigma_heading_rad;
-    return s;
-}
-
-// In the order of the channels. The smallest ranges are those of chips that one can buy: 125 deg/s and 2 g.
-template <class Options>
-void set_checks(const Options& o, SensorCheckSettings<Scalar>* check) {
-    using R = Scalar;
-    check[gyro] = {R(o.outlier_rate_rad_s), R(o.gyro_range_rad_s), R(1.7)};
-    check[accel] = {R(o.outlier_force_m_s2), R(o.accel_range_m_s2), 18};
-    check[mag] = {0, R(o.mag_range_tesla), R(max_reading)};
-}
-
 struct Creation : CallersMessage {
     const OptionList& list;
 
@@ -90,11 +70,6 @@ struct Creation : CallersMessage {
     }
 
 private:
-    template <class Options>
-    static bool holds_backward(const Options& o) {
-        return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
-    }
-
     template <class Model, class Options>
     auto settings_of(const Options& o) const {
         return engine_settings<Model>(o, list);

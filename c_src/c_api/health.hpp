@@ -1,8 +1,8 @@
 // How each sensor does, from what the checks of the samples and the stamps have seen.
 #pragma once
 
-#include "signals/sensor_check.hpp"
 #include "hnav/hnav.h"
+#include "signals/sensor_check.hpp"
 
 #include <cmath>
 

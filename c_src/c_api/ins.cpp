@@ -15,67 +15,6 @@ namespace {
 
 constexpr double max_time_s = 1e12, max_reading = 1e6;
 
-ins::Settings settings_of(const hnav_ins_options& o) {
-    ins::Settings s{};
-    s.gyro_psd = square(o.gyro_noise_rad_per_sqrt_s);
-    s.gyro_rate_psd = square(o.gyro_rate_noise_sqrt_s);
-    s.gyro_walk_psd = square(o.gyro_bias_walk_rad_s_per_sqrt_s);
-    s.gyro_scale2 = square(o.gyro_scale);
-    s.accel_psd = square(o.accel_noise_m_s_per_sqrt_s);
-    s.accel_walk_psd = square(o.accel_bias_walk_m_s2_per_sqrt_s);
-    s.vibration_share = o.vibration_share;
-    s.colour_m[0] = o.position_colour_m[0];
-    s.colour_m[1] = o.position_colour_m[1];
-    s.colour_s = o.position_colour_s;
-    s.pressure_colour_m = o.pressure_colour_m;
-    s.pressure_colour_s = o.pressure_colour_s;
-    s.heading_colour_s = o.heading_colour_s;
-    s.field_noise = o.field_noise;
-    s.field_colour_s = o.field_colour_s;
-    s.field_direction = o.field_direction_rad;
-    s.field_direction_s = o.field_direction_s;
-    s.sigma_iron = o.start_sigma_iron;
-    s.declination = o.declination_rad;
-    s.sigma_velocity = o.start_sigma_velocity_m_s;
-    s.sigma_gyro = o.start_sigma_gyro_bias_rad_s;
-    s.sigma_gyro_scale = o.start_sigma_gyro_scale;
-    s.sigma_accel = o.start_sigma_accel_bias_m_s2;
-    s.sigma_tilt = o.start_sigma_tilt_rad;
-    s.sigma_latency = o.start_sigma_latency_s;
-    s.sigma_scale = o.start_sigma_speed_scale;
-    s.sigma_mount = o.start_sigma_mounting_rad;
-    s.sigma_heading = o.start_sigma_heading_rad;
-    s.sigma_first_fix_m = o.start_sigma_position_m;
-    s.state_given = o.start == HNAV_INS_START_STATE;
-    s.place_given = o.start_place == HNAV_INS_PLACE_GIVEN;
-    s.start_q = Quaternion(o.start_q_nb).normalized();
-    s.start_velocity = Vector3(o.start_velocity_n_m_s);
-    s.start_place = {o.start_latitude_rad, o.start_longitude_rad, o.start_height_m};
-    s.antenna_b = Vector3(o.antenna_b_m);
-    s.wheel_b = Vector3(o.wheel_b_m);
-    s.level_window_s = o.level_window_s;
-    s.gate_nis = o.gate_nis;
-    s.gate_longest_s = o.gate_longest_s;
-    s.rest = {o.rest_rate_rad_s, o.rest_force_m_s2, o.rest_duration_s};
-    s.check[checked_gyro] = {o.outlier_rate_rad_s, o.gyro_range_rad_s, 1.7};
-    s.check[checked_accel] = {o.outlier_force_m_s2, o.accel_range_m_s2, 18};
-    s.check[checked_mag] = {0, 0, max_reading};
-    s.rest_velocity_m_s = o.rest_velocity_noise_m_s;
-    s.rest_rate_density2 = square(o.rest_rate_noise_rad_per_sqrt_s);
-    s.car_across_m_s = o.car_across_m_s;
-    s.ready_tilt = o.ready_tilt_rad;
-    s.ready_heading = o.ready_heading_rad;
-    s.ready_velocity = o.ready_velocity_m_s;
-    s.ready_position = o.ready_position_m;
-    s.ready_hold_s = o.ready_hold_s;
-    s.found_rad = o.heading_found_rad;
-    s.anchor_distance_m = o.anchor_distance_m;
-    s.correction_interval_s = o.correction_interval_s;
-    s.longest_gap_s = o.longest_gap_s;
-    s.backward_hold = o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
-    return s;
-}
-
 const char* name_of(int sensor) {
     static constexpr const char* names[] = {"imu", "rest", "speed", "pressure", "velocity", "position", "heading", "mag"};
     static_assert(sizeof names / sizeof *names == HNAV_INS_SENSOR_COUNT);
@@ -233,7 +172,7 @@ hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, 
         made->mounting = rotation_matrix(Quaternion(options->q_body_sensor).normalized());
         made->declination_rad = options->declination_rad;
         made->goes_back = options->horizon_s > 0;
-        if (made->filter.create(ins::Model(settings_of(*options)), engine_settings<ins::Model>(*options, ins_options))) {
+        if (made->filter.create(ins::Model(*options), engine_settings<ins::Model>(*options, ins_options))) {
             *object = made;
             return HNAV_OK;
         }

@@ -33,6 +33,14 @@ struct RobustSettings {
     R gamma = 1; // fixed
     R relative_rate = 1; // relative, 1/s
     R kl_rate = 1; // kl, 1/s: a correction may spend (rate T)^2 nats
+
+    RobustSettings() = default;
+    template <class Options>
+    explicit RobustSettings(const Options& o)
+        : mode(static_cast<GammaMode>(o.gamma_mode)),
+          gamma(R(o.gamma)),
+          relative_rate(R(o.gamma_relative_rate_1_s)),
+          kl_rate(R(o.gamma_kl_rate_1_s)) {}
 };
 
 template <class R>

@@ -21,7 +21,7 @@ void turn(Covariance& P, const Matrix3& C) {
 
 void Model::move_anchor(State& s, Covariance& P) const {
     const Vector3 d = vec(s.x);
-    if (!(d.squaredNorm() > settings_.anchor_distance_m * settings_.anchor_distance_m)) return;
+    if (!(d.squaredNorm() > options_.anchor_distance_m * options_.anchor_distance_m)) return;
     const Matrix3 before = mat(s.axes);
     const Vector3 e = vec(s.anchor_e) + before * d;
     const Matrix3 after = earth::axes_at(earth::place_of(e));

@@ -1,4 +1,5 @@
 // While the heading is unknown: where the state is linearised, when the heading is found, when the axes are lost.
+#include "estimation/gate.hpp"
 #include "ins/circle.hpp"
 #include "ins/model.hpp"
 #include "maths/cholesky.hpp"
@@ -90,11 +91,8 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
 
 void Model::gate_given_heading(const State& s, const Covariance& P, Measurement& m) const {
     m.nis = nis_given_heading(s, P, m);
-    const double limit = gate_for(m.rows, settings_.gate_nis);
-    if (m.gated && limit > 0 && m.nis > limit) {
-        m.scale = m.nis / limit * (m.nis / limit);
-        for (double& r : m.R) r *= m.scale;
-    }
+    if (m.gated) m.scale = beyond_gate(m.nis, gate_for_rows(m.rows, options_.gate_nis));
+    for (double& r : m.R) r *= m.scale;
     m.gated = false;
 }
 
@@ -246,11 +244,11 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     turn(s, C);
     turn(P, C);
     s.earth_rate[0] = s.earth_rate[1] = 0;
-    vec(s.x) = -(attitude(s) * settings_.antenna_b);
+    vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
     vec(s.x + 3).setZero();
     for (int i = 0; i < 3; ++i) {
         const double colour2 = s.slow_m[i == 2] * s.slow_m[i == 2];
-        const double wide = settings_.sigma_first_fix_m, fast = settings_.sigma_velocity * (i == 2 ? 0.2 : 1);
+        const double wide = options_.start_sigma_position_m, fast = options_.start_sigma_velocity_m_s * (i == 2 ? 0.2 : 1);
         s.in_t.colour[i] = 0;
         P[row_colour + i][row_colour + i] = colour2;
         P[row_d + i][row_d + i] = p[3 + i] * p[3 + i] + wide * wide + colour2;
@@ -300,7 +298,8 @@ bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
     const Vector3 moved = earth::position_of({z[0], z[1], z[2]}) - vec(g.position);
     const Vector3 off = mat(s.fix_axes).transpose() * moved - since_s * vec(g.velocity);
     const bool fresh = event.t_s - g.velocity_s < 1.1;
-    const bool bad = fresh && off.head<2>().norm() > 6 * z[3] + 2 * since_s * since_s + 5 * settings_.sigma_latency * since_s;
+    const bool bad =
+        fresh && off.head<2>().norm() > 6 * z[3] + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s;
     g.position_in_row = bad ? g.position_in_row + 1 : 0;
     if (bad && g.position_in_row < believed) return false;
     vec(g.position) = earth::position_of({z[0], z[1], z[2]});

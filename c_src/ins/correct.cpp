@@ -87,7 +87,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     double mean[errors];
     for (int i = 0; i < errors; ++i) mean[i] = s.mean[i];
     const Covariance prior = P;
-    Correction c = corrected(P, mean, m, settings_.gate_nis);
+    Correction c = corrected(P, mean, m, options_.gate_nis);
     if (!c.sound) {
         P = prior;
         return;
@@ -98,7 +98,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
     note_gain(s, m.channel, before, after);
-    if (is_free(s) && std::sqrt(after.heading) < settings_.found_rad) collapse(s, P);
+    if (is_free(s) && std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
 // An error that may have become larger by so much at this instant, whatever the others are.
@@ -124,7 +124,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
         s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
-    if (std::isfinite(since_s) && event.t_s - since_s > settings_.gate_longest_s) {
+    if (std::isfinite(since_s) && event.t_s - since_s > options_.gate_longest_s) {
         believe_jump(s, P, m);
         since_s = nan;
         in_row = 0;
@@ -166,9 +166,9 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
         P.forget(row_gyro + i);
         P.forget(row_accel + i);
         P.forget(row_gyro_scale + i);
-        P[row_gyro + i][row_gyro + i] = settings_.sigma_gyro * settings_.sigma_gyro;
-        P[row_accel + i][row_accel + i] = settings_.sigma_accel * settings_.sigma_accel;
-        P[row_gyro_scale + i][row_gyro_scale + i] = settings_.sigma_gyro_scale * settings_.sigma_gyro_scale;
+        P[row_gyro + i][row_gyro + i] = options_.start_sigma_gyro_bias_rad_s * options_.start_sigma_gyro_bias_rad_s;
+        P[row_accel + i][row_accel + i] = options_.start_sigma_accel_bias_m_s2 * options_.start_sigma_accel_bias_m_s2;
+        P[row_gyro_scale + i][row_gyro_scale + i] = options_.start_sigma_gyro_scale * options_.start_sigma_gyro_scale;
     }
     P.keep(s);
     begin_levelling(s);
@@ -213,7 +213,7 @@ void Model::correct(State& s, const Event& event) const {
     s.last_correction_s = event.t_s;
     ++s.corrections;
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
-    const double limit = settings_.ready_heading / contradicted(s, event.t_s);
+    const double limit = options_.ready_heading_rad / contradicted(s, event.t_s);
     const bool small = s.phase == Phase::navigating && sigma2 < limit * limit;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;

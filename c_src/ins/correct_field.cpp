@@ -12,7 +12,7 @@ namespace hnav::ins {
 bool Model::wants_field(const State& s, const Event& event) const {
     if (!event.has(field) || !s.started()) return false;
     const double half_s = 0.5 * s.usual_interval_s;
-    return event.t_s - s.field_used_s + half_s >= settings_.correction_interval_s;
+    return event.t_s - s.field_used_s + half_s >= options_.correction_interval_s;
 }
 
 // The first sample makes the unit: its horizontal part is about 1.
@@ -35,19 +35,19 @@ void Model::forget_field(State& s, Covariance& P) const {
         P.forget(row);
         s.mean[row] = 0;
     }
-    const double iron2 = settings_.sigma_iron * settings_.sigma_iron;
+    const double iron2 = options_.start_sigma_iron * options_.start_sigma_iron;
     for (int i = 0; i < 3; ++i) P[row_iron + i][row_iron + i] = iron2;
     P[row_strength][row_strength] = iron2 + strength_by_place * strength_by_place;
-    P[row_direction][row_direction] = settings_.field_direction * settings_.field_direction * s.heading_doubt;
+    P[row_direction][row_direction] = options_.field_direction_rad * options_.field_direction_rad * s.heading_doubt;
 }
 
-double Model::direction_kept(const State& s) const { return std::exp(-s.window.length_s / settings_.field_direction_s); }
+double Model::direction_kept(const State& s) const { return std::exp(-s.window.length_s / options_.field_direction_s); }
 
 // A body that has taken iron on board, or has come to where the field is another: until that is over it tells of turns, not of north.
 void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     double& since_s = s.refused_since_s[field];
-    if (!std::isfinite(since_s) || !(now_s - since_s > settings_.gate_longest_s)) return;
-    const double iron2 = settings_.sigma_iron * settings_.sigma_iron;
+    if (!std::isfinite(since_s) || !(now_s - since_s > options_.gate_longest_s)) return;
+    const double iron2 = options_.start_sigma_iron * options_.start_sigma_iron;
     for (int row = row_iron; row <= row_strength; ++row) widen(P, row, iron2);
     constexpr double any_direction2 = 1;
     widen(P, row_direction, any_direction2);
@@ -74,7 +74,7 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     // North and east are those of the place.
     const Matrix3 T = mat(s.axes);
     const Matrix3 N = is_free(s) ? Matrix3(mat(s.fix_axes)) : earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
-    const double points = settings_.declination + s.direction;
+    const double points = options_.declination_rad + s.direction;
     const Vector3 north = T.transpose() * (N * Vector3(std::cos(points), std::sin(points), 0));
     const double B[2][2] = {{north[0], north[1]}, {north[1], -north[0]}};
     const double expected[2] = {B[0][0] * s.u[0] + B[0][1] * s.u[1], B[1][0] * s.u[0] + B[1][1] * s.u[1]};
@@ -88,12 +88,12 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
         m.H[i][row_strength] = measured[i];
         m.H[i][row_phi + 2] = across[i];
         m.H[i][row_direction] = -across[i];
-        m.R[i] = settings_.field_noise * settings_.field_noise + tilt2;
+        m.R[i] = options_.field_noise * options_.field_noise + tilt2;
         m.r[i] = expected[i] + iron[i] - s.strength * measured[i];
     }
     gate_given_heading(s, P, m);
     // Judged as one sample; what it adds to those before it is less.
-    for (double& r : m.R) r *= std::fmax(1, settings_.field_colour_s / (event.t_s - s.field_used_s));
+    for (double& r : m.R) r *= std::fmax(1, options_.field_colour_s / (event.t_s - s.field_used_s));
     s.field_used_s = event.t_s;
     use(s, P, event, m);
     const bool refused = s.innovation[field].noise_scale > 1;

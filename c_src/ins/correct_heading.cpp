@@ -1,4 +1,5 @@
 // A heading from elsewhere: a compass, two antennas. Its error stays as it is for a while, so that many of them tell no more than one.
+#include "estimation/gate.hpp"
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -36,7 +37,7 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
         m.H[0][row_phi + 2] = 1;
         m.R[0] = variance;
         m.r[0] = wrap_angle(told - yaw);
-        const double known = P[row_phi + 2][row_phi + 2], limit = gate_for(1, settings_.gate_nis);
+        const double known = P[row_phi + 2][row_phi + 2], limit = gate_for_rows(1, options_.gate_nis);
         note_agreement(s, m.r[0], known, sigma * sigma);
         m.nis = m.r[0] * m.r[0] / (known + variance);
         const double over = limit > 0 ? std::fmax(1, m.nis / limit) : 1;
@@ -45,7 +46,7 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
         m.gated = false;
     }
     // Judged as one heading; what it adds to those before it is less.
-    for (double& r : m.R) r *= std::fmax(1, settings_.heading_colour_s / since_s);
+    for (double& r : m.R) r *= std::fmax(1, options_.heading_colour_s / since_s);
     use(s, P, event, m);
     double& in_row = s.refused_in_row[ins::heading];
     in_row = s.innovation[ins::heading].noise_scale > 1 ? in_row + 1 : 0;

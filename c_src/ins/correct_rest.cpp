@@ -8,9 +8,9 @@ namespace hnav::ins {
 bool Model::at_rest(const State& s, double now_s) const {
     constexpr double slow_m_s = 0.3, slowest_m_s = 0.6, fresh_s = 2, known_m_s = 1;
     if (now_s - s.last_s[ins::rest] < fresh_s) return true;
-    const bool alone = settings_.place_given && s.used[velocity] + s.used[position] + s.used[speed] == 0;
-    if (alone) return s.rest.sways(settings_.rest);
-    if (!s.rest.still(settings_.rest) || s.glide.found > 0) return false;
+    const bool alone = place_given(options_) && s.used[velocity] + s.used[position] + s.used[speed] == 0;
+    if (alone) return s.rest.sways(options_);
+    if (!s.rest.still(options_) || s.glide.found > 0) return false;
     if (now_s - s.speed_known_s < fresh_s)
         return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
     if (!s.started()) return false;
@@ -22,7 +22,7 @@ bool Model::at_rest(const State& s, double now_s) const {
 // no velocities their positions lead away.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
-    if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(settings_.rest)) return;
+    if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(options_)) return;
     const double stood_s = now_s - s.glide.began_s, moved_m = (vec(s.in_t.colour) - vec(s.in_t.colour_at_rest)).head<2>().norm();
     const bool alone = !(now_s - s.last_s[velocity] < silent_s) && s.glide.jumped == 0;
     double speed = 0, way = 0;
@@ -54,11 +54,11 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     Measurement still{ins::rest};
     still.rows = 3;
     still.put(0, row_v, Matrix3::Identity());
-    const double sigma = told ? event.value[ins::rest][0] : settings_.rest_velocity_m_s;
+    const double sigma = told ? event.value[ins::rest][0] : options_.rest_velocity_noise_m_s;
     // A body that comes to rest creeps for some seconds more.
     constexpr double creeps_m_s = 0.2, settles_s = 1;
-    const double stood_s = s.rest.still(settings_.rest) ? s.rest.still_s : s.rest.swaying_s;
-    const double creep = told ? 0 : creeps_m_s * std::exp((settings_.rest.duration_s - stood_s) / settles_s);
+    const double stood_s = s.rest.still(options_) ? s.rest.still_s : s.rest.swaying_s;
+    const double creep = told ? 0 : creeps_m_s * std::exp((options_.rest_duration_s - stood_s) / settles_s);
     for (double& r : still.R) r = sigma * sigma + creep * creep;
     vec(still.r) = -vec(s.x + 3);
     use_absolute(s, P, event, still);
@@ -75,7 +75,8 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     const Vector3 vertical_b = attitude(s).row(2).transpose();
     for (int i = 0; i < 3; ++i) steady.H[0][row_gyro + i] = -vertical_b[i];
     // What sways turns to and fro by what the detector saw.
-    steady.R[0] = (settings_.gyro_psd + settings_.rest_rate_density2) / T + s.rest.rate2 / 3;
+    steady.R[0] =
+        (square(options_.gyro_noise_rad_per_sqrt_s) + square(options_.rest_rate_noise_rad_per_sqrt_s)) / T + s.rest.rate2 / 3;
     steady.r[0] = s.earth_rate[2] - rate[2];
     use(s, P, event, steady);
 }

@@ -19,7 +19,7 @@ void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turn
 // it tells nothing of the latency.
 void Model::put_latency(Measurement& m, const Vector3& change) const {
     for (int i = 0; i < 2; ++i) m.H[i][row_latency] = -change[i];
-    m.R[2] += settings_.sigma_latency * settings_.sigma_latency * change[2] * change[2];
+    m.R[2] += options_.start_sigma_latency_s * options_.start_sigma_latency_s * change[2] * change[2];
 }
 
 void Model::correct_velocity(State& s, Covariance& P, const Event& event) const {
@@ -41,17 +41,17 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     if (m.rows == 2) z[2] = 0;
     z = T.transpose() * (N * z);
     const Matrix3 R = attitude(s);
-    const Vector3 w = turn_rate(s), lever = R * w.cross(settings_.antenna_b);
-    const Vector3 a = vec(s.in_t.recent_acceleration) + R * w.cross(w.cross(settings_.antenna_b));
+    const Vector3 w = turn_rate(s), lever = R * w.cross(vec(options_.antenna_b_m));
+    const Vector3 a = vec(s.in_t.recent_acceleration) + R * w.cross(w.cross(vec(options_.antenna_b_m)));
     m.put(0, row_v, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
-    m.put(0, row_gyro, R * cross_matrix(settings_.antenna_b));
+    m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
         // The latency times a velocity of unknown direction is a product: here it is noise.
-        for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * a.squaredNorm();
+        for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * a.squaredNorm();
     } else {
         put_latency(m, a);
     }
@@ -68,7 +68,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         return;
     }
     constexpr double lost2 = 0.35 * 0.35;
-    const bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !settings_.state_given;
+    const bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_);
     if (lost) {
         s.phase = Phase::any_heading;
         start_heading_anew(s, P, event);
@@ -79,7 +79,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     Measurement m{position};
     m.rows = 3;
     Vector3 z = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
-    const Vector3 lever = attitude(s) * settings_.antenna_b, v = vec(s.x + 3);
+    const Vector3 lever = attitude(s) * vec(options_.antenna_b_m), v = vec(s.x + 3);
     m.put(0, row_d, Matrix3::Identity());
     m.put(0, row_colour, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
@@ -89,7 +89,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
         const bool known = event.t_s - s.speed_known_s < 2;
         const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
-        for (double& r : m.R) r += settings_.sigma_latency * settings_.sigma_latency * speed2;
+        for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * speed2;
     } else {
         put_latency(m, v - s.latency * vec(s.in_t.recent_acceleration));
         m.put(0, row_v, -s.latency * Matrix3::Identity());

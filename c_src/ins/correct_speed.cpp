@@ -39,7 +39,7 @@ struct AtWheels {
 void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     if (is_free(s)) return;
     const double* z = event.value[speed];
-    const AtWheels at(s, settings_.wheel_b);
+    const AtWheels at(s, vec(options_.wheel_b_m));
     Measurement m{speed};
     m.rows = 1;
     at.put(m, 0, 0);
@@ -53,8 +53,8 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
 
 // A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns.
 void Model::correct_car(State& s, Covariance& P, const Event& event) const {
-    if (is_free(s) || !(settings_.car_across_m_s > 0)) return;
-    const AtWheels at(s, settings_.wheel_b);
+    if (is_free(s) || !(options_.car_across_m_s > 0)) return;
+    const AtWheels at(s, vec(options_.wheel_b_m));
     const double forward = at.v_b[0], turning = at.turning;
     Measurement m{speed};
     m.rows = 2;
@@ -72,7 +72,7 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     m.r[0] = -(at.v_b[1] - s.mount[0] * forward);
     m.r[1] = -(at.v_b[2] + s.mount[1] * forward);
     const double slip = 1 + 9 * turning * turning + 0.01 * forward * forward * turning * turning;
-    m.R[0] = m.R[1] = settings_.car_across_m_s * settings_.car_across_m_s * slip + turning * turning * at.place2;
+    m.R[0] = m.R[1] = options_.car_across_m_s * options_.car_across_m_s * slip + turning * turning * at.place2;
     use(s, P, event, m);
 }
 

@@ -50,7 +50,7 @@ void Model::gather(State& s, double interval_s) const {
     const Matrix3 R = rotation_matrix(middle);
     const Vector3 raw = R * specific_force(s);
     note_mean_force(s, raw, T);
-    const Vector3 f = moving_force(s, raw, settings_.correction_interval_s), rate = turn_rate(s);
+    const Vector3 f = moving_force(s, raw, options_.correction_interval_s), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
     const double age_s = 0.5 * std::fmax(0, s.latency);
     vec(s.in_t.recent_acceleration) += T / (age_s + T) * (f + vec(s.gravity) - vec(s.in_t.recent_acceleration));
@@ -163,7 +163,7 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
         P[row_colour + i][row_colour + i] += colour.grown[i];
     }
     // The weather does not come back to what the standard says: a random walk as fast as told.
-    P[row_offset][row_offset] += 2 * settings_.pressure_colour_m * settings_.pressure_colour_m * T / settings_.pressure_colour_s;
+    P[row_offset][row_offset] += 2 * options_.pressure_colour_m * options_.pressure_colour_m * T / options_.pressure_colour_s;
     if (P.n == errors) spoil_field(s, P, mean);
     add_noise(s, P);
     turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
@@ -172,7 +172,7 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
 // Iron and the strength of the field wander; where the field points comes and goes with the place.
 void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
     constexpr double walk = 1e-3;
-    const double kept = direction_kept(s), off = settings_.field_direction;
+    const double kept = direction_kept(s), off = options_.field_direction_rad;
     decay(P, mean, row_direction, kept);
     P[row_direction][row_direction] += off * off * (1 - kept * kept);
     for (int row = row_iron; row <= row_strength; ++row) P[row][row] += walk * walk * s.window.length_s;
@@ -193,7 +193,7 @@ void Model::turn_tilt(Covariance& P, double lost) {
 constexpr double sharp = 0.1;
 
 double Model::slow_sigma(double stated_m, bool vertical) const {
-    const double usual = settings_.colour_m[vertical];
+    const double usual = options_.position_colour_m[vertical];
     if (!(usual > 0)) return 0;
     return stated_m < sharp * usual ? stated_m : std::fmax(usual, stated_m);
 }
@@ -206,7 +206,7 @@ void Model::note_stated(State& s, const Event& event) const {
     const double stated[] = {slow_sigma(std::fmax(sigma[0], sigma[1]), false), slow_sigma(sigma[2], true)};
     const double most = std::exp(s.window.length_s / grows_s);
     for (int i = 0; i < 2; ++i)
-        s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], sharp * settings_.colour_m[i]));
+        s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], sharp * options_.position_colour_m[i]));
 }
 
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
@@ -214,7 +214,7 @@ void Model::note_stated(State& s, const Event& event) const {
 Model::Colour Model::colour_of(const State& s, const double* mean) const {
     const Vector3 error = vec(s.in_t.colour) + vec(mean + row_colour);
     const double size[] = {error.head<2>().norm(), std::fabs(error[2])};
-    const double fades = std::exp(-s.window.length_s / settings_.colour_s);
+    const double fades = std::exp(-s.window.length_s / options_.position_colour_s);
     Colour c{};
     for (int i = 0; i < 3; ++i) {
         const double before = s.slow_before_m[i == 2], now = s.slow_m[i == 2], beyond = size[i == 2] / usual_colour;
@@ -228,13 +228,15 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
 
 // Of the force: noise of the sensor, or what vibrates.
 double Model::force_psd(const State& s) const {
-    return std::fmax(settings_.accel_psd, settings_.vibration_share * s.usual_interval_s * s.held.vibration_force2);
+    return std::fmax(square(options_.accel_noise_m_s_per_sqrt_s),
+                     options_.vibration_share * s.usual_interval_s * s.held.vibration_force2);
 }
 
 // Of a turn about one axis over the window, likewise.
 double Model::turn_variance(const State& s) const {
-    const double psd = std::fmax(settings_.gyro_psd, settings_.vibration_share * s.usual_interval_s * s.held.vibration_rate2);
-    return psd * s.window.length_s + settings_.gyro_rate_psd * s.window.turned2;
+    const double psd = std::fmax(square(options_.gyro_noise_rad_per_sqrt_s),
+                                 options_.vibration_share * s.usual_interval_s * s.held.vibration_rate2);
+    return psd * s.window.length_s + square(options_.gyro_rate_noise_sqrt_s) * s.window.turned2;
 }
 
 void Model::add_noise(const State& s, Covariance& P) const {
@@ -242,7 +244,7 @@ void Model::add_noise(const State& s, Covariance& P) const {
     const double T = w.length_s, accel = force_psd(s) * T, gyro = turn_variance(s);
     // Axes that are askew show the rate about the other two: a bias for as long as the body turns alike.
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
-    const Vector3 across = settings_.gyro_scale2 * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
+    const Vector3 across = square(options_.gyro_scale) * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
     const Matrix3 R = attitude(s);
     const Matrix3 lost_turn = R * Vector3(w.lost_turn2).asDiagonal() * R.transpose();
     const Matrix3 lost_gain = R * Vector3(w.lost_gain2).asDiagonal() * R.transpose();
@@ -256,8 +258,8 @@ void Model::add_noise(const State& s, Covariance& P) const {
         P[row_d + i][row_v + i] += accel * T / 2;
         P[row_v + i][row_d + i] += accel * T / 2;
         P[row_phi + i][row_phi + i] += gyro + w.gap.turn2;
-        P[row_gyro + i][row_gyro + i] += settings_.gyro_walk_psd * T + across[i];
-        P[row_accel + i][row_accel + i] += settings_.accel_walk_psd * T;
+        P[row_gyro + i][row_gyro + i] += square(options_.gyro_bias_walk_rad_s_per_sqrt_s) * T + across[i];
+        P[row_accel + i][row_accel + i] += square(options_.accel_bias_walk_m_s2_per_sqrt_s) * T;
     }
 }
 

@@ -11,17 +11,17 @@ void Model::examine(State& s, const Event& event) const {
     s.rejected = 0;
     const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
     if (!has_imu && !has_field) return;
+    const CheckLimits<double> limits(options_, 0);
     const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
     const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
-    const bool moves =
-        goes || s.rest.force2 > settings_.rest.force_m_s2 * settings_.rest.force_m_s2 || rate.norm() > turning_rad_s;
+    const bool moves = goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 || rate.norm() > turning_rad_s;
     const auto sample = [&](int sensor, Vector3* y) {
         *y = vec(sensor == checked_mag ? event.value[field] : event.value[imu] + 3 * sensor);
         return sensor == checked_mag ? has_field : has_imu;
     };
     const auto interval_s = [&](int sensor) { return event.t_s - s.last_s[sensor == checked_mag ? field : imu]; };
-    const Examined found = hnav::examine(s.check, settings_.check, event.t_s, moves,
-                                         rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
+    const Examined found =
+        hnav::examine(s.check, limits.of, event.t_s, moves, rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
     const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
     if (has_imu && wild) s.rejected |= std::uint64_t{1} << imu;
     if ((found.rejected >> checked_mag) & 1) s.rejected |= std::uint64_t{1} << field;

@@ -34,7 +34,7 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
     const Matrix3 drift = age_s * strength * cross_matrix(before) * R; // by an error of the gyroscopes
     // What is soft in the iron acts on the whole field as the body turns.
     const double aside = std::fmax(1, strength * before.head<2>().norm());
-    const double noise2 = settings_.field_noise * settings_.field_noise *
+    const double noise2 = options_.field_noise * options_.field_noise *
                           (aside * aside + strength * strength * before.squaredNorm() * turned.squaredNorm() / 3);
     const Matrix3 S = turned * unknown * turned.transpose() + drift * P.block(row_gyro, row_gyro) * drift.transpose() +
                       noise2 * Matrix3::Identity();
@@ -47,7 +47,7 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
 // iron that nobody knows, would let it fade into what the gate lets through.
 bool Model::remembers_field(State& s, const Covariance& P, const Event& event) const {
     constexpr double by_chance = 3; // the mean of chi square, of three values
-    const double over_s = settings_.field_colour_s, since_s = event.t_s - s.field_until_s;
+    const double over_s = options_.field_colour_s, since_s = event.t_s - s.field_until_s;
     const bool refused = std::isfinite(s.refused_since_s[field]);
     const Vector3 measured = attitude(s) * (s.field_unit * vec(event.value[field]));
     if (std::isnan(since_s) || (!refused && since_s > over_s)) {
@@ -56,8 +56,8 @@ bool Model::remembers_field(State& s, const Covariance& P, const Event& event) c
         s.field_until_s = event.t_s;
         return true;
     }
-    if (settings_.gate_nis > 0) {
-        const double limit = refused ? std::fmin(by_chance, settings_.gate_nis) : settings_.gate_nis;
+    if (options_.gate_nis > 0) {
+        const double limit = refused ? std::fmin(by_chance, options_.gate_nis) : options_.gate_nis;
         if (nis_of_change(s, P, measured, since_s + over_s) > limit) return false;
     }
     const double share = since_s / (since_s + over_s);

@@ -35,9 +35,9 @@ void Model::cross(State& s, const Event& event) const {
 void Model::note(State& s, const Event& event) const {
     if (has_new(s, event, imu)) {
         const double T = event.t_s - s.last_s[imu];
-        if (std::isfinite(T)) s.rest.note(settings_.rest, vec(event.value[imu]), vec(event.value[imu] + 3), T);
+        if (std::isfinite(T)) s.rest.note(options_, vec(event.value[imu]), vec(event.value[imu] + 3), T);
     }
-    const bool still = s.rest.still(settings_.rest);
+    const bool still = s.rest.still(options_);
     if (!still) {
         s.glide.begin(event.t_s);
         vec(s.in_t.colour_at_rest) = vec(s.in_t.colour);
@@ -53,11 +53,11 @@ void Model::note(State& s, const Event& event) const {
 }
 
 void Model::try_start(State& s, const Event& event) const {
-    const bool has_place = event.has(position) || (settings_.place_given && s.has(event, imu));
-    const bool has_inertial = s.has(event, imu) || event.t_s - s.last_s[imu] <= settings_.longest_gap_s;
+    const bool has_place = event.has(position) || (place_given(options_) && s.has(event, imu));
+    const bool has_inertial = s.has(event, imu) || event.t_s - s.last_s[imu] <= options_.longest_gap_s;
     if (s.phase != Phase::levelling || !has_place || !has_inertial) return;
     Tilt tilt;
-    if (settings_.state_given || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
+    if (state_given(options_) || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
 }
 
 void Model::jump(State& s, const Event& event) const {
@@ -74,11 +74,10 @@ void Model::jump(State& s, const Event& event) const {
     note(s, event);
     if (!s.started()) level(s, event);
     // From here on the new sample acts, when it is held forward.
-    if (!settings_.backward_hold && has_new(s, event, imu)) hold(s, event);
+    if (!holds_backward(options_) && has_new(s, event, imu)) hold(s, event);
     if (s.started()) {
         const double half_s = s.has(event, imu) ? 0.5 * s.usual_interval_s : 0;
-        if (has_aid(event) || wants_field(s, event) ||
-            event.t_s - s.last_correction_s + half_s >= settings_.correction_interval_s)
+        if (has_aid(event) || wants_field(s, event) || event.t_s - s.last_correction_s + half_s >= options_.correction_interval_s)
             correct(s, event);
     } else {
         try_start(s, event);

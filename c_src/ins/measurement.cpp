@@ -1,5 +1,6 @@
 #include "ins/measurement.hpp"
 
+#include "estimation/gate.hpp"
 #include "maths/cholesky.hpp"
 
 #include <cmath>
@@ -63,11 +64,8 @@ Correction correct(Covariance& P, const double* mean, const Measurement& given, 
     if (!result.sound) return result;
     result.nis = of.r.dot(S.template solve<1>(of.r));
     result.scale = 1;
-    if (given.gated && gate_nis > 0 && result.nis > gate_nis) {
-        const double over = result.nis / gate_nis;
-        result.scale = over * over;
-        S = total(over, result.scale);
-    }
+    if (given.gated) result.scale = beyond_gate(result.nis, gate_nis);
+    if (result.scale > 1) S = total(1, result.scale);
     of.update(S, P, result.error);
     return result;
 }
@@ -85,14 +83,8 @@ void turn_rows(Covariance& P, int row, const Matrix3& C) {
     }
 }
 
-double gate_for(int rows, double gate_nis) {
-    // 99.9 % of chi square with 1, 2, 3 degrees of freedom, in units of that with 3.
-    constexpr double share[] = {0.66, 0.85, 1};
-    return share[rows - 1] * gate_nis;
-}
-
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis) {
-    const double gate = gate_for(m.rows, gate_nis);
+    const double gate = gate_for_rows(m.rows, gate_nis);
     Correction c = with_rows(P.n, [&](auto n) {
         if (m.rows == 1) return correct<1, n>(P, mean, m, gate);
         return m.rows == 2 ? correct<2, n>(P, mean, m, gate) : correct<3, n>(P, mean, m, gate);

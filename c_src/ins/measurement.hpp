@@ -89,9 +89,6 @@ struct Correction {
     double error[errors];
 };
 
-// The limit of a gate for so many values, from that for three of them.
-double gate_for(int rows, double gate_nis);
-
 // mean: of the error before. The gate inflates the noise so that the influence of a sample beyond it falls.
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis);
 

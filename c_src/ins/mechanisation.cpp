@@ -94,13 +94,13 @@ void Model::flow_exactly(State& s, double interval_s) const {
 
 void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
-    s.held.hold(vec(y), vec(y + 3), event.t_s - s.last_s[imu], s.usual_interval_s, settings_.backward_hold);
+    s.held.hold(vec(y), vec(y + 3), event.t_s - s.last_s[imu], s.usual_interval_s, holds_backward(options_));
 }
 
 void Model::before_flow(State& s, const Event& event) const {
     examine(s, event);
-    s.gap_too_long = event.t_s - s.last_s[imu] > settings_.longest_gap_s && std::isfinite(s.last_s[imu]);
-    if (!settings_.backward_hold || !has_new(s, event, imu)) return;
+    s.gap_too_long = event.t_s - s.last_s[imu] > options_.longest_gap_s && std::isfinite(s.last_s[imu]);
+    if (!holds_backward(options_) || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.
     const double went_on_s = s.last_event_s - s.last_s[imu];
     const bool flowed = s.started() && went_on_s > 0 && !s.gap_too_long;
@@ -110,7 +110,7 @@ void Model::before_flow(State& s, const Event& event) const {
 }
 
 void Model::rehold(State& s, const Event& event, double interval_s) const {
-    const bool flowed = settings_.backward_hold && event.has(imu) && s.started() && interval_s > 0 && std::isfinite(interval_s);
+    const bool flowed = holds_backward(options_) && event.has(imu) && s.started() && interval_s > 0 && std::isfinite(interval_s);
     if (flowed) flow_exactly(s, -interval_s);
     before_flow(s, event);
     if (flowed) flow_exactly(s, interval_s);

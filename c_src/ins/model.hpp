@@ -69,8 +69,8 @@ public:
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
 
     Model() = default;
-    explicit Model(const Settings& settings) : settings_(settings) {}
-    const Settings& settings() const { return settings_; }
+    explicit Model(const Options& options) : options_(options) {}
+    const Options& options() const { return options_; }
     // Where each correction is to be told; null: nobody asks.
     void tell_steps(Step* step) { step_ = step; }
 
@@ -216,7 +216,7 @@ private:
     bool remembers_field(State& s, const Covariance& P, const Event& event) const;
     double nis_of_change(const State& s, const Covariance& P, const Vector3& measured, double age_s) const;
 
-    Settings settings_{};
+    Options options_{};
     Step* step_ = nullptr;
 };
 

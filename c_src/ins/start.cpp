@@ -35,8 +35,9 @@ struct OnCircle {
 };
 
 // Gyroscopes whose bias is unknown turn a longer window than this by more than the tilt is told to be wrong by.
-bool wants_window(const Settings& settings, const Levelling& l, double now_s) {
-    const double longest_s = std::fmax(2 * settings.level_window_s, settings.sigma_tilt / settings.sigma_gyro);
+bool wants_window(const Options& options, const Levelling& l, double now_s) {
+    const double longest_s =
+        std::fmax(2 * options.level_window_s, options.start_sigma_tilt_rad / options.start_sigma_gyro_bias_rad_s);
     return std::isnan(l.first_velocity_s) || (l.count >= 2 && now_s - l.first_velocity_s > longest_s);
 }
 
@@ -72,12 +73,13 @@ void Model::begin(State& s) const {
     s.speed_known_s = nan;
     s.nis_mean = s.heading_doubt = 1;
     s.circle = any;
-    if (settings_.place_given) anchor(s, settings_.start_place);
+    if (place_given(options_))
+        anchor(s, earth::Place{options_.start_latitude_rad, options_.start_longitude_rad, options_.start_height_m});
     for (int i = 0; i < 3; ++i) {
         const auto put = [&](int row, double sigma) { s.P[packed(row + i, row + i)] = sigma * sigma; };
-        put(row_gyro, settings_.sigma_gyro);
-        put(row_accel, settings_.sigma_accel);
-        put(row_gyro_scale, settings_.sigma_gyro_scale);
+        put(row_gyro, options_.start_sigma_gyro_bias_rad_s);
+        put(row_accel, options_.start_sigma_accel_bias_m_s2);
+        put(row_gyro_scale, options_.start_sigma_gyro_scale);
     }
     begin_levelling(s);
 }
@@ -112,7 +114,7 @@ void Model::begin_window(State& s, const Event& event) {
 void Model::level(State& s, const Event& event) const {
     Levelling& l = s.levelling;
     const double T = event.t_s - s.last_event_s;
-    if (std::isfinite(s.last_s[imu]) && T > 0 && T < settings_.longest_gap_s) {
+    if (std::isfinite(s.last_s[imu]) && T > 0 && T < options_.longest_gap_s) {
         const Vector3 w = turn_rate(s), f = specific_force(s);
         const Quaternion q = quat(l.q);
         const HeldTurn<double> turn(w, T);
@@ -123,7 +125,7 @@ void Model::level(State& s, const Event& event) const {
         quat(l.q) = multiply(q, turn.q).normalized();
         vec(l.force) = Vector3(rotation_matrix(turn.q).transpose() * vec(l.force));
         l.length_s += T;
-    } else if (T >= settings_.longest_gap_s && std::isfinite(s.last_event_s)) {
+    } else if (T >= options_.longest_gap_s && std::isfinite(s.last_event_s)) {
         begin_levelling(s);
     }
     if (s.has(event, imu)) {
@@ -139,7 +141,7 @@ void Model::level(State& s, const Event& event) const {
 void Model::level_by_velocity(State& s, const Event& event) const {
     constexpr double believed = 4;
     Levelling& l = s.levelling;
-    if (wants_window(settings_, l, event.t_s)) {
+    if (wants_window(options_, l, event.t_s)) {
         if (std::isnan(l.since_s)) l.since_s = event.t_s;
         begin_window(s, event);
         return;
@@ -172,7 +174,7 @@ void Model::level_by_velocity(State& s, const Event& event) const {
 double Model::levelling_variance(const State& s, double window_s) const {
     const Levelling& l = s.levelling;
     // A square in time lies so far from a straight line, root mean square.
-    const double bend = window_s * window_s / 27 * vec(l.gained).norm() / window_s * settings_.sigma_gyro;
+    const double bend = window_s * window_s / 27 * vec(l.gained).norm() / window_s * options_.start_sigma_gyro_bias_rad_s;
     return l.variance / l.count + l.count * (bend * bend + force_psd(s) * window_s / 15);
 }
 
@@ -201,17 +203,17 @@ Model::Tilt Model::tilt_by_velocity(const State& s, double now_s) const {
 bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
     const Levelling& l = s.levelling;
     const double window_s = now_s - l.first_velocity_s;
-    if (l.count >= 2 && window_s >= settings_.level_window_s) {
+    if (l.count >= 2 && window_s >= options_.level_window_s) {
         *tilt = tilt_by_velocity(s, now_s);
         // A straight acceleration ends, and its end tells the tilt.
         constexpr double wide_rad = 0.05, patience = 6;
-        return tilt->variance_b.trace() < wide_rad * wide_rad || now_s - l.since_s > patience * settings_.level_window_s;
+        return tilt->variance_b.trace() < wide_rad * wide_rad || now_s - l.since_s > patience * options_.level_window_s;
     }
     // A single velocity may be the last one.
     const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
     const double alone_s = now_s - (l.first_velocity_s > l.since_s ? l.first_velocity_s : l.began_s);
     const Vector3 force = vec(l.force);
-    if (l.count >= 2 || !(alone_s >= patience * settings_.level_window_s) || !(force.norm() > 0)) return false;
+    if (l.count >= 2 || !(alone_s >= patience * options_.level_window_s) || !(force.norm() > 0)) return false;
     tilt->down_b = -force.normalized();
     return true;
 }
@@ -225,22 +227,22 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     s.slow_m[0] = s.slow_before_m[0] = slow_sigma(first_sigma.head<2>().maxCoeff(), false);
     s.slow_m[1] = s.slow_before_m[1] = slow_sigma(first_sigma[2], true);
     for (int i = 0; i < 3; ++i) {
-        const double colour = s.slow_m[i == 2], wide = settings_.place_given ? 0 : settings_.sigma_first_fix_m;
+        const double colour = s.slow_m[i == 2], wide = place_given(options_) ? 0 : options_.start_sigma_position_m;
         put(row_colour + i, colour);
         P[row_d + i][row_d + i] = first_sigma[i] * first_sigma[i] + wide * wide + colour * colour;
         P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour * colour;
-        put(row_v + i, settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1));
+        put(row_v + i, options_.start_sigma_velocity_m_s * (i == 2 ? wide_velocity_share : 1));
     }
-    put(row_scale, settings_.sigma_scale);
-    put(row_mount, settings_.sigma_mount);
-    put(row_mount + 1, settings_.sigma_mount);
-    put(row_latency, settings_.sigma_latency);
-    const double tilt =
-        found.by_velocity || settings_.state_given ? settings_.sigma_tilt : std::fmax(mean_force_tilt, settings_.sigma_tilt);
-    if (settings_.state_given) {
+    put(row_scale, options_.start_sigma_speed_scale);
+    put(row_mount, options_.start_sigma_mounting_rad);
+    put(row_mount + 1, options_.start_sigma_mounting_rad);
+    put(row_latency, options_.start_sigma_latency_s);
+    const double tilt = found.by_velocity || state_given(options_) ? options_.start_sigma_tilt_rad
+                                                                   : std::fmax(mean_force_tilt, options_.start_sigma_tilt_rad);
+    if (state_given(options_)) {
         put(row_phi, tilt);
         put(row_phi + 1, tilt);
-        put(row_phi + 2, settings_.sigma_heading);
+        put(row_phi + 2, options_.start_sigma_heading_rad);
         P.keep(s);
         return;
     }
@@ -288,14 +290,14 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     }
     const double roll = std::atan2(down_b[1], down_b[2]), pitch = std::atan2(-down_b[0], std::hypot(down_b[1], down_b[2]));
     const Quaternion level = multiply(rotation_quaternion(Vector3(0, pitch, 0)), rotation_quaternion(Vector3(roll, 0, 0)));
-    quat(s.x + 6) = settings_.state_given ? settings_.start_q : level;
-    vec(s.x + 3) = settings_.state_given ? settings_.start_velocity : Vector3(Vector3::Zero());
-    vec(s.x) = -(attitude(s) * settings_.antenna_b);
-    if (settings_.place_given && !event.has(position)) vec(s.x).setZero();
-    s.u[0] = settings_.state_given ? 1 : 0;
+    quat(s.x + 6) = state_given(options_) ? Quaternion(options_.start_q_nb).normalized() : level;
+    vec(s.x + 3) = state_given(options_) ? Vector3(options_.start_velocity_n_m_s) : Vector3(Vector3::Zero());
+    vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
+    if (place_given(options_) && !event.has(position)) vec(s.x).setZero();
+    s.u[0] = state_given(options_) ? 1 : 0;
     s.u[1] = 0;
-    if (!settings_.state_given) s.earth_rate[0] = s.earth_rate[1] = 0;
-    s.circle = settings_.state_given ? Circle{} : any;
+    if (!state_given(options_)) s.earth_rate[0] = s.earth_rate[1] = 0;
+    s.circle = state_given(options_) ? Circle{} : any;
     for (double& e : s.mean) e = 0;
     s.latency = s.scale = 0;
     s.offset = nan; // until there is a pressure
@@ -304,7 +306,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
-    s.phase = settings_.state_given ? Phase::navigating : Phase::any_heading;
+    s.phase = state_given(options_) ? Phase::navigating : Phase::any_heading;
     if (event.has(velocity)) {
         // The second one may lie far off, when nothing else is known yet.
         s.gates.velocity_s = event.t_s;
@@ -328,17 +330,17 @@ State Model::once_more(State s, const State& later, double known_s) const {
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     for (int i = 0; i < 3; ++i) {
-        const double fast = settings_.sigma_velocity * (i == 2 ? wide_velocity_share : 1), colour = s.slow_m[i == 2];
+        const double fast = options_.start_sigma_velocity_m_s * (i == 2 ? wide_velocity_share : 1), colour = s.slow_m[i == 2];
         put(row_colour + i, colour);
-        put(row_d + i, settings_.place_given ? colour : std::hypot(settings_.sigma_first_fix_m, fast * known_s));
+        put(row_d + i, place_given(options_) ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
         put(row_v + i, fast);
         put(row_phi + i, i == 2 ? any_heading : any_tilt);
         s.in_t.colour[i] = 0;
     }
-    put(row_scale, settings_.sigma_scale);
-    put(row_mount, settings_.sigma_mount);
-    put(row_mount + 1, settings_.sigma_mount);
-    put(row_latency, settings_.sigma_latency);
+    put(row_scale, options_.start_sigma_speed_scale);
+    put(row_mount, options_.start_sigma_mounting_rad);
+    put(row_mount + 1, options_.start_sigma_mounting_rad);
+    put(row_latency, options_.start_sigma_latency_s);
     s.field_unit = later.field_unit;
     if (s.field_unit > 0) forget_field(s, P);
     P.keep(s);

@@ -1,13 +1,15 @@
-// What the navigation filter is told, and all that changes in it.
+// All that changes in the navigation filter.
 //
 //   t  Earth-fixed axes, north-east-down at an anchor near the body. While the heading is unknown vectors of t are held
 //      turned about the vertical by -alpha, and u = (cos alpha, sin alpha) is a part of the state.
 //   d  displacement from the anchor
 #pragma once
 
+#include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/glide.hpp"
 #include "maths/earth.hpp"
+#include "maths/square.hpp"
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
 #include "signals/sensor_checks.hpp"
@@ -56,35 +58,10 @@ constexpr int nx = 10; // d 3, v 3, q 4
 // Column after column, i <= j: what is known without a magnetometer comes first.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
 
-struct Settings {
-    double gyro_psd, gyro_rate_psd, gyro_walk_psd; // (rad/s)^2/Hz, the same for each (rad/s)^2, (rad/s)^2/s
-    double gyro_scale2; // a bias of its root times the rate while the body turns alike
-    double accel_psd, accel_walk_psd;
-    double vibration_share; // of the power between successive samples that becomes noise
-    double colour_m[2], colour_s;
-    double pressure_colour_m, pressure_colour_s;
-    double heading_colour_s;
-    double field_noise, field_colour_s, field_direction, field_direction_s, sigma_iron;
-    double declination;
-    double sigma_velocity, sigma_gyro, sigma_gyro_scale, sigma_accel, sigma_tilt, sigma_latency, sigma_scale, sigma_mount,
-        sigma_heading;
-    double sigma_first_fix_m;
-    bool state_given, place_given;
-    Quaternion start_q{1, 0, 0, 0};
-    Vector3 start_velocity = Vector3::Zero();
-    earth::Place start_place{};
-    Vector3 antenna_b = Vector3::Zero(), wheel_b = Vector3::Zero();
-    double level_window_s;
-    double gate_nis, gate_longest_s;
-    UnrestSettings rest;
-    SensorCheckSettings<double> check[checked_count];
-    double rest_velocity_m_s, rest_rate_density2;
-    double car_across_m_s;
-    double ready_tilt, ready_heading, ready_velocity, ready_position, ready_hold_s;
-    double found_rad, anchor_distance_m;
-    double correction_interval_s, longest_gap_s;
-    bool backward_hold;
-};
+using Options = hnav_ins_options;
+inline bool holds_backward(const Options& o) { return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD; }
+inline bool state_given(const Options& o) { return o.start == HNAV_INS_START_STATE; }
+inline bool place_given(const Options& o) { return o.start_place == HNAV_INS_PLACE_GIVEN; }
 
 // The last correction by one channel.
 struct Innovation {

@@ -10,15 +10,8 @@
 
 namespace hnav {
 
-template <class R>
-struct RestSettings {
-    R rate_rad_s;      // deviation of the rate from its running mean
-    R force_m_s2;      // deviation of the force
-    R mean_rate_rad_s; // of each axis: above it the body turns steadily
-    R duration_s;      // within all of them for so long
-    R filter_s;        // time constant of the running means
-};
-
+// Options have rest_rate_rad_s and rest_force_m_s2, the largest deviations from the running means, rest_mean_rate_rad_s, the largest
+// mean rate of an axis, above which the body turns steadily, rest_duration_s for which all of that holds, and rest_filter_s of the means.
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct RestDetector {
@@ -34,36 +27,39 @@ struct RestDetector {
         }
     }
 
-    void note_rate(const RestSettings<R>& settings, const Vector3Of<R>& rate, R interval_s) {
+    template <class Options>
+    void note_rate(const Options& o, const Vector3Of<R>& rate, R interval_s) {
         Eigen::Map<Vector3Of<R>> mean(mean_rate);
-        mean += interval_s / (settings.filter_s + interval_s) * (rate - mean);
-        const bool still = (rate - mean).squaredNorm() <= settings.rate_rad_s * settings.rate_rad_s &&
-                           mean.cwiseAbs().maxCoeff() <= settings.mean_rate_rad_s && force_still > 0;
+        mean += interval_s / (R(o.rest_filter_s) + interval_s) * (rate - mean);
+        const bool still = (rate - mean).squaredNorm() <= R(o.rest_rate_rad_s) * R(o.rest_rate_rad_s) &&
+                           mean.cwiseAbs().maxCoeff() <= R(o.rest_mean_rate_rad_s) && force_still > 0;
         still_s = still ? still_s + interval_s : 0;
     }
 
-    void note_force(const RestSettings<R>& settings, const Vector3Of<R>& force, R interval_s) {
+    template <class Options>
+    void note_force(const Options& o, const Vector3Of<R>& force, R interval_s) {
         Eigen::Map<Vector3Of<R>> mean(mean_force);
-        mean += interval_s / (settings.filter_s + interval_s) * (force - mean);
-        force_still = (force - mean).squaredNorm() <= settings.force_m_s2 * settings.force_m_s2;
+        mean += interval_s / (R(o.rest_filter_s) + interval_s) * (force - mean);
+        force_still = (force - mean).squaredNorm() <= R(o.rest_force_m_s2) * R(o.rest_force_m_s2);
     }
 
-    bool at_rest(const RestSettings<R>& settings) const { return still_s > settings.duration_s; }
+    template <class Options>
+    bool at_rest(const Options& o) const {
+        return still_s > R(o.rest_duration_s);
+    }
 };
 
 // The same for vehicles, whose engine idles and which sway while they stand: not each sample, the root mean squares about the running
 // means stay small. What moves smoothly looks the same, so the filter asks for a small speed too.
-struct UnrestSettings {
-    double rate_rad_s, force_m_s2, duration_s; // 0 for rate_rad_s: rest is never found
-};
-
+// Options have rest_rate_rad_s (0: rest is never found), rest_force_m_s2 and rest_duration_s.
 // Part of a filter's state: numbers of eight bytes only.
 struct Unrest {
     static constexpr double filter_s = 0.5, swaying = 4;
 
     double mean_rate[3], mean_force[3], rate2, force2, still_s, swaying_s, begun;
 
-    void note(const UnrestSettings& settings, const Vector3& rate, const Vector3& force, double interval_s) {
+    template <class Options>
+    void note(const Options& o, const Vector3& rate, const Vector3& force, double interval_s) {
         Eigen::Map<Vector3> mean_w(mean_rate), mean_f(mean_force);
         if (begun == 0) {
             mean_w = rate;
@@ -75,15 +71,21 @@ struct Unrest {
         mean_f += share * (force - mean_f);
         rate2 += share * ((rate - mean_w).squaredNorm() - rate2);
         force2 += share * ((force - mean_f).squaredNorm() - force2);
-        const double r = settings.rate_rad_s, f = settings.force_m_s2;
+        const double r = o.rest_rate_rad_s, f = o.rest_force_m_s2;
         const auto within = [&](double limits) { return rate2 <= limits * limits * r * r && force2 <= limits * limits * f * f; };
         still_s = within(1) ? still_s + interval_s : 0;
         swaying_s = within(swaying) ? swaying_s + interval_s : 0;
     }
 
-    bool still(const UnrestSettings& s) const { return s.rate_rad_s > 0 && still_s > s.duration_s; }
+    template <class Options>
+    bool still(const Options& o) const {
+        return o.rest_rate_rad_s > 0 && still_s > o.rest_duration_s;
+    }
     // The same with wider limits: on something that sways.
-    bool sways(const UnrestSettings& s) const { return s.rate_rad_s > 0 && swaying_s > s.duration_s; }
+    template <class Options>
+    bool sways(const Options& o) const {
+        return o.rest_rate_rad_s > 0 && swaying_s > o.rest_duration_s;
+    }
 };
 
 } // namespace hnav

@@ -9,9 +9,22 @@ namespace hnav {
 // Places of the checks, and bits of what they reject.
 enum CheckedSensor : int { checked_gyro, checked_accel, checked_mag, checked_count };
 
+// The limits of the three sensors by the options of a filter. The smallest ranges are those of chips that one can buy, 125 deg/s and
+// 2 g; those of magnetometers are not known.
+template <class R>
+struct CheckLimits {
+    SensorCheckSettings<R> of[checked_count];
+
+    template <class Options>
+    CheckLimits(const Options& o, R mag_range)
+        : of{{R(o.outlier_rate_rad_s), R(o.gyro_range_rad_s), R(1.7)},
+             {R(o.outlier_force_m_s2), R(o.accel_range_m_s2), 18},
+             {0, mag_range, R(1e6)}} {}
+};
+
 struct Examined {
     std::uint64_t rejected; // bit i: the sample of sensor i is to be treated as missing
-    bool rate_at_fault;     // an axis of the gyroscope is stuck or saturated: its rate is used, and its turn is uncertain
+    bool rate_at_fault; // an axis of the gyroscope is stuck or saturated: its rate is used, and its turn is uncertain
 };
 
 // sample(i, &y): whether sensor i has a sample, and which. interval_s(i): since its last one. force_moves, turns: the body

@@ -6,37 +6,62 @@
 
 namespace hnav::test {
 
-template <class R = double>
-AhrsSettings<R> ahrs_settings() {
-    constexpr R deg = R(M_PI / 180);
-    AhrsSettings<R> s{};
-    s.gyro_psd = R(1e-8);
-    s.gyro_rate_psd = R(6e-6);
-    s.bias_walk_psd = R(2e-8);
-    s.reference_psd = R(2e-5);
-    s.velocity_density2 = R(0.3);
-    s.azimuth_density2 = R(7e-4);
-    s.intensity_density2 = R(3e-4);
-    s.rest_field_factor = R(1.5);
-    s.rest_bias_density2 = R(2e-9);
-    s.correction_interval_s = 0.035;
-    s.max_interval_s = 0.1;
-    s.gap_acceleration_m_s2 = 2;
-    s.gap_turn_factor = R(1.5);
-    s.backward_hold = true;
-    s.rest = {2 * deg, R(0.5), 2 * deg, R(1.5), R(0.5)};
-    s.field = {R(0.035), 60, 3, R(0.35), R(0.35), R(0.17), 5, R(1.6), R(0.4), 60, R(0.13), R(3.75), R(0.12)};
-    s.start.mode = StartMode::triad;
-    s.start.sigma_heading = R(0.28);
-    s.start.field_wait_s = 1;
-    s.sigma = {R(0.08), R(0.28), R(0.008), R(0.08), R(0.11), R(0.016), R(1.6e-3), R(8e-4), R(0.05), R(0.35), R(0.035)};
-    s.force_latency = R(0.25);
-    s.declination_s = 60;
-    s.ready_tilt_rad = 2 * deg;
-    s.ready_heading_rad = 5 * deg;
-    s.ready_evidence_s = 3;
-    s.ready_undisturbed_s = 8;
-    return s;
+inline hnav_ahrs_options ahrs_options() {
+    constexpr double deg = M_PI / 180;
+    hnav_ahrs_options o{};
+    o.gyro_noise_rad_per_sqrt_s = 1e-4;
+    o.gyro_rate_noise_sqrt_s = std::sqrt(6e-6);
+    o.gyro_bias_walk_rad_s_per_sqrt_s = std::sqrt(2e-8);
+    o.reference_walk_per_sqrt_s = std::sqrt(2e-5);
+    o.velocity_noise_m_s_per_sqrt_hz = std::sqrt(0.3);
+    o.mag_azimuth_noise_per_sqrt_hz = std::sqrt(7e-4);
+    o.mag_intensity_noise_per_sqrt_hz = std::sqrt(3e-4);
+    o.mag_rest_factor = 1.5;
+    o.rest_bias_noise_rad_s_per_sqrt_hz = std::sqrt(2e-9);
+    o.correction_interval_s = 0.035;
+    o.max_interval_s = 0.1;
+    o.gap_acceleration_m_s2 = 2;
+    o.gap_turn_factor = 1.5;
+    o.gyro_hold = HNAV_GYRO_HOLD_BACKWARD;
+    o.rest_rate_rad_s = o.rest_mean_rate_rad_s = 2 * deg;
+    o.rest_force_m_s2 = 0.5;
+    o.rest_duration_s = 1.5;
+    o.rest_filter_s = 0.5;
+    o.mag_gate = 0.035;
+    o.mag_gate_max_s = 60;
+    o.mag_gate_share = 3;
+    o.turning_rad_s = 0.35;
+    o.still_weight = 0.35;
+    o.candidate_radius = 0.17;
+    o.candidate_mean_s = 5;
+    o.candidate_first_s = 1.6;
+    o.candidate_share = 0.4;
+    o.trust_s = 60;
+    o.turn_min_rad = 0.13;
+    o.turn_sigmas = 3.75;
+    o.turn_sigma_rad = 0.12;
+    o.start_mode = HNAV_START_TRIAD;
+    o.start_q_nb[0] = o.q_body_sensor[0] = 1;
+    o.start_samples = 1;
+    o.start_field_wait_s = 1;
+    o.start_sigma_tilt_rad = 0.08;
+    o.start_sigma_heading_rad = 0.28;
+    o.start_sigma_bias_rad_s = 0.008;
+    o.start_sigma_velocity_m_s = 0.08;
+    o.start_sigma_reference = 0.11;
+    o.start_sigma_latency_s = 0.016;
+    o.start_sigma_gyro_scale = 1.6e-3;
+    o.start_sigma_gyro_misalignment_rad = 8e-4;
+    o.start_sigma_accel_bias_m_s2 = 0.05;
+    o.start_sigma_accel_latency = 0.35;
+    o.start_accel_latency = 0.25;
+    o.local_declination_rad = 0.035;
+    o.local_declination_s = 60;
+    o.ready_tilt_rad = 2 * deg;
+    o.ready_heading_rad = 5 * deg;
+    o.ready_evidence_s = 3;
+    o.ready_undisturbed_s = 8;
+    return o;
 }
 
 // A body that turns at a constant rate under gravity and a field dipping by 60 degrees, its sensors without error.

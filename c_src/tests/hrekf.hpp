@@ -8,25 +8,29 @@
 
 namespace hnav::test {
 
-template <class R = double>
-HrekfSettings<R> hrekf_settings() {
-    constexpr R deg = R(M_PI / 180);
-    HrekfSettings<R> s{};
-    s.gyro_psd = R(1e-4);
-    s.bias_walk_psd = R(1e-6);
-    s.accel_density2 = R(1e-6);
-    s.mag_density2 = R(4e-6);
-    s.max_interval_s = 0.1;
-    s.start.mode = StartMode::attitude;
-    s.start.samples = 1;
-    s.sigma_tilt = R(0.1);
-    s.start.sigma_heading = R(0.3);
-    s.sigma_bias = R(0.05);
-    s.reference_given = true;
-    s.reference = {1, 1};
-    s.ready_tilt_rad = 2 * deg;
-    s.ready_heading_rad = 5 * deg;
-    return s;
+inline hnav_hrekf_options hrekf_options() {
+    constexpr double deg = M_PI / 180;
+    hnav_hrekf_options o{};
+    o.gyro_noise_rad_per_sqrt_s = 1e-2;
+    o.gyro_bias_walk_rad_s_per_sqrt_s = 1e-3;
+    o.accel_noise_per_sqrt_hz = 1e-3;
+    o.mag_noise_per_sqrt_hz = 2e-3;
+    o.max_interval_s = 0.1;
+    o.gamma = o.gamma_relative_rate_1_s = o.gamma_kl_rate_1_s = 1;
+    o.gamma_weight_attitude = o.gamma_weight_bias = 1;
+    o.adaptation_gain = 0.02;
+    o.adaptation_max_rad_s_per_sqrt_s = 1;
+    o.start_mode = HNAV_START_ATTITUDE;
+    o.start_q_nb[0] = o.q_body_sensor[0] = 1;
+    o.start_samples = 1;
+    o.start_sigma_tilt_rad = 0.1;
+    o.start_sigma_heading_rad = 0.3;
+    o.start_sigma_bias_rad_s = 0.05;
+    o.reference_mode = HNAV_REFERENCE_GIVEN;
+    o.reference_strength_tesla = o.reference_dip_rad = 1;
+    o.ready_tilt_rad = 2 * deg;
+    o.ready_heading_rad = 5 * deg;
+    return o;
 }
 
 inline HrekfModel::State random_state(const HrekfModel& model, Random& random, double rate = 3) {

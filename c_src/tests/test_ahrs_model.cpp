@@ -17,7 +17,7 @@ namespace {
 
 constexpr double deg = M_PI / 180;
 
-AhrsModel::Settings settings() { return test::ahrs_settings(); }
+hnav_ahrs_options settings() { return test::ahrs_options(); }
 
 // Samples as an integrating sensor gives them at a low rate, or force as a reading of its instant; the body swings about all
 // axes. By the closed form; what happens at each sample is the caller's.
@@ -150,9 +150,9 @@ TEST(AhrsFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
 }
 
 TEST(AhrsFlow, AMeanRateTurnsTheBodyAsFarAsTheTurnsThatItIsTheMeanOf) {
-    AhrsModel::Settings set = settings();
+    hnav_ahrs_options set = settings();
     set.correction_interval_s = 1e3; // nothing is corrected
-    set.start.mode = StartMode::attitude;
+    set.start_mode = HNAV_START_ATTITUDE;
     const AhrsModel model(set);
     State s = state_at_start(model);
     double error = 0;
@@ -175,9 +175,9 @@ TEST(Ahrs, WhetherAForceIsAMeanOrAReadingShowsInTheMotion) {
 
 // The rows of the transition that belong to the accelerometer.
 TEST(AhrsCovariance, VelocityIsWhatAnErrorOfTheAccelerometerBecomes) {
-    AhrsModel::Settings set = settings();
+    hnav_ahrs_options set = settings();
     set.correction_interval_s = 1e3;
-    set.start.mode = StartMode::attitude;
+    set.start_mode = HNAV_START_ATTITUDE;
     const AhrsModel model(set);
     const auto after = [&](const Vector3& bias, double latency) {
         State s = state_at_start(model);
@@ -205,7 +205,7 @@ TEST(Ahrs, TheFieldOfOnePlaceDoesNotTellTheHeadingBetterThanPlacesDiffer) {
     State s = state_at_start(model);
     follow(model, s, Turning{}, 30);
     const double sigma = std::sqrt(model.rotation_covariance(s)(2, 2)),
-                 place = std::sqrt(s.field_noise.scale2) * settings().sigma.declination;
+                 place = std::sqrt(s.field_noise.scale2) * settings().local_declination_rad;
     EXPECT_GT(sigma, 0.5 * place);
 }
 
@@ -304,9 +304,10 @@ TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasC
 
 TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenOrAnAidTellsTheHeading) {
     const auto heading = [](double strength, bool given, bool aided) {
-        AhrsModel::Settings set = settings();
-        set.reference_given = given;
-        set.reference = {strength * 5e-5, M_PI / 3};
+        hnav_ahrs_options set = settings();
+        if (given) set.reference_mode = HNAV_REFERENCE_GIVEN;
+        set.reference_strength_tesla = strength * 5e-5;
+        set.reference_dip_rad = M_PI / 3;
         const AhrsModel model(set);
         State s = state_at_start(model);
         const Turning motion;
@@ -331,13 +332,13 @@ TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenO
 }
 
 TEST(AhrsCovariance, GrowsWhileNothingIsMeasuredAsManyRunsDo) {
-    AhrsModel::Settings set = settings();
-    set.gyro_psd = 1e-5;
-    set.gyro_rate_psd = 0;
-    set.start.mode = StartMode::attitude;
-    set.sigma.tilt = set.start.sigma_heading = 0.01;
-    set.sigma.bias = 0.02;
-    set.sigma.scale = set.sigma.misalignment = 1e-6;
+    hnav_ahrs_options set = settings();
+    set.gyro_noise_rad_per_sqrt_s = std::sqrt(1e-5);
+    set.gyro_rate_noise_sqrt_s = 0;
+    set.start_mode = HNAV_START_ATTITUDE;
+    set.start_sigma_tilt_rad = set.start_sigma_heading_rad = 0.01;
+    set.start_sigma_bias_rad_s = 0.02;
+    set.start_sigma_gyro_scale = set.start_sigma_gyro_misalignment_rad = 1e-6;
     const AhrsModel model(set);
     State s = state_at_start(model);
     Turning motion;
@@ -469,7 +470,7 @@ TEST(Ahrs, AnInnovationIsToldWithItsCovarianceAndItsNormalisedSquare) {
 }
 
 TEST(Ahrs, AHeadingBeyondItsGateCountsAsMuchLessAsItLiesFurtherOutside) {
-    AhrsModel::Settings set = settings();
+    hnav_ahrs_options set = settings();
     set.heading_gate_nis = 4;
     const AhrsModel model(set);
     State s = state_at_start(model);
@@ -490,9 +491,9 @@ TEST(Ahrs, AHeadingBeyondItsGateCountsAsMuchLessAsItLiesFurtherOutside) {
 }
 
 TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
-    AhrsModel::Settings set = settings();
-    set.rest_bias_density2 = 1e-20;
-    set.start.mode = StartMode::attitude;
+    hnav_ahrs_options set = settings();
+    set.rest_bias_noise_rad_s_per_sqrt_hz = 1e-10;
+    set.start_mode = HNAV_START_ATTITUDE;
     const AhrsModel model(set);
     State s = state_at_start(model);
     const Vector3 bias(0.01, -0.02, 0.015);
@@ -507,10 +508,10 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
         if (k > 0) model.flow_exactly(s, 0.005);
         const std::uint64_t before = s.corrections;
         model.jump(s, e);
-        if (t_s < set.rest.duration_s || t_s > set.rest.duration_s + 0.1) {
-            EXPECT_EQ(s.rest.at_rest(set.rest), t_s > set.rest.duration_s) << t_s;
+        if (t_s < set.rest_duration_s || t_s > set.rest_duration_s + 0.1) {
+            EXPECT_EQ(s.rest.at_rest(set), t_s > set.rest_duration_s) << t_s;
         }
-        if (s.corrections > before && s.rest.at_rest(set.rest)) {
+        if (s.corrections > before && s.rest.at_rest(set)) {
             ASSERT_LT((Vector3(s.bias) - Vector3(s.rest.mean_rate)).norm(), 1e-9) << t_s;
         }
     }
@@ -533,7 +534,9 @@ TEST(Ahrs, WhatItTellsOfItsCovarianceAgrees) {
     EXPECT_EQ(first.bottomLeftCorner(3, 3).norm(), 0);
     double S[9], sigma[9];
     model.gyro_calibration(fresh, S, sigma);
-    for (int i = 0; i < 9; ++i) EXPECT_NEAR(sigma[i], i % 4 ? settings().sigma.misalignment : settings().sigma.scale, 1e-12) << i;
+    for (int i = 0; i < 9; ++i)
+        EXPECT_NEAR(sigma[i], i % 4 ? settings().start_sigma_gyro_misalignment_rad : settings().start_sigma_gyro_scale, 1e-12)
+            << i;
 }
 
 TEST(Ahrs, TheCovarianceShownAfterAnEventIsThatOfAnEventThere) {
@@ -580,7 +583,7 @@ TEST(Ahrs, TheLengthOfAQuaternionIsRestoredWhenItIsFarFromOne) {
 }
 
 TEST(Ahrs, AVelocityBeyondItsGateTakesTheAttitudeForLost) {
-    AhrsModel::Settings set = settings();
+    hnav_ahrs_options set = settings();
     set.velocity_gate_nis = 30;
     const AhrsModel model(set);
     State s = state_at_start(model);
@@ -630,8 +633,7 @@ TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
 }
 
 TEST(Ahrs, AnAxisThatIsStuckIsFoundAfterAQuarterOfASecondAndWhatWasEarnedIsGone) {
-    AhrsModel::Settings set = settings();
-    set.check[gyro].min_range = 1.7;
+    hnav_ahrs_options set = settings();
     const AhrsModel model(set);
     State s = state_at_start(model);
     const Turning motion;
@@ -661,9 +663,10 @@ TEST(Ahrs, AnAxisThatIsStuckIsFoundAfterAQuarterOfASecondAndWhatWasEarnedIsGone)
 // The filter copies neither from event to event what seldom changes, nor computes anew what turns the body: both rely on being
 // told. Samples come and go, an axis sticks, the field changes, a clock is set.
 TEST(Ahrs, WhatSeldomChangesIsCountedAndWhatTurnsTheBodyIsUpToDate) {
-    AhrsModel::Settings set = settings();
-    set.check[gyro] = {0.5, 0, 1.7};
-    set.robust.mode = GammaMode::relative;
+    hnav_ahrs_options set = settings();
+    set.outlier_rate_rad_s = 0.5;
+    set.gamma_mode = HNAV_GAMMA_RELATIVE;
+    set.gamma_relative_rate_1_s = 1;
     const AhrsModel model(set);
     State s = state_at_start(model);
     const Turning motion;
@@ -720,8 +723,7 @@ TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {
         model.jump(s, e);
         if (s.field.changes > before.field.changes) {
             turned = true;
-            EXPECT_GT(model.rotation_covariance(s)(2, 2),
-                      0.5 * settings().field.heading_added_rad * settings().field.heading_added_rad);
+            EXPECT_GT(model.rotation_covariance(s)(2, 2), 0.5 * settings().turn_sigma_rad * settings().turn_sigma_rad);
             EXPECT_FALSE(model.estimate(s).heading_ready);
         }
     }
@@ -731,7 +733,7 @@ TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {
 }
 
 TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
-    const MagneticReferenceSettings<double> set = settings().field;
+    const hnav_ahrs_options set = settings();
     for (const bool trusted : {false, true}) {
         MagneticReference<double> m{};
         const MeanField<double> first{{0.5, 0, 0.8}}, second{{0.5 * std::cos(0.4), 0.5 * std::sin(0.4), 0.5}};
@@ -751,7 +753,7 @@ TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
 }
 
 TEST(MagneticReference, RejectsForATimeThatGrowsWithService) {
-    const MagneticReferenceSettings<double> set = settings().field;
+    const hnav_ahrs_options set = settings();
     MagneticReference<double> m{};
     EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate_anew); // has never served
     EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate);
@@ -762,7 +764,7 @@ TEST(MagneticReference, RejectsForATimeThatGrowsWithService) {
 }
 
 TEST(RestDetector, KnowsRestFromSteadyTurningAndFromShaking) {
-    const RestSettings<double> set = settings().rest;
+    const hnav_ahrs_options set = settings();
     const auto ends_at_rest = [&](const Vector3& rate, double shake) {
         RestDetector<double> rest;
         rest.clear(rate, {0, 0, -9.8});
@@ -778,7 +780,7 @@ TEST(RestDetector, KnowsRestFromSteadyTurningAndFromShaking) {
 }
 
 TEST(RestDetector, RestBeginsAnewAfterEveryMovement) {
-    const RestSettings<double> set = settings().rest;
+    const hnav_ahrs_options set = settings();
     RestDetector<double> rest;
     rest.clear(Vector3::Zero(), {0, 0, -9.8});
     rest.note_force(set, {0, 0, -9.8}, 0.01);

@@ -13,7 +13,7 @@ using Vector35 = Eigen::Matrix<double, HrekfModel::nx, 1>;
 
 constexpr double deg = M_PI / 180;
 
-HrekfModel::Settings settings() { return test::hrekf_settings(); }
+hnav_hrekf_options settings() { return test::hrekf_options(); }
 
 Vector35 flow(const HrekfModel& model, const State& s, const Vector35& x) {
     Vector35 dx;
@@ -63,8 +63,8 @@ TEST(HrekfFlow, TheCovarianceFollowsTheJacobianOfTheState) {
 TEST(HrekfFlow, TheClosedFormIsTheIntegralOfTheFlow) {
     for (const double rate : {0.0, 1e-6, 1.9, 2.1, 20.0})
         for (const double interval_s : {1e-3, 0.01, 0.3, 2.0}) {
-            HrekfModel::Settings with_noise = settings();
-            with_noise.quaternion_psd = 1e-5;
+            hnav_hrekf_options with_noise = settings();
+            with_noise.quaternion_noise_per_sqrt_s = std::sqrt(1e-5);
             const HrekfModel model(with_noise);
             test::Random random(3);
             State exact = random_state(model, random, 0);
@@ -128,9 +128,9 @@ TEST(HrekfFlow, TheErrorStateFormIsItsTwin) {
 
 // 20 000 bodies with random starts, gyro noise and bias walk against the covariance that the flow claims.
 TEST(HrekfFlow, TheCovarianceIsThatOfManyRuns) {
-    HrekfModel::Settings set = settings();
-    set.gyro_psd = std::pow(0.3 * deg, 2);
-    set.bias_walk_psd = std::pow(0.05 * deg, 2);
+    hnav_hrekf_options set = settings();
+    set.gyro_noise_rad_per_sqrt_s = 0.3 * deg;
+    set.gyro_bias_walk_rad_s_per_sqrt_s = 0.05 * deg;
     const HrekfModel model(set);
     test::Random random(5);
     State s = random_state(model, random, 0);

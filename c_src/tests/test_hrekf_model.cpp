@@ -11,7 +11,7 @@ namespace {
 
 using State = HrekfModel::State;
 
-HrekfModel::Settings settings() { return test::hrekf_settings(); }
+hnav_hrekf_options settings() { return test::hrekf_options(); }
 
 Event event_at(double t_s, const Vector3& force, const Vector3& field) {
     Event e{};
@@ -79,9 +79,9 @@ TEST(HrekfJump, TheCovarianceStaysOneWhateverTheSensorsAreWorth) {
     test::Random random(11);
     for (const double density : {1e-3, 1e-6, 1e-9})
         for (const GammaMode mode : {GammaMode::off, GammaMode::relative}) {
-            HrekfModel::Settings set = settings();
-            set.accel_density2 = set.mag_density2 = density * density;
-            set.robust.mode = mode;
+            hnav_hrekf_options set = settings();
+            set.accel_noise_per_sqrt_hz = set.mag_noise_per_sqrt_hz = density;
+            set.gamma_mode = static_cast<int32_t>(mode);
             const HrekfModel model(set);
             State s = random_state(model, random);
             s.last_correction_s = 0;
@@ -101,9 +101,9 @@ TEST(HrekfJump, TheCovarianceStaysOneWhateverTheSensorsAreWorth) {
 }
 
 TEST(HrekfJump, GammaTowardsInfinityIsTheHekfToRounding) {
-    HrekfModel::Settings robust = settings();
-    robust.robust.mode = GammaMode::fixed;
-    robust.robust.gamma = 1e8;
+    hnav_hrekf_options robust = settings();
+    robust.gamma_mode = HNAV_GAMMA_FIXED;
+    robust.gamma = 1e8;
     test::Random random(8);
     const HrekfModel hekf(settings()), hrekf(robust);
     State a = random_state(hekf, random);
@@ -117,8 +117,8 @@ TEST(HrekfJump, GammaTowardsInfinityIsTheHekfToRounding) {
 }
 
 TEST(HrekfJump, AGatedSampleIsInflatedUntilItLiesOnTheGate) {
-    HrekfModel::Settings set = settings();
-    set.gate_nis[accel] = 13.9;
+    hnav_hrekf_options set = settings();
+    set.accel_gate_nis = 13.9;
     const HrekfModel model(set);
     test::Random random(9);
     State s = random_state(model, random);
@@ -142,7 +142,7 @@ TEST(HrekfJump, AGatedSampleIsInflatedUntilItLiesOnTheGate) {
 
 TEST(HrekfJump, TheHeadingRowEqualsAPerturbation) {
     // A heading sample of tiny noise pulls the yaw to itself and leaves roll and pitch, for any attitude but vertical.
-    HrekfModel::Settings set = settings();
+    hnav_hrekf_options set = settings();
     const HrekfModel model(set);
     test::Random random(10);
     for (int i = 0; i < 20; ++i) {
@@ -168,9 +168,9 @@ TEST(HrekfJump, TheHeadingRowEqualsAPerturbation) {
 }
 
 TEST(HrekfStart, WaitsForForceAndField) {
-    HrekfModel::Settings set = settings();
-    set.start.mode = StartMode::triad;
-    set.reference_given = false;
+    hnav_hrekf_options set = settings();
+    set.start_mode = HNAV_START_TRIAD;
+    set.reference_mode = HNAV_REFERENCE_LEARNT;
     const HrekfModel model(set);
     State s;
     std::memset(static_cast<void*>(&s), 0, sizeof s);
@@ -199,10 +199,10 @@ TEST(HrekfStart, WaitsForForceAndField) {
 }
 
 TEST(HrekfReady, HeadingIsNotReadyWithoutAMagnetometerHoweverSmallTheClaim) {
-    HrekfModel::Settings set = settings();
-    set.start.mode = StartMode::heading;
-    set.start.sigma_heading = 0.01; // below the threshold from the beginning
-    set.sigma_tilt = 0.01;
+    hnav_hrekf_options set = settings();
+    set.start_mode = HNAV_START_HEADING;
+    set.start_sigma_heading_rad = 0.01; // below the threshold from the beginning
+    set.start_sigma_tilt_rad = 0.01;
     const HrekfModel model(set);
     State s;
     std::memset(static_cast<void*>(&s), 0, sizeof s);

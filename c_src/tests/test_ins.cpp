@@ -15,47 +15,48 @@ namespace {
 using ins::imu;
 using ins::Phase;
 using ins::position;
-using ins::Settings;
 using ins::velocity;
 using Navigator = Filter<ins::Model>;
 
 constexpr double deg = M_PI / 180;
 
-Settings usual() {
-    Settings s{};
-    s.gyro_psd = 2.5e-9;
-    s.gyro_walk_psd = 4e-12;
-    s.accel_psd = 3.6e-7;
-    s.accel_walk_psd = 9e-10;
-    s.colour_m[0] = s.colour_m[1] = 1.5;
-    s.colour_s = 60;
-    s.pressure_colour_m = 5;
-    s.pressure_colour_s = 1000;
-    s.sigma_velocity = 30;
-    s.sigma_gyro = 1e-3;
-    s.sigma_accel = 0.03;
-    s.sigma_tilt = 0.03;
-    s.sigma_latency = 0.05;
-    s.sigma_scale = 0.05;
-    s.sigma_mount = 0.03;
-    s.sigma_heading = 0.1;
-    s.sigma_first_fix_m = 30;
-    s.level_window_s = 3;
-    s.gate_nis = 16.3;
-    s.gate_longest_s = 15;
-    s.rest = {deg, 0.25, 1};
-    s.rest_velocity_m_s = 0.02;
-    s.rest_rate_density2 = 1e-8;
-    s.ready_tilt = s.ready_heading = deg;
-    s.ready_velocity = 0.5;
-    s.ready_position = 5;
-    s.ready_hold_s = 5;
-    s.found_rad = 4 * deg;
-    s.anchor_distance_m = 1e4;
-    s.correction_interval_s = 0.1;
-    s.longest_gap_s = 1;
-    s.backward_hold = true;
-    return s;
+ins::Options usual() {
+    ins::Options o{};
+    o.gyro_noise_rad_per_sqrt_s = 5e-5;
+    o.gyro_bias_walk_rad_s_per_sqrt_s = 2e-6;
+    o.accel_noise_m_s_per_sqrt_s = 6e-4;
+    o.accel_bias_walk_m_s2_per_sqrt_s = 3e-5;
+    o.position_colour_m[0] = o.position_colour_m[1] = 1.5;
+    o.position_colour_s = 60;
+    o.pressure_colour_m = 5;
+    o.pressure_colour_s = 1000;
+    o.start_sigma_velocity_m_s = 30;
+    o.start_sigma_gyro_bias_rad_s = 1e-3;
+    o.start_sigma_accel_bias_m_s2 = 0.03;
+    o.start_sigma_tilt_rad = 0.03;
+    o.start_sigma_latency_s = 0.05;
+    o.start_sigma_speed_scale = 0.05;
+    o.start_sigma_mounting_rad = 0.03;
+    o.start_sigma_heading_rad = 0.1;
+    o.start_sigma_position_m = 30;
+    o.level_window_s = 3;
+    o.gate_nis = 16.3;
+    o.gate_longest_s = 15;
+    o.rest_rate_rad_s = deg;
+    o.rest_force_m_s2 = 0.25;
+    o.rest_duration_s = 1;
+    o.rest_velocity_noise_m_s = 0.02;
+    o.rest_rate_noise_rad_per_sqrt_s = 1e-4;
+    o.ready_tilt_rad = o.ready_heading_rad = deg;
+    o.ready_velocity_m_s = 0.5;
+    o.ready_position_m = 5;
+    o.ready_hold_s = 5;
+    o.heading_found_rad = 4 * deg;
+    o.anchor_distance_m = 1e4;
+    o.correction_interval_s = 0.1;
+    o.longest_gap_s = 1;
+    o.gyro_hold = HNAV_GYRO_HOLD_BACKWARD;
+    return o;
 }
 
 // A motion given by position in Earth-fixed axes and attitude, and the samples that hold it exactly at their rate.
@@ -369,12 +370,12 @@ TEST(InsCircle, AnAxisWithoutASignHasTwoModes) {
 struct Flight {
     Navigator filter;
 
-    explicit Flight(const Settings& settings, bool closed_form = true, double horizon_s = 0) {
+    explicit Flight(const ins::Options& options, bool closed_form = true, double horizon_s = 0) {
         Navigator::Settings e;
         e.closed_form = closed_form;
         e.horizon_s = horizon_s;
         e.queue_capacity = 256;
-        EXPECT_TRUE(filter.create(ins::Model(settings), e));
+        EXPECT_TRUE(filter.create(ins::Model(options), e));
     }
     void push_imu(const Truth& truth, double t) {
         ins::Sample s{t, imu, {}};
@@ -438,8 +439,8 @@ void drive(Flight& run, const Truth& truth, int seconds, const std::function<voi
 
 TEST(InsAnyHeading, AWrongScaleOfAGyroscopeIsFound) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
-    Settings s = usual();
-    s.sigma_gyro_scale = 0.02;
+    ins::Options s = usual();
+    s.start_sigma_gyro_scale = 0.02;
     Flight run(s);
     drive(run, truth, 60, [](ins::Sample& sample) {
         if (sample.channel == imu) sample.value[2] *= 1.01;
@@ -592,17 +593,19 @@ TEST(InsAnyHeading, AGyrocompassFindsNorthByTheRateOfTheEarth) {
     for (const double heading : {-2.5, 0.4, 2.0}) {
         const Quaternion q = multiply(quaternion_from_matrix(earth::axes_at(place)), rotation_quaternion(Vector3(0, 0, heading)));
         Truth rest{[=](double) { return p; }, [=](double) { return q; }, 0.02};
-        Settings s = usual();
-        s.gyro_psd = 3.6e-13;
-        s.gyro_walk_psd = 1e-20;
-        s.accel_psd = 1e-8;
-        s.accel_walk_psd = 1e-14;
-        s.sigma_gyro = 4.8e-8;
-        s.sigma_accel = 5e-4;
-        s.rest_rate_density2 = 1e-10;
-        s.rest_velocity_m_s = 0.01;
-        s.place_given = true;
-        s.start_place = place;
+        ins::Options s = usual();
+        s.gyro_noise_rad_per_sqrt_s = 6e-7;
+        s.gyro_bias_walk_rad_s_per_sqrt_s = 1e-10;
+        s.accel_noise_m_s_per_sqrt_s = 1e-4;
+        s.accel_bias_walk_m_s2_per_sqrt_s = 1e-7;
+        s.start_sigma_gyro_bias_rad_s = 4.8e-8;
+        s.start_sigma_accel_bias_m_s2 = 5e-4;
+        s.rest_rate_noise_rad_per_sqrt_s = 1e-5;
+        s.rest_velocity_noise_m_s = 0.01;
+        s.start_place = HNAV_INS_PLACE_GIVEN;
+        s.start_latitude_rad = place.latitude_rad;
+        s.start_longitude_rad = place.longitude_rad;
+        s.start_height_m = place.height_m;
         Flight run(s);
         for (int i = 1; i <= 15000; ++i) {
             run.push_imu(rest, 0.02 * i);
@@ -617,8 +620,8 @@ TEST(InsAnyHeading, AGyrocompassFindsNorthByTheRateOfTheEarth) {
 // ------------------------------------------------------------------------------------------------ what hybrid filters promise
 
 // Every phase is passed: waiting, levelling, any heading, navigating, and a change of the anchor.
-Settings restless() {
-    Settings s = usual();
+ins::Options restless() {
+    ins::Options s = usual();
     s.anchor_distance_m = 300;
     return s;
 }

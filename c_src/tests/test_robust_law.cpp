@@ -1,5 +1,5 @@
-#include "estimation/robust_law.hpp"
 #include "attitude/hrekf/noise_adaptation.hpp"
+#include "estimation/robust_law.hpp"
 #include "laws.hpp"
 
 #include <Eigen/LU>

@@ -71,22 +71,23 @@ void expect_near(const Difference& most) {
 
 template <class R>
 AhrsModelOf<R> ahrs() {
-    AhrsSettings<R> s = test::ahrs_settings<R>();
-    s.robust.mode = GammaMode::relative;
-    return AhrsModelOf<R>(s);
+    hnav_ahrs_options o = test::ahrs_options();
+    o.gamma_mode = HNAV_GAMMA_RELATIVE;
+    o.gamma_relative_rate_1_s = 1;
+    return AhrsModelOf<R>(o);
 }
 
 template <class R>
 HrekfModelOf<R> hrekf(GammaMode mode, Adaptation adaptation) {
-    HrekfSettings<R> s = test::hrekf_settings<R>();
-    s.start.mode = StartMode::triad;
-    s.reference_given = false;
-    s.robust.mode = mode;
-    s.robust.gamma = 100;
-    s.adaptation.mode = adaptation;
-    s.adaptation.min = R(1e-10);
-    s.adaptation.max = R(1e-6);
-    return HrekfModelOf<R>(s);
+    hnav_hrekf_options o = test::hrekf_options();
+    o.start_mode = HNAV_START_TRIAD;
+    o.reference_mode = HNAV_REFERENCE_LEARNT;
+    o.gamma_mode = static_cast<int32_t>(mode);
+    o.gamma = 100;
+    o.adaptation = static_cast<int32_t>(adaptation);
+    o.adaptation_min_rad_s_per_sqrt_s = 1e-5;
+    o.adaptation_max_rad_s_per_sqrt_s = 1e-3;
+    return HrekfModelOf<R>(o);
 }
 
 } // namespace

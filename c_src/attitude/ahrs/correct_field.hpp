@@ -65,7 +65,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const Vector3R noise = field_noise(s);
     const R inflation = noise_inflation(verdict, away);
     record_field(s, t_s, innovation, HPHt, noise, inflation);
-    confirm_heading(s, verdict, azimuth_away > settings_.field.gate);
+    confirm_heading(s, verdict, azimuth_away > R(options_.mag_gate));
     const Vector3R known = HPHt.diagonal() - Vector3R(c.P(reference, reference), 0, c.P(reference + 1, reference + 1));
 
     if (verdict != FieldVerdict::reject) {
@@ -83,8 +83,8 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
 template <class R>
 void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
                                        const Vector3R& known) const {
-    const R fast = settings_.field.turning_rad_s, before = s.field_noise.scale2, sigma = settings_.sigma.declination;
-    const R turning = s.rest.at_rest(settings_.rest) ? 0 : std::fmin(R(1), s.rate_power / (fast * fast * s.x[13]));
+    const R fast = R(options_.turning_rad_s), before = s.field_noise.scale2, sigma = sigma_.declination;
+    const R turning = s.rest.at_rest(options_) ? 0 : std::fmin(R(1), s.rate_power / (fast * fast * s.x[13]));
     const R intensities[] = {mean.horizontal(), mean.n[2]}, innovations[] = {innovation[0], innovation[2]};
     const R known2 = std::fmax(R(0), known[0]) + std::fmax(R(0), known[2]);
     s.field_noise.note(intensities, innovations, known2, turning, s.field_s);
@@ -100,26 +100,26 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
 // Gathers evidence, and changes the reference where it is against the present one.
 template <class R>
 void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {
-    const R fast = settings_.field.turning_rad_s;
+    const R fast = R(options_.turning_rad_s);
     const bool turning = s.rate_power > fast * fast * s.x[13];
-    s.field.weigh(settings_.field, mean, s.reference[0], s.reference[1], turning, s.field_s);
-    if (s.field.candidate_wins(settings_.field, s.reference[0], s.reference[1])) change_reference(s, c, mean);
+    s.field.weigh(options_, mean, s.reference[0], s.reference[1], turning, s.field_s);
+    if (s.field.candidate_wins(options_, s.reference[0], s.reference[1])) change_reference(s, c, mean);
 }
 
 // The candidate becomes the reference. The heading, and the mean field with it, turns as far as it is distrusted.
 template <class R>
 void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mean) const {
     MagneticReference<R>& field = s.field;
-    const R distrust = field.distrust(settings_.field, c.heading_variance());
+    const R distrust = field.distrust(options_, c.heading_variance());
     keep_unit(s, mean);
     s.reference[0] = field.candidate_horizontal();
     s.reference[1] = field.candidate[2];
-    forget_reference(c.P, settings_.field.gate);
+    forget_reference(c.P, R(options_.mag_gate));
     if (distrust > 0) {
         const R angle = -distrust * field.candidate_azimuth_rad();
         turn_heading(s, angle);
         mean.n = rotation_matrix<R>(rotation_quaternion<R>({0, 0, angle})) * mean.n;
-        c.heading_variance() += distrust * settings_.field.heading_added_rad * settings_.field.heading_added_rad;
+        c.heading_variance() += distrust * R(options_.turn_sigma_rad) * R(options_.turn_sigma_rad);
         s.information.heading = 0;
         s.heading_confirmed = 0;
         field.heading_trust_s *= 1 - distrust;
@@ -148,21 +148,21 @@ void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
 // While the heading is known, an azimuth far from it speaks against the field too: in gates' worth of intensity.
 template <class R>
 R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const {
-    const R ready = settings_.ready_heading_rad;
+    const R ready = R(options_.ready_heading_rad);
     const R variance = rows.H * rows.H * c.P(rotation + 2, rotation + 2);
-    if (!(settings_.azimuth_gate > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return 0;
-    const R limit = settings_.azimuth_gate * std::sqrt(variance + field_noise(s)[1]);
-    return settings_.field.gate * std::fabs(rows.residual[1]) / limit;
+    if (!(R(options_.mag_azimuth_gate_sigmas) > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return 0;
+    const R limit = R(options_.mag_azimuth_gate_sigmas) * std::sqrt(variance + field_noise(s)[1]);
+    return R(options_.mag_gate) * std::fabs(rows.residual[1]) / limit;
 }
 
 // The gate. A reference that has long been contradicted is to be learnt again.
 template <class R>
 FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const {
-    const FieldVerdict verdict = s.field.judge(settings_.field, away, s.field_s);
+    const FieldVerdict verdict = s.field.judge(options_, away, s.field_s);
     s.verdict = static_cast<std::uint64_t>(verdict);
     if (verdict == FieldVerdict::inflate_anew) {
         s.contradicted_s = lasting_s;
-        forget_reference(c.P, settings_.sigma.reference);
+        forget_reference(c.P, sigma_.reference);
         segment<2>(c.error, reference).setZero();
     }
     return verdict;
@@ -190,17 +190,17 @@ void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRo
 // Variances of horizontal intensity, azimuth and vertical intensity of the mean field.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
-    const R scale = (s.rest.at_rest(settings_.rest) ? settings_.rest_field_factor : 1) / s.field_s;
+    const R scale = (s.rest.at_rest(options_) ? R(options_.mag_rest_factor) : 1) / s.field_s;
     const R room = s.field_noise.scale2, white = s.field_noise.white2 * s.field_s;
-    const R intensity = (settings_.intensity_density2 * room + white) * scale;
-    return {intensity, (settings_.azimuth_density2 * room + white) * scale, intensity};
+    const R intensity = (density_.intensity_density2 * room + white) * scale;
+    return {intensity, (density_.azimuth_density2 * room + white) * scale, intensity};
 }
 
 // A field outside the gate that is taken in all the same counts as much less as it lies further outside.
 template <class R>
 R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
     if (verdict == FieldVerdict::accept || verdict == FieldVerdict::reject) return 1;
-    const R gates = deviation / settings_.field.gate;
+    const R gates = deviation / R(options_.mag_gate);
     return gates * gates;
 }
 
@@ -229,8 +229,8 @@ void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimut
     // One rejection may be noise: it takes back thrice its own time.
     s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
     // A place where the reference has changed before is asked for thrice as long.
-    const R needed_s = settings_.ready_undisturbed_s * (s.field.changes > 0 ? 3 : 1);
-    if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= settings_.ready_evidence_s) s.heading_confirmed = 1;
+    const R needed_s = R(options_.ready_undisturbed_s) * (s.field.changes > 0 ? 3 : 1);
+    if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= R(options_.ready_evidence_s)) s.heading_confirmed = 1;
 }
 
 } // namespace hnav

@@ -20,7 +20,7 @@ struct Model::Aid<heading> {
         const Scalar innovation = aid.residual() - h.dot(segment<3>(c.error, rotation));
         const Scalar nis = normalised_square<1, Scalar>(Row1(S), Row1(innovation));
         InnovationOf<Scalar>& i = record_heading(s.innovation, event.t_s, innovation, S, nis);
-        const Scalar limit = model.settings_.heading_gate_nis;
+        const Scalar limit = Scalar(model.options_.heading_gate_nis);
         if (limit > 0 && nis > limit && model.heading_ready(s)) {
             i.noise_scale = 1 + (nis / limit - 1) * S / noise;
             S *= nis / limit;

@@ -12,7 +12,7 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     const Vector3R before = c.rotation_variances();
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    S.diagonal().array() += s.motion.density2(settings_.velocity_density2) / s.force_s;
+    S.diagonal().array() += s.motion.density2(density_.velocity_density2) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
 
     InnovationOf<R>& i = s.innovation[accel];
@@ -26,7 +26,7 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     i.S[4] = S(1, 1);
     i.nis = normalised_square<2, R>(S, innovation);
 
-    if (settings_.velocity_gate_nis > 0 && i.nis > settings_.velocity_gate_nis) return false;
+    if (R(options_.velocity_gate_nis) > 0 && i.nis > R(options_.velocity_gate_nis)) return false;
     condition<2, 0>(c, PHt, S, innovation);
     s.information.gain_tilt(before, c.rotation_variances());
     judge_hold(s, c.P(force_latency, force_latency));
@@ -40,8 +40,8 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
 template <class R>
 void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
     if (!(s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;
-    const R prior = settings_.sigma.force_latency * settings_.sigma.force_latency;
-    const R expected = s.reversed ? -settings_.force_latency : settings_.force_latency;
+    const R prior = sigma_.force_latency * sigma_.force_latency;
+    const R expected = s.reversed ? -R(options_.start_accel_latency) : R(options_.start_accel_latency);
     const R interval = R(s.spacing_s[gyro] / s.spacing_s[accel]);
     const R learnt = std::fmax(R(0), prior - latency_variance) / (2 * prior * prior);
     const R either = std::cosh((s.force_latency - expected) * interval / prior) * std::exp(-interval * interval * learnt);

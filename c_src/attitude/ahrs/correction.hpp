@@ -20,7 +20,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     if (s.lost) find_attitude(s, c);
     else if (s.force_s > 0 && !correct_velocity(s, c, event.t_s)) lose_attitude(s, c, runaway_heading_rad);
     if (!s.lost) {
-        if (s.rest.at_rest(settings_.rest)) correct_rest(s, c);
+        if (s.rest.at_rest(options_)) correct_rest(s, c);
         if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
         correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
     }
@@ -44,8 +44,8 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (settings_.robust.mode != GammaMode::off && !tilt_ready(s))
-        inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], settings_.robust, &report);
+    if (robust_.mode != GammaMode::off && !tilt_ready(s))
+        inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;
     s.gamma_raised += report.raised;

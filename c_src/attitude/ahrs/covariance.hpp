@@ -9,7 +9,7 @@ namespace hnav {
 // int (n_g^2 + k^2 |u|^2) dt since the last correction, and what went by in gaps
 template <class R>
 R AhrsModelOf<R>::rotation_noise(const State& s) const {
-    return settings_.gyro_psd * s.x[13] + settings_.gyro_rate_psd * s.rate_power + s.gap_rotation;
+    return density_.gyro_psd * s.x[13] + density_.gyro_rate_psd * s.rate_power + s.gap_rotation;
 }
 
 // Columns of P Phi' for the rotation, and its own block.
@@ -181,19 +181,19 @@ void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     block<2, 3>(P, velocity, rotation) = theta_v.transpose();
     block<2, 2>(P, velocity, velocity) = v_v;
 
-    const R T = s.x[13], lost = settings_.gap_acceleration_m_s2 * s.force_gap_s;
+    const R T = s.x[13], lost = R(options_.gap_acceleration_m_s2) * s.force_gap_s;
     const R of_force = MotionNoise<R>::force_density * MotionNoise<R>::force_density * s.force_s;
     diagonal<2>(P, velocity).array() += lost * lost + of_force;
     diagonal<3>(P, rotation).array() += rotation_noise(s);
-    diagonal<3>(P, bias).array() += settings_.bias_walk_psd * T;
-    diagonal<2>(P, reference).array() += settings_.reference_psd * s.field_noise.scale2 * T;
+    diagonal<3>(P, bias).array() += density_.bias_walk_psd * T;
+    diagonal<2>(P, reference).array() += density_.reference_psd * s.field_noise.scale2 * T;
 }
 
 // The azimuth of the field is that of the place, and a body that moves comes to other places.
 template <class R>
 void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
-    if (s.rest.at_rest(settings_.rest)) return;
-    const R kept = std::exp(-s.x[13] / settings_.declination_s), sigma = settings_.sigma.declination;
+    if (s.rest.at_rest(options_)) return;
+    const R kept = std::exp(-s.x[13] / R(options_.local_declination_s)), sigma = sigma_.declination;
     s.declination *= kept;
     P.row(declination) *= kept;
     P.col(declination) *= kept;

@@ -8,7 +8,7 @@ namespace hnav {
 template <class R>
 void AhrsModelOf<R>::nominal(R* x) const {
     for (int i = 0; i < 4; ++i) x[i] = 1;
-    for (int i = 4; i < nx; ++i) x[i] = R(settings_.correction_interval_s);
+    for (int i = 4; i < nx; ++i) x[i] = R(options_.correction_interval_s);
 }
 
 template <class R>
@@ -54,7 +54,7 @@ void AhrsModelOf<R>::hold(State& s, const Event& event) const {
     coning.setZero();
     if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) {
         s.rate_change.note(rate - before, T);
-        if (settings_.backward_hold) coning = T / 12 * before.cross(rate);
+        if (holds_backward(options_)) coning = T / 12 * before.cross(rate);
     }
     Eigen::Map<Vector3R>(s.rate) = rate;
     s.has_rate = 1;
@@ -65,7 +65,7 @@ template <class R>
 void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
     examine(s, event);
     s.gap_too_long = is_gap_too_long(s, event);
-    if (!settings_.backward_hold || !s.has(event, gyro)) return;
+    if (!holds_backward(options_) || !s.has(event, gyro)) return;
     // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
     // too, it takes its place; if samples of rate are missing in between, the mean of both does.
     const R went_on_s = R(s.last_event_s - s.last_s[gyro]);
@@ -81,7 +81,7 @@ void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
 
 template <class R>
 void AhrsModelOf<R>::rehold(State& s, const Event& event, double T) const {
-    const bool flowed = settings_.backward_hold && event.has(gyro) && s.started && T > 0 && !std::isinf(T);
+    const bool flowed = holds_backward(options_) && event.has(gyro) && s.started && T > 0 && !std::isinf(T);
     if (flowed) flow_exactly(s, -T);
     before_flow(s, event);
     if (flowed) flow_exactly(s, T);

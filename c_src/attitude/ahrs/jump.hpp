@@ -15,7 +15,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         if (event.begins_time_base()) widen_after_clock_jump(s);
         take_turn(s);
     }
-    if (s.has(event, gyro) && !settings_.backward_hold) hold(s, event);
+    if (s.has(event, gyro) && !holds_backward(options_)) hold(s, event);
     if (!s.started) {
         start(s, event);
     } else {
@@ -23,7 +23,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         gather(s, event, rate_s);
         // At the sample nearest to the interval, whatever its jitter.
         const double since_s = event.t_s - s.last_correction_s;
-        if (since_s + 0.5 * double(rate_s) >= settings_.correction_interval_s || has_aid(event)) correct(s, event);
+        if (since_s + 0.5 * double(rate_s) >= options_.correction_interval_s || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
         if ((usable >> c) & 1) s.note_time(c, event.t_s);

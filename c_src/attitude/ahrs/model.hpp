@@ -38,19 +38,24 @@ class AhrsModelOf : public AhrsErrors {
 public:
     static constexpr int nx = ahrs_nx;
     static constexpr double gravity_m_s2 = 9.80665;
-    using Settings = AhrsSettings<R>;
+    using Options = hnav_ahrs_options;
     static constexpr int sensors = channel_count; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
     using State = AhrsState<R>;
-    using Sigmas = typename Settings::Sigmas;
+    using Sigmas = AhrsSigmas<R>;
     static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = offsetof(State, velocity) - seldom_begin;
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
     using Covariance = Square<errors, R>;
     using Vector = Eigen::Matrix<R, errors, 1>;
 
-    AhrsModelOf() = default;
-    explicit AhrsModelOf(const Settings& settings) : settings_(settings) {}
-    const Settings& settings() const { return settings_; }
+    AhrsModelOf() : AhrsModelOf(Options{}) {}
+    explicit AhrsModelOf(const Options& options, const Frames& frames = {})
+        : options_(options),
+          density_(options),
+          sigma_(sigmas_of<R>(options)),
+          robust_(options),
+          start_(options, frames, options.start_field_wait_s),
+          limits_(options, R(options.mag_range_tesla)) {}
 
     // start.hpp
     void begin(State& s) const; // the state before any sample
@@ -92,7 +97,7 @@ public:
     Vector3 bias_variances(const State& s) const;
     // Of the rotation about an axis, when the estimate is shown so long after the newest event.
     R silence_variance(const State& s, double silence_s) const {
-        return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], settings_.gap_turn_factor);
+        return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], R(options_.gap_turn_factor));
     }
     ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
     // What of it is due to a gyroscope whose hold may have been told wrongly, as one standard deviation with its direction.
@@ -138,12 +143,12 @@ private:
     static Vector3R turn_rate(const State& s) { return Vector3R(s.turning); }
 
     R interval(const State& s, int channel, double t_s) const {
-        return R(interval_of_sample(t_s - s.last_s[channel], s.spacing_s[channel], settings_.max_interval_s));
+        return R(interval_of_sample(t_s - s.last_s[channel], s.spacing_s[channel], options_.max_interval_s));
     }
 
     bool tilt_ready(const State& s) const {
         const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
-        return angle_ready(tilt, s.information.tilt, settings_.ready_tilt_rad);
+        return angle_ready(tilt, s.information.tilt, R(options_.ready_tilt_rad));
     }
 
     static constexpr R suspected_hold = R(0.03); // of a user who does not know what the rates of a sensor stand for
@@ -155,13 +160,13 @@ private:
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && s.azimuth_rejected_s <= max_azimuth_rejected_s &&
                angle_ready(s.P[packed(rotation + 2, rotation + 2)] + heading_doubt(s), s.information.heading,
-                           settings_.ready_heading_rad);
+                           R(options_.ready_heading_rad));
     }
 
     // Variance of the heading beside that of P: the reference may be false.
     R heading_doubt(const State& s) const {
         constexpr R any_heading = R(M_PI * M_PI / 3);
-        const bool field_alone = !settings_.reference_given && s.used[heading] == 0;
+        const bool field_alone = !reference_given(options_) && s.used[heading] == 0;
         return std::fmin(any_heading, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
     }
     // The earth's field is 22 to 67 uT strong; a reference that is not, within the scale errors of usual magnetometers, has a
@@ -265,7 +270,13 @@ private:
                              R inflation);
     void confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const;
 
-    Settings settings_;
+    // The options, and what is made of them once.
+    Options options_;
+    AhrsDensities<R> density_;
+    Sigmas sigma_;
+    RobustSettings<R> robust_;
+    StartSettings<R> start_;
+    CheckLimits<R> limits_;
 };
 
 using AhrsModel = AhrsModelOf<double>;

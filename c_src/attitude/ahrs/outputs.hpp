@@ -9,7 +9,7 @@ template <class R>
 Quaternion AhrsModelOf<R>::attitude(const State& s) const {
     QuaternionR q = QuaternionR(s.x).normalized();
     // As it will be at the present rate.
-    if (settings_.output_latency_s != 0) q = multiply<R>(q, rotation_quaternion<R>(rate(s) * settings_.output_latency_s));
+    if (R(options_.output_latency_s) != 0) q = multiply<R>(q, rotation_quaternion<R>(rate(s) * R(options_.output_latency_s)));
     return q.template cast<double>();
 }
 
@@ -28,7 +28,7 @@ Estimate AhrsModelOf<R>::estimate(const State& s) const {
 // Variance about each axis that has nothing to do with the errors of P, but that of the hold.
 template <class R>
 R AhrsModelOf<R>::noise_now(const State& s) const {
-    return rotation_noise(s) + settings_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
+    return rotation_noise(s) + density_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
 }
 
 template <class R>
@@ -69,7 +69,7 @@ Vector3 AhrsModelOf<R>::rotation_variances(const State& s) const {
 template <class R>
 Vector3 AhrsModelOf<R>::bias_variances(const State& s) const {
     Vector3 v;
-    for (int i = 0; i < 3; ++i) v[i] = s.P[packed(bias + i, bias + i)] + settings_.bias_walk_psd * s.x[13];
+    for (int i = 0; i < 3; ++i) v[i] = s.P[packed(bias + i, bias + i)] + density_.bias_walk_psd * s.x[13];
     return v;
 }
 
@@ -82,13 +82,13 @@ ErrorCovariance AhrsModelOf<R>::error_covariance(const State& s) const {
     block<3, 3>(C, 0, 3) = rotation_bias;
     block<3, 3>(C, 3, 0) = rotation_bias.transpose();
     block<3, 3>(C, 3, 3) = RotationNow::bias_block(s.P);
-    diagonal<3>(C, 3).array() += settings_.bias_walk_psd * s.x[13];
+    diagonal<3>(C, 3).array() += density_.bias_walk_psd * s.x[13];
     return C.template cast<double>();
 }
 
 template <class R>
 double AhrsModelOf<R>::bias_walk(const State&) const {
-    return std::sqrt(settings_.bias_walk_psd);
+    return std::sqrt(density_.bias_walk_psd);
 }
 
 // Not computed: a correction considers states that it leaves alone, and the field may change its reference in between.
@@ -113,7 +113,7 @@ FieldEstimate AhrsModelOf<R>::field_estimate(const State& s) const {
     case FieldVerdict::reject: f.gate = FieldGate::rejected; break;
     default: f.gate = FieldGate::inflated;
     }
-    f.at_rest = s.rest.at_rest(settings_.rest);
+    f.at_rest = s.rest.at_rest(options_);
     return f;
 }
 

@@ -61,13 +61,13 @@ void AhrsModelOf<R>::take_turn(State& s) {
 template <class R>
 R AhrsModelOf<R>::gap_variance(const State& s, const Event& event) const {
     if (!s.is_gap(gyro, event.t_s)) return 0;
-    return s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), s.has(event, gyro), settings_.gap_turn_factor);
+    return s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), s.has(event, gyro), R(options_.gap_turn_factor));
 }
 
 template <class R>
 void AhrsModelOf<R>::gather(State& s, const Event& event, R rate_s) const {
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
-    if (s.has(event, gyro)) s.rest.note_rate(settings_.rest, Vector3R(s.rate), rate_s);
+    if (s.has(event, gyro)) s.rest.note_rate(options_, Vector3R(s.rate), rate_s);
     if (s.has(event, accel)) gather_force(s, event, R_bn);
     if (!s.has(event, mag)) return;
     if (s.has_reference) gather_field(s, event, R_bn);
@@ -93,7 +93,7 @@ void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& 
     s.force_s += T;
     s.motion.note(force_n, T);
     if (since > T) s.force_gap_s += since - T;
-    s.rest.note_force(settings_.rest, measured_b, T);
+    s.rest.note_force(options_, measured_b, T);
 }
 
 template <class R>

@@ -23,7 +23,7 @@ void AhrsModelOf<R>::examine(State& s, const Event& event) const {
         return true;
     };
     const Examined found =
-        hnav::examine(s.check, settings_.check, t_s, moves, turns, sample, [&](int c) { return R(t_s - s.last_s[c]); });
+        hnav::examine(s.check, limits_.of, t_s, moves, turns, sample, [&](int c) { return R(t_s - s.last_s[c]); });
     s.rejected = found.rejected;
     if (found.rate_at_fault) lose_rate(s, t_s);
 }
@@ -55,7 +55,7 @@ void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) con
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
     s.level_s = 0;
-    s.motion.begin(settings_.velocity_density2);
+    s.motion.begin(density_.velocity_density2);
     s.information = {};
     s.times_lost += !s.lost;
     s.lost = 1;
@@ -68,7 +68,7 @@ void AhrsModelOf<R>::forget_rotation(Covariance& P, R tilt_variance, R heading_v
     columns<2>(P, velocity).setZero();
     rows<3>(P, rotation).setZero();
     columns<3>(P, rotation).setZero();
-    diagonal<2>(P, velocity).setConstant(settings_.sigma.velocity * settings_.sigma.velocity);
+    diagonal<2>(P, velocity).setConstant(sigma_.velocity * sigma_.velocity);
     diagonal<3>(P, rotation) = Vector3R(tilt_variance, tilt_variance, heading_variance);
 }
 
@@ -82,8 +82,8 @@ bool AhrsModelOf<R>::is_gap_too_long(const State& s, const Event& event) const {
 template <class R>
 void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
     Correction c(s);
-    const R bias_variance = settings_.sigma.bias * settings_.sigma.bias;
-    const R walked = settings_.bias_walk_psd * R(t_s - s.last_s[gyro]);
+    const R bias_variance = sigma_.bias * sigma_.bias;
+    const R walked = density_.bias_walk_psd * R(t_s - s.last_s[gyro]);
     for (int i = bias; i < bias + 3; ++i) c.P(i, i) = std::fmax(c.P(i, i), std::fmin(bias_variance, c.P(i, i) + walked));
     lose_attitude(s, c, R(M_PI));
     keep(s, c);

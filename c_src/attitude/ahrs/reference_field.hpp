@@ -17,23 +17,6 @@
 
 namespace hnav {
 
-template <class R>
-struct MagneticReferenceSettings {
-    R gate;              // distance of the intensities, in units of the field
-    R gate_max_s;        // a field is rejected no longer than this
-    R gate_share;        // ... and no longer than this multiple of the time for which the reference served
-    R turning_rad_s;     // the body turns
-    R still_weight;      // of a second at rest, as evidence
-    R candidate_radius;  // fields within it of the candidate are the candidate
-    R candidate_mean_s;  // the candidate is a mean over this time
-    R candidate_first_s; // evidence to take the place of a reference that has none
-    R candidate_share;   // ... else this share of the reference's evidence
-    R trust_s;           // evidence after which the heading is not given up for a new field
-    R heading_min_rad;   // smaller changes of azimuth do not turn the heading
-    R heading_sigmas;    // nor those within so many sigma
-    R heading_added_rad; // sigma added to a heading that was turned
-};
-
 // sqrt(x^2 + y^2) of numbers near one: std::hypot guards against overflow at ten times the cost.
 template <class R>
 inline R length(R x, R y) {
@@ -67,14 +50,15 @@ struct MagneticReference {
     R changes;         // references taken, the first not counted
 
     // The gate for a mean field that stands for T seconds. deviation: distance of the intensities from the reference.
-    FieldVerdict judge(const MagneticReferenceSettings<R>& set, R deviation, R T) {
-        if (deviation <= set.gate) {
+    template <class Options>
+    FieldVerdict judge(const Options& o, R deviation, R T) {
+        if (deviation <= R(o.mag_gate)) {
             inflating = 0;
             rejected_s = std::fmax(R(0), rejected_s - T);
             served_s += T;
             return FieldVerdict::accept;
         }
-        if (rejected_s < std::fmin(set.gate_max_s, set.gate_share * served_s)) {
+        if (rejected_s < std::fmin(R(o.mag_gate_max_s), R(o.mag_gate_share) * served_s)) {
             rejected_s += T;
             return FieldVerdict::reject;
         }
@@ -85,18 +69,19 @@ struct MagneticReference {
     }
 
     // Gathers evidence. horizontal, down: the reference.
-    void weigh(const MagneticReferenceSettings<R>& set, const MeanField<R>& field, R horizontal, R down, bool turning, R T) {
-        const R seen_s = T * (turning ? 1 : set.still_weight);
+    template <class Options>
+    void weigh(const Options& o, const MeanField<R>& field, R horizontal, R down, bool turning, R T) {
+        const R seen_s = T * (turning ? 1 : R(o.still_weight));
         const R h = field.horizontal(), z = field.n[2];
-        if (length(h - horizontal, z - down) < set.gate) {
+        if (length(h - horizontal, z - down) < R(o.mag_gate)) {
             evidence_s += seen_s;
             heading_trust_s += seen_s;
         }
         Eigen::Map<Vector3Of<R>> mean(candidate);
-        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < set.candidate_radius * candidate_unit()) {
+        if (candidate_age_s > 0 && length(h - candidate_horizontal(), z - mean[2]) < R(o.candidate_radius) * candidate_unit()) {
             candidate_evidence_s += seen_s;
             candidate_age_s += T;
-            mean += std::fmax(T / set.candidate_mean_s, T / candidate_age_s) * (field.n - mean);
+            mean += std::fmax(T / R(o.candidate_mean_s), T / candidate_age_s) * (field.n - mean);
         } else {
             mean = field.n;
             candidate_evidence_s = 0;
@@ -104,18 +89,21 @@ struct MagneticReference {
         }
     }
 
-    bool candidate_wins(const MagneticReferenceSettings<R>& set, R horizontal, R down) const {
-        const R needed_s = std::fmax(set.candidate_first_s, set.candidate_share * evidence_s);
-        return candidate_evidence_s > needed_s && length(candidate_horizontal() - horizontal, candidate[2] - down) > set.gate;
+    template <class Options>
+    bool candidate_wins(const Options& o, R horizontal, R down) const {
+        const R needed_s = std::fmax(R(o.candidate_first_s), R(o.candidate_share) * evidence_s);
+        return candidate_evidence_s > needed_s &&
+               length(candidate_horizontal() - horizontal, candidate[2] - down) > R(o.mag_gate);
     }
 
     // Share of the candidate's azimuth by which the heading is held to be wrong, when the candidate wins: none for a
     // heading that has been confirmed for long, all for a fresh one.
-    R distrust(const MagneticReferenceSettings<R>& set, R heading_variance) const {
+    template <class Options>
+    R distrust(const Options& o, R heading_variance) const {
         const R azimuth = candidate_azimuth_rad();
-        const bool small = azimuth * azimuth <= set.heading_sigmas * set.heading_sigmas * heading_variance ||
-                           std::fabs(azimuth) <= set.heading_min_rad;
-        return small ? 0 : 1 - std::fmin(R(1), heading_trust_s / set.trust_s);
+        const bool small = azimuth * azimuth <= R(o.turn_sigmas) * R(o.turn_sigmas) * heading_variance ||
+                           std::fabs(azimuth) <= R(o.turn_min_rad);
+        return small ? 0 : 1 - std::fmin(R(1), heading_trust_s / R(o.trust_s));
     }
 
     // The candidate becomes the reference, whoever steers by it.

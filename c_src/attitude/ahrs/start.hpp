@@ -7,8 +7,8 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::begin(State& s) const {
-    Eigen::Map<Vector3R>(s.bias) = settings_.start_bias;
-    s.force_latency = settings_.force_latency;
+    Eigen::Map<Vector3R>(s.bias) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
+    s.force_latency = R(options_.start_accel_latency);
     s.reversed = 0;
     s.wrong_hold = suspected_hold;
     s.gamma = std::numeric_limits<R>::infinity();
@@ -43,7 +43,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     note_turning(s);
     for (R& v : s.force_turn) v = 0;
     s.velocity[0] = s.velocity[1] = 0;
-    const Sigmas& set = settings_.sigma;
+    const Sigmas& set = sigma_;
     start_covariance(s, {R(0.02), R(0.15), R(1e-3), set.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4), R(0.2) * set.force_bias,
                          R(0.1), set.declination});
     // Evidence is of one direction of time: what ends the recording may be as false as what begins it.
@@ -74,11 +74,11 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
     s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = 0;
-    s.has_reference = settings_.reference_given;
-    put_reference(s, settings_.reference);
-    s.motion.begin(settings_.velocity_density2);
+    s.has_reference = reference_given(options_);
+    put_reference(s, reference_of<R>(options_));
+    s.motion.begin(density_.velocity_density2);
     s.field_noise.begin();
-    start_covariance(s, start_sigmas(settings_.start.sigma_heading));
+    start_covariance(s, start_sigmas(start_.sigma_heading));
     forget_window(s);
 }
 
@@ -102,7 +102,7 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
 
 template <class R>
 typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) const {
-    Sigmas sigmas = settings_.sigma;
+    Sigmas sigmas = sigma_;
     sigmas.heading = sigma_heading;
     sigmas.declination *= FieldNoise<R>::at_first / FieldNoise<R>::room;
     return sigmas;
@@ -120,12 +120,12 @@ template <class R>
 void AhrsModelOf<R>::start(State& s, const Event& event) const {
     FirstAttitude<R> found;
     ++s.seldom_changes;
-    if (!s.start.add(event, settings_.start, &found)) return;
+    if (!s.start.add(event, start_, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
     if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
     else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
-    if (!s.has_reference && s.start.has_field(settings_.start)) {
+    if (!s.has_reference && s.start.has_field(start_)) {
         put_reference(s, learn_reference<R>(found.q, s.start.field()));
         s.has_reference = 1;
     }
@@ -157,7 +157,7 @@ void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field
     R& variance = s.P[packed(rotation + 2, rotation + 2)];
     if (from_north * from_north > variance || variance > 1) {
         turn_heading(s, -from_north);
-        variance += settings_.start.sigma_heading * settings_.start.sigma_heading;
+        variance += start_.sigma_heading * start_.sigma_heading;
     }
     put_reference(s, learn_reference<R>(QuaternionR(s.x), field_b));
     s.has_reference = 1;

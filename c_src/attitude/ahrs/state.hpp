@@ -1,4 +1,4 @@
-// What the AHRS is told, and all that changes in it.
+// What the AHRS makes of its options, and all that changes in it.
 #pragma once
 
 #include "attitude/ahrs/field_noise.hpp"
@@ -8,11 +8,13 @@
 #include "attitude/common/start.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
+#include "hnav/options/ahrs.h"
 #include "maths/packed_columns.hpp"
+#include "maths/square.hpp"
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
 #include "signals/sampling.hpp"
-#include "signals/sensor_check.hpp"
+#include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
@@ -38,41 +40,41 @@ struct AhrsErrors {
 
 constexpr int ahrs_nx = 14; // q 4, G 9, clock: seconds since the last correction
 
+// Standard deviations at the start.
 template <class R>
-struct AhrsSettings {
-    struct Sigmas {
-        R tilt, heading, bias, velocity, reference, latency, scale, misalignment, force_bias, force_latency, declination;
-    };
+struct AhrsSigmas {
+    R tilt, heading, bias, velocity, reference, latency, scale, misalignment, force_bias, force_latency, declination;
+};
+template <class R>
+AhrsSigmas<R> sigmas_of(const hnav_ahrs_options& o) {
+    return {R(o.start_sigma_tilt_rad),        R(o.start_sigma_heading_rad),
+            R(o.start_sigma_bias_rad_s),      R(o.start_sigma_velocity_m_s),
+            R(o.start_sigma_reference),       R(o.start_sigma_latency_s),
+            R(o.start_sigma_gyro_scale),      R(o.start_sigma_gyro_misalignment_rad),
+            R(o.start_sigma_accel_bias_m_s2), R(o.start_sigma_accel_latency),
+            R(o.local_declination_rad)};
+}
 
-    R gyro_psd;          // n_g^2, (rad/s)^2/Hz
-    R gyro_rate_psd;     // k^2, (rad/s)^2/Hz for each (rad/s)^2
-    R bias_walk_psd;     // (rad/s)^2/s
-    R reference_psd;     // 1/s
+// Squares of the noise densities, which each sample asks for.
+template <class R>
+struct AhrsDensities {
+    R gyro_psd;       // (rad/s)^2/Hz
+    R gyro_rate_psd;  // the same for each (rad/s)^2
+    R bias_walk_psd;  // (rad/s)^2/s
+    R reference_psd;  // 1/s
     R velocity_density2; // (m/s)^2/Hz, at most
     R azimuth_density2, intensity_density2; // of the field in a room, 1/Hz
-    R rest_field_factor; // of their variances at rest
     R rest_bias_density2; // (rad/s)^2/Hz
-    R force_latency;      // at the start, in intervals of the accelerometer
-    R declination_s;      // for which the field keeps its azimuth while the body moves about
-    R velocity_gate_nis;  // 0: never
-    R azimuth_gate;       // in sigmas, while the heading is known; 0: never
-    SensorCheckSettings<R> check[heading];
-    double correction_interval_s;
-    double max_interval_s;
-    R gap_acceleration_m_s2; // that may go by while samples of force are missing
-    R gap_turn_factor;       // of the usual change of the rate, while samples of it are missing
-    bool backward_hold;
-    RobustSettings<R> robust; // until the horizon is ready
-    RestSettings<R> rest;
-    MagneticReferenceSettings<R> field;
-    StartSettings<R> start;
-    Vector3Of<R> start_bias = Vector3Of<R>::Zero();
-    Sigmas sigma; // at the start; that of heading stands in start
-    bool reference_given;
-    ReferenceFieldOf<R> reference;
-    R heading_gate_nis; // 0: never
-    R ready_tilt_rad, ready_heading_rad, ready_evidence_s, ready_undisturbed_s;
-    R output_latency_s;
+
+    explicit AhrsDensities(const hnav_ahrs_options& o)
+        : gyro_psd(R(square(o.gyro_noise_rad_per_sqrt_s))),
+          gyro_rate_psd(R(square(o.gyro_rate_noise_sqrt_s))),
+          bias_walk_psd(R(square(o.gyro_bias_walk_rad_s_per_sqrt_s))),
+          reference_psd(R(square(o.reference_walk_per_sqrt_s))),
+          velocity_density2(R(square(o.velocity_noise_m_s_per_sqrt_hz))),
+          azimuth_density2(R(square(o.mag_azimuth_noise_per_sqrt_hz))),
+          intensity_density2(R(square(o.mag_intensity_noise_per_sqrt_hz))),
+          rest_bias_density2(R(square(o.rest_bias_noise_rad_s_per_sqrt_hz))) {}
 };
 
 // Numbers of eight bytes only.

@@ -3,6 +3,8 @@
 
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/first_attitude.hpp"
+#include "attitude/common/frames.hpp"
+#include "hnav/options/shared.h"
 
 namespace hnav {
 
@@ -10,13 +12,36 @@ enum class StartMode { triad, attitude, heading };
 
 template <class R>
 struct StartSettings {
-    StartMode mode = StartMode::triad;
-    QuaternionOf<R> q{1, 0, 0, 0};
-    R heading_rad = 0; // magnetic
-    std::uint64_t samples = 1;
-    R sigma_heading = 0;
-    double field_wait_s = std::numeric_limits<double>::infinity(); // after that, start without a field
+    StartMode mode;
+    QuaternionOf<R> q;
+    R heading_rad; // magnetic
+    std::uint64_t samples;
+    R sigma_heading;
+    double field_wait_s; // after that, start without a field
+
+    template <class Options>
+    StartSettings(const Options& o, const Frames& frames, double wait_s = std::numeric_limits<double>::infinity())
+        : mode(static_cast<StartMode>(o.start_mode)),
+          q(frames.to_internal(Quaternion(o.start_q_nb).cast<R>().normalized().template cast<double>()).template cast<R>()),
+          heading_rad(R(o.start_heading_rad - o.declination_rad)),
+          samples(static_cast<std::uint64_t>(o.start_samples)),
+          sigma_heading(R(o.start_sigma_heading_rad)),
+          field_wait_s(wait_s) {}
 };
+
+// What the options of all attitude filters mean alike.
+template <class Options>
+inline bool holds_backward(const Options& o) {
+    return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
+}
+template <class Options>
+inline bool reference_given(const Options& o) {
+    return o.reference_mode == HNAV_REFERENCE_GIVEN;
+}
+template <class R, class Options>
+inline ReferenceFieldOf<R> reference_of(const Options& o) {
+    return {R(o.reference_strength_tesla), R(o.reference_dip_rad)};
+}
 
 // An attitude found, and the sigma of its heading.
 template <class R>

@@ -69,9 +69,9 @@ void HrekfModelOf<R>::flow_exactly(State& s, double interval_s) const {
     const Matrix3R theta_theta = I.aa * Qb - I.ab * (a + a.transpose()) + I.ag * (Ua + Ua.transpose()) - I.bb * aU +
                                  I.bg * (UaU + UaU.transpose()) + I.gg * UaU * U;
     Matrix3R theta = theta_theta;
-    theta.diagonal().array() += settings_.gyro_psd * T;
+    theta.diagonal().array() += density_.gyro_psd * T;
     next.qq.noalias() += B * theta * B.transpose();
-    next.qq.diagonal().array() += settings_.quaternion_psd * T;
+    next.qq.diagonal().array() += density_.quaternion_psd * T;
     next.qb.noalias() += B * theta_b;
     next.bb += T * Qb;
 

@@ -33,9 +33,9 @@ void HrekfModelOf<R>::correct_directions(State& s, const Event& event) const {
         T_mag = 0;
     }
     const HrekfDirection<R> force{accel, Vector3R(0, 0, -1), vector_of<R>(event, accel).normalized(),
-                                  settings_.accel_density2 / T_accel};
+                                  density_.accel_density2 / T_accel};
     const HrekfDirection<R> field{mag, Vector3R(s.reference_north, 0, s.reference_down),
-                                  field_in_units(event, s.reference_strength), settings_.mag_density2 / T_mag};
+                                  field_in_units(event, s.reference_strength), density_.mag_density2 / T_mag};
     if (T_accel > 0 && T_mag > 0) correct_by<2>(s, event.t_s, {force, field});
     else if (T_accel > 0) correct_by<1>(s, event.t_s, {force});
     else if (T_mag > 0) correct_by<1>(s, event.t_s, {field});
@@ -58,7 +58,7 @@ void HrekfModelOf<R>::correct_by(State& s, double t_s, const HrekfDirection<R> (
         diagonal<3>(noise, 3 * k).setConstant(d.variance);
     }
 
-    HrekfCorrection<m, R> correction(settings_, s, t_s, H, noise);
+    HrekfCorrection<m, R> correction(law_, s, t_s, H, noise);
     const Square<m, R> S = correction.innovation_covariance();
     bool gated = false;
     for (int k = 0; k < count; ++k) {
@@ -68,7 +68,7 @@ void HrekfModelOf<R>::correct_by(State& s, double t_s, const HrekfDirection<R> (
         if (!(innovation.noise_scale > 1)) continue;
         // A sample beyond its gate is not dropped: its noise grows until its distance is at the limit.
         gated = true;
-        block<3, 3>(noise, 3 * k, 3 * k) += (innovation.nis / settings_.gate_nis[d.channel] - 1) * S_k;
+        block<3, 3>(noise, 3 * k, 3 * k) += (innovation.nis / gate_nis(d.channel) - 1) * S_k;
         ++s.gated[d.channel];
     }
     if (gated) correction.change_noise(noise);
@@ -89,7 +89,7 @@ const InnovationOf<R>& HrekfModelOf<R>::record(State& s, const HrekfDirection<R>
     const R nis = Cholesky<3, R>(S).quadratic_form(nu);
     i.nis = std::fmax(R(0), nis); // rounding, where S is nearly singular
     i.noise_scale = 1;
-    const R limit = settings_.gate_nis[direction.channel];
+    const R limit = gate_nis(direction.channel);
     if (limit > 0 && i.nis > limit && gate_works(s, direction.channel))
         i.noise_scale = 1 + (i.nis / limit - 1) * S.trace() / (3 * direction.variance);
     return i;

@@ -13,10 +13,10 @@ void HrekfModelOf<R>::correct_heading(State& s, const Event& event) const {
     if (!aid.is_defined()) return;
     const Eigen::Matrix<R, 1, 4> H = aid.by_quaternion();
     const R noise = aid.variance(), nu = aid.residual();
-    HrekfCorrection<1, R> correction(settings_, s, event.t_s, H, Square<1, R>(noise));
+    HrekfCorrection<1, R> correction(law_, s, event.t_s, H, Square<1, R>(noise));
     const R S = correction.innovation_covariance()(0, 0);
     InnovationOf<R>& i = record_heading(s.innovation, event.t_s, nu, S, nu * nu / S);
-    const R limit = settings_.gate_nis[heading];
+    const R limit = gate_nis(heading);
     const bool gated = limit > 0 && i.nis > limit && gate_works(s, heading);
     if (gated) {
         const R inflated = noise + (i.nis / limit - 1) * S;

@@ -18,15 +18,15 @@ class HrekfCorrectionBase {
 protected:
     using Covariance = Square<7, R>;
 
-    HrekfCorrectionBase(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s);
+    HrekfCorrectionBase(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s);
 
-    void inflate_covariance() { Sigma_ = inflate<7>(P_, settings_.weight, R(interval_s_), settings_.robust, &robust_); }
+    void inflate_covariance() { Sigma_ = inflate<7>(P_, law_.weight, R(interval_s_), law_.robust, &robust_); }
     void repair_covariance() { s_.repaired += repair<7>(P_); }
 
     // x holds the sum of state and correction, P the covariance that goes with it; KHN = K H_q N(q_minus), see error_map.hpp.
     void finish(Covariance& P, const Eigen::Matrix<R, 7, 3>& KHN, bool sees_tilt, bool sees_heading);
 
-    const HrekfSettings<R>& settings_;
+    const HrekfLaw<R>& law_;
     HrekfState<R>& s_;
     double t_s_, interval_s_;
     QuaternionOf<R> q_minus_;
@@ -46,9 +46,9 @@ public:
     using Rows = Eigen::Matrix<R, m, 1>;
     using Gain = Eigen::Matrix<R, 7, m>;
 
-    HrekfCorrection(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s, const Eigen::Matrix<R, m, 4>& H,
+    HrekfCorrection(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s, const Eigen::Matrix<R, m, 4>& H,
                     const Square<m, R>& noise)
-        : Base(settings, s, t_s), H_(H) {
+        : Base(law, s, t_s), H_(H) {
         predict();
         change_noise(noise);
         if (factor_.positive()) return;
@@ -71,7 +71,7 @@ public:
         const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
         typename Base::Covariance P;
         P.noalias() = Sigma_ - K.lazyProduct(SigmaHt_.transpose());
-        if (settings_.adaptation.mode != Adaptation::off) adapt(nu, K);
+        if (law_.adaptation.mode != Adaptation::off) adapt(nu, K);
         Eigen::Map<Eigen::Matrix<R, 7, 1>>(s_.x).noalias() += K * nu;
         const Eigen::Matrix<R, m, 3> HN = H_.lazyProduct(across<R>(this->q_minus_));
         this->finish(P, K.lazyProduct(HN), sees_tilt, sees_heading);
@@ -79,7 +79,7 @@ public:
 
 private:
     using Base = HrekfCorrectionBase<R>;
-    using Base::interval_s_, Base::P_, Base::s_, Base::settings_, Base::Sigma_;
+    using Base::interval_s_, Base::P_, Base::s_, Base::law_, Base::Sigma_;
 
     void predict() {
         this->inflate_covariance();
@@ -88,7 +88,7 @@ private:
     }
 
     void adapt(const Rows& nu, const Gain& K) {
-        const AdaptationSettings<R>& adaptation = settings_.adaptation;
+        const AdaptationSettings<R>& adaptation = law_.adaptation;
         const Matrix3Of<R> Q = unpack<3>(s_.bias_psd);
         if (adaptation.mode == Adaptation::paper) {
             pack<3>(adapt_as_printed<R>(Q, adaptation, rows<3>(K, 4) * nu), s_.bias_psd);
@@ -113,8 +113,8 @@ private:
 };
 
 template <class R>
-HrekfCorrectionBase<R>::HrekfCorrectionBase(const HrekfSettings<R>& settings, HrekfState<R>& s, double t_s)
-    : settings_(settings),
+HrekfCorrectionBase<R>::HrekfCorrectionBase(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s)
+    : law_(law),
       s_(s),
       t_s_(t_s),
       interval_s_(t_s - s.last_correction_s),

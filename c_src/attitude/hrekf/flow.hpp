@@ -8,8 +8,8 @@ namespace hnav {
 // Xi N Xi' = N/4 (|q|^2 I - q q') for white gyro noise of density N
 template <class R>
 Square<4, R> HrekfModelOf<R>::attitude_noise(const QuaternionR& q) const {
-    Square<4, R> Q = R(-0.25) * settings_.gyro_psd * q * q.transpose();
-    Q.diagonal().array() += R(0.25) * settings_.gyro_psd * q.squaredNorm() + settings_.quaternion_psd;
+    Square<4, R> Q = R(-0.25) * density_.gyro_psd * q * q.transpose();
+    Q.diagonal().array() += R(0.25) * density_.gyro_psd * q.squaredNorm() + density_.quaternion_psd;
     return Q;
 }
 
@@ -52,7 +52,7 @@ void HrekfModelOf<R>::flow_along(const State& s, const R* x, const R* direction,
     out[4] = out[5] = out[6] = 0;
     Blocks result;
     const Square<4, R> half = A_qq * dP.qq + dA_qq * P.qq + A_qb * dP.qb.transpose() + dA_qb * P.qb.transpose();
-    const Square<4, R> noise_half = R(0.25) * settings_.gyro_psd * (q.dot(dq) * Square<4, R>::Identity() - dq * q.transpose());
+    const Square<4, R> noise_half = R(0.25) * density_.gyro_psd * (q.dot(dq) * Square<4, R>::Identity() - dq * q.transpose());
     result.qq = half + half.transpose() + noise_half + noise_half.transpose();
     result.qb.noalias() = A_qq * dP.qb + dA_qq * P.qb + A_qb * dP.bb + dA_qb * P.bb;
     result.bb.setZero();

@@ -7,7 +7,7 @@ namespace hnav {
 
 template <class R>
 void HrekfModelOf<R>::jump(State& s, const Event& event) const {
-    if (!settings_.backward_hold) examine(s, event);
+    if (!holds_backward(options_)) examine(s, event);
     for (int c = 0; c < channel_count; ++c) s.used[c] += s.has(event, c);
     if (s.started && is_lost(s, event)) {
         realign(s);

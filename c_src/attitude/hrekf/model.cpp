@@ -1,10 +1,10 @@
 #include "attitude/hrekf/model.hpp"
 
 #include "attitude/hrekf/closed_form.hpp"
-#include "attitude/hrekf/recovery.hpp"
 #include "attitude/hrekf/flow.hpp"
 #include "attitude/hrekf/jump.hpp"
 #include "attitude/hrekf/outputs.hpp"
+#include "attitude/hrekf/recovery.hpp"
 #include "attitude/hrekf/start.hpp"
 
 namespace hnav {

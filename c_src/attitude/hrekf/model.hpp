@@ -30,12 +30,17 @@ public:
     static constexpr int sensors = heading + 1; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
     using State = HrekfState<R>;
-    using Settings = HrekfSettings<R>;
+    using Options = hnav_hrekf_options;
     using Covariance = Square<7, R>;
     using Vector7 = Eigen::Matrix<R, 7, 1>;
 
-    HrekfModelOf() = default;
-    explicit HrekfModelOf(const Settings& settings) : settings_(settings) {}
+    HrekfModelOf() : HrekfModelOf(Options{}) {}
+    explicit HrekfModelOf(const Options& options, const Frames& frames = {})
+        : options_(options),
+          density_(options),
+          law_(options),
+          start_(options, frames),
+          limits_(options, R(options.mag_range_tesla)) {}
 
     // The state before any sample. start.hpp
     void begin(State& s) const;
@@ -64,7 +69,7 @@ public:
     static constexpr R gap_turn_factor = R(2.5);
 
     void before_flow(State& s, const Event& event) const {
-        if (!settings_.backward_hold) return;
+        if (!holds_backward(options_)) return;
         examine(s, event);
         if (s.has(event, gyro)) hold(s, event);
     }
@@ -127,7 +132,7 @@ private:
 
     // The interval that a sample stands for. No gap is told from a slow sensor: the limit bounds both.
     R interval(const State& s, int channel, double t_s) const {
-        return R(interval_of_sample(t_s - s.last_s[channel], 0, settings_.max_interval_s));
+        return R(interval_of_sample(t_s - s.last_s[channel], 0, options_.max_interval_s));
     }
 
     // correct_directions.hpp, correct_heading.hpp
@@ -144,7 +149,17 @@ private:
         return channel == accel ? e.tilt_ready : e.tilt_ready && e.heading_ready;
     }
 
-    Settings settings_;
+    R gate_nis(int channel) const {
+        const double limits[] = {0, options_.accel_gate_nis, options_.mag_gate_nis, options_.heading_gate_nis};
+        return R(limits[channel]);
+    }
+
+    // The options, and what is made of them once.
+    Options options_;
+    HrekfDensities<R> density_;
+    HrekfLaw<R> law_;
+    StartSettings<R> start_;
+    CheckLimits<R> limits_;
 };
 
 using HrekfModel = HrekfModelOf<double>;

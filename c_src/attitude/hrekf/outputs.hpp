@@ -21,8 +21,8 @@ Estimate HrekfModelOf<R>::estimate(const State& s) const {
     e.rate_b = turn_rate(s, s.x).template cast<double>();
     e.bias_b = Vector3R(s.x + 4).template cast<double>();
     const Vector3R variance = rotation_variances_of<R>(q, Blocks(s.x + 7).qq);
-    e.tilt_ready = e.started && angle_ready(tilt_variance<R>(variance), s.information.tilt, settings_.ready_tilt_rad);
-    e.heading_ready = e.started && angle_ready(variance[2], s.information.heading, settings_.ready_heading_rad);
+    e.tilt_ready = e.started && angle_ready(tilt_variance<R>(variance), s.information.tilt, R(options_.ready_tilt_rad));
+    e.heading_ready = e.started && angle_ready(variance[2], s.information.heading, R(options_.ready_heading_rad));
     return e;
 }
 

@@ -18,7 +18,7 @@ void HrekfModelOf<R>::examine(State& s, const Event& event) const {
         *y = vector_of<R>(event, c);
         return true;
     };
-    const Examined found = hnav::examine(s.check, settings_.check, event.t_s, s.force_changes != 0, turns, sample,
+    const Examined found = hnav::examine(s.check, limits_.of, event.t_s, s.force_changes != 0, turns, sample,
                                          [&](int c) { return interval(s, c, event.t_s); });
     s.rejected = found.rejected;
     if (found.rate_at_fault) lose_rate(s, event.t_s);
@@ -49,7 +49,7 @@ void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const
 template <class R>
 void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
     if (!s.has(event, gyro)) return;
-    const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), settings_.backward_hold, gap_turn_factor);
+    const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), holds_backward(options_), gap_turn_factor);
     widen(s, Matrix3R(variance * Matrix3R::Identity()));
 }
 

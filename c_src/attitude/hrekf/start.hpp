@@ -16,12 +16,12 @@ template <class R>
 void HrekfModelOf<R>::begin(State& s) const {
     const QuaternionR identity(1, 0, 0, 0);
     put_q(s, identity);
-    Eigen::Map<Vector3R>(s.x + 4) = settings_.start_bias;
+    Eigen::Map<Vector3R>(s.x + 4) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
     Covariance P = Covariance::Zero();
-    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(identity, settings_.sigma_tilt, settings_.start.sigma_heading);
-    diagonal<3>(P, 4).setConstant(settings_.sigma_bias * settings_.sigma_bias);
+    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(identity, R(options_.start_sigma_tilt_rad), start_.sigma_heading);
+    diagonal<3>(P, 4).setConstant(R(options_.start_sigma_bias_rad_s) * R(options_.start_sigma_bias_rad_s));
     pack<7>(P, s.x + 7);
-    pack<3>(Matrix3R(settings_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
+    pack<3>(Matrix3R(density_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
     s.gamma = std::numeric_limits<R>::infinity();
     s.gamma_margin = 1;
     for (InnovationOf<R>& i : s.innovation) i = {};
@@ -43,8 +43,8 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
     s.field_far_s = 0;
     s.last_correction_s = nan;
     s.error_map.interval_s = 0;
-    s.has_reference = settings_.reference_given;
-    put_reference(s, settings_.reference);
+    s.has_reference = reference_given(options_);
+    put_reference(s, reference_of<R>(options_));
     s.previous_bias_trace = Blocks(s.x + 7).bb.trace();
     s.adaptation.clear();
 }
@@ -52,13 +52,13 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
 template <class R>
 void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     FirstAttitude<R> found;
-    if (!s.start.add(event, settings_.start, &found)) return;
+    if (!s.start.add(event, start_, &found)) return;
     put_q(s, found.q);
     Covariance P = Covariance::Zero();
-    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(found.q, settings_.sigma_tilt, found.sigma_heading);
+    block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(found.q, R(options_.start_sigma_tilt_rad), found.sigma_heading);
     block<3, 3>(P, 4, 4) = Blocks(s.x + 7).bb;
     pack<7>(P, s.x + 7);
-    if (!s.has_reference && s.start.has_field(settings_.start)) learn(s, found.q, s.start.field());
+    if (!s.has_reference && s.start.has_field(start_)) learn(s, found.q, s.start.field());
     s.error_map.begin(event.t_s, found.q, s.x + 7);
     s.last_correction_s = event.t_s;
     s.started = 1;
@@ -92,7 +92,7 @@ inline void hrekf_nominal_sizes(R tilt, R heading_sigma, R bias, R* x) {
 
 template <class R>
 void HrekfModelOf<R>::nominal(R* x) const {
-    hrekf_nominal_sizes(settings_.sigma_tilt, settings_.start.sigma_heading, settings_.sigma_bias, x);
+    hrekf_nominal_sizes(R(options_.start_sigma_tilt_rad), start_.sigma_heading, R(options_.start_sigma_bias_rad_s), x);
 }
 
 // Never below a ten-thousandth of the sizes at the start.
@@ -102,8 +102,8 @@ void HrekfModelOf<R>::nominal(const State& s, R* x) const {
     const Covariance P = unpack<7>(s.x + 7);
     const R tilt = 2 * std::sqrt(std::fmax(R(0), block<4, 4>(P, 0, 0).trace()));
     const R bias = std::sqrt(std::fmax(R(0), block<3, 3>(P, 4, 4).trace()));
-    hrekf_nominal_sizes(std::fmax(tilt, share * settings_.sigma_tilt), std::fmax(tilt, share * settings_.start.sigma_heading),
-                        std::fmax(bias, share * settings_.sigma_bias), x);
+    hrekf_nominal_sizes(std::fmax(tilt, share * R(options_.start_sigma_tilt_rad)), std::fmax(tilt, share * start_.sigma_heading),
+                        std::fmax(bias, share * R(options_.start_sigma_bias_rad_s)), x);
 }
 
 } // namespace hnav

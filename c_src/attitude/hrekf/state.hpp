@@ -1,4 +1,4 @@
-// What the paper's filter is told, and all that changes in it.
+// What the paper's filter makes of its options, and all that changes in it.
 #pragma once
 
 #include "attitude/common/estimate.hpp"
@@ -7,33 +7,46 @@
 #include "attitude/hrekf/noise_adaptation.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
+#include "hnav/options/hrekf.h"
+#include "maths/square.hpp"
 #include "signals/gaps.hpp"
-#include "signals/sensor_check.hpp"
+#include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
 constexpr int hrekf_nx = 35; // q 4, b 3, upper triangle of their covariance
 
+// Squares of the noise densities, which each sample asks for.
 template <class R>
-struct HrekfSettings {
+struct HrekfDensities {
     R gyro_psd;       // (rad/s)^2/Hz
     R quaternion_psd; // 1/s, on all four components alike: the paper's L = I
     R bias_walk_psd;  // (rad/s)^2/s
     R accel_density2; // 1/Hz, of a direction
     R mag_density2;   // 1/Hz, of a field in units of the reference strength
-    double max_interval_s;
-    bool backward_hold;
+
+    explicit HrekfDensities(const hnav_hrekf_options& o)
+        : gyro_psd(R(square(o.gyro_noise_rad_per_sqrt_s))),
+          quaternion_psd(R(square(o.quaternion_noise_per_sqrt_s))),
+          bias_walk_psd(R(square(o.gyro_bias_walk_rad_s_per_sqrt_s))),
+          accel_density2(R(square(o.accel_noise_per_sqrt_hz))),
+          mag_density2(R(square(o.mag_noise_per_sqrt_hz))) {}
+};
+
+// The robust law and the adaptation of the bias walk.
+template <class R>
+struct HrekfLaw {
     RobustSettings<R> robust;
-    Eigen::Matrix<R, 7, 1> weight = Eigen::Matrix<R, 7, 1>::Ones(); // L of the H-infinity term, diagonal
+    Eigen::Matrix<R, 7, 1> weight; // L of the H-infinity term, diagonal
     AdaptationSettings<R> adaptation;
-    StartSettings<R> start;
-    Vector3Of<R> start_bias = Vector3Of<R>::Zero();
-    R sigma_tilt, sigma_bias;
-    bool reference_given;
-    ReferenceFieldOf<R> reference;
-    R gate_nis[channel_count]; // 0: never
-    SensorCheckSettings<R> check[heading];
-    R ready_tilt_rad, ready_heading_rad;
+
+    explicit HrekfLaw(const hnav_hrekf_options& o)
+        : robust(o),
+          adaptation{static_cast<Adaptation>(o.adaptation), R(o.adaptation_gain), R(square(o.adaptation_min_rad_s_per_sqrt_s)),
+                     R(square(o.adaptation_max_rad_s_per_sqrt_s))} {
+        weight.template head<4>().setConstant(R(o.gamma_weight_attitude));
+        weight.template tail<3>().setConstant(R(o.gamma_weight_bias));
+    }
 };
 
 // Numbers of eight bytes only.

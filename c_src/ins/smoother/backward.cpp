@@ -21,7 +21,7 @@ void Smoother::go_back(const Way& way, const Target* target) {
                 write_rows(nodes, now, later, &rows);
                 later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};
                 const bool wide = node.state.P[packed(row_phi + 2, row_phi + 2)] > linear_rad * linear_rad;
-                if (!way.model.settings().state_given && (!linked || (wide && !tried))) {
+                if (!state_given(way.model.options()) && (!linked || (wide && !tried))) {
                     told = go_back_before(Node(node), now, piece);
                     tried = true;
                     go_through(way, piece);
@@ -65,15 +65,15 @@ void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsig
     n.sigma_rotation = sigma(row_phi);
     out.gyro_bias = vec(s.gyro_bias);
     out.accel_bias = vec(s.accel_bias);
-    const Settings& settings = model_.settings();
+    const Options& options = model_.options();
     const double lie = std::sqrt(std::fmax(1, node.nis_mean));
     const auto ready = [&](int flag, double largest, double limit) {
         return (earned_ >> flag & 1) != 0 && largest * lie < limit;
     };
-    n.tilt_ready = ready(0, n.sigma_rotation.head<2>().maxCoeff(), settings.ready_tilt);
-    n.heading_ready = ready(1, n.sigma_rotation[2], settings.ready_heading);
-    n.velocity_ready = ready(2, n.sigma_velocity.maxCoeff(), settings.ready_velocity);
-    n.position_ready = ready(3, n.sigma_position.head<2>().maxCoeff(), settings.ready_position);
+    n.tilt_ready = ready(0, n.sigma_rotation.head<2>().maxCoeff(), options.ready_tilt_rad);
+    n.heading_ready = ready(1, n.sigma_rotation[2], options.ready_heading_rad);
+    n.velocity_ready = ready(2, n.sigma_velocity.maxCoeff(), options.ready_velocity_m_s);
+    n.position_ready = ready(3, n.sigma_position.head<2>().maxCoeff(), options.ready_position_m);
     recording_.write(row.row, out);
 }
 

@@ -12,9 +12,9 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     const Target target{later, hindsight.P};
     carry_back(later, found.row, begin.last_event_s);
     const double known_s = place_at_first_fix(later, place.aid) - begin.last_event_s;
-    Settings settings = model_.settings();
-    settings.state_given = true;
-    Way way{Model(settings), before_, 0, found.state.last_event_s, true, {}};
+    Options options = model_.options();
+    options.start = HNAV_INS_START_STATE;
+    Way way{Model(options), before_, 0, found.state.last_event_s, true, {}};
     for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.aid, 5);
     if (!go_forward(way, place, way.model.once_more(begin, later, known_s), false)) return false;
     go_back(way, &target);
@@ -45,7 +45,7 @@ bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, S
 // the time of the place.
 double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
     double at_s = s.last_event_s;
-    bool has_place = model_.settings().place_given, has_velocity = false;
+    bool has_place = place_given(model_.options()), has_velocity = false;
     if (has_place) vec(s.x).setZero();
     vec(s.x + 3).setZero();
     for (; aid < recording_.aids() && recording_.aid(aid).t_s <= s.last_event_s && !(has_place && has_velocity); ++aid) {
@@ -73,7 +73,7 @@ double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
 
 // By rate and force alone, from a correction in this row back to an earlier time.
 void Smoother::carry_back(State& s, std::size_t row, double to_s) {
-    const bool backward_hold = model_.settings().backward_hold;
+    const bool backward_hold = holds_backward(model_.options());
     double now_s = s.last_event_s;
     vec(s.held.coning).setZero();
     vec(s.held.sculling).setZero();

@@ -9,7 +9,7 @@ namespace hnav::ins {
 void Smoother::prepare(const Way& way, Event& event, State& s) {
     if (!way.again) return;
     constexpr double usual_m_s = 1;
-    const double wide[] = {usual_m_s, way.model.settings().sigma_first_fix_m};
+    const double wide[] = {usual_m_s, way.model.options().start_sigma_position_m};
     for (const int channel : {velocity, position})
         for (int i = 3; i < 6 && event.has(channel) && event.t_s < way.settled_s[channel]; ++i)
             event.value[channel][i] = std::hypot(event.value[channel][i], wide[channel == position]);
