@@ -1,7 +1,7 @@
 """Short cases whose answers by revision b991a70 are kept in frozen_answers.npz, and nothing that answers them.
 
-`./run study compare --freeze` answers them by the old library, test_frozen_answers.py by this one; studies.compare.frozen
-says how those of a change of the mathematics are answered anew.
+test_frozen_answers.py answers them by this library, and says how the answers of a case are kept anew after a change of its
+mathematics.
 """
 
 from __future__ import annotations

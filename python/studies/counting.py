@@ -3,6 +3,7 @@ depend on what else the machine does."""
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -13,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from hnav.cli.words import UsageError
-from studies.compare.inputs import prepare_trials, trial
-from studies.compare.old_revision import TOP
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trial
 
 TRIAL, ROWS = 7, 20000  # of BROAD: 70 s at 286 Hz
 
@@ -69,11 +70,9 @@ def times_ns(command: Sequence[str | Path]) -> list[float]:
 
 def write_samples(file: Path, rows: int) -> None:
     """t_s (n), rate, force and field (n x 3) as doubles, one behind the other. Raises UsageError without the recording."""
-    inputs = TOP / ".cache" / "compare" / "inputs"
-    inputs.mkdir(parents=True, exist_ok=True)
-    if TRIAL not in prepare_trials(inputs):
-        raise UsageError(f"BROAD_DIR holds no trial {TRIAL:02d}")
-    samples = trial(inputs, TRIAL)
-    arrays = (samples.t_s, samples.rate, samples.force, samples.field)
+    if "BROAD_DIR" not in os.environ:
+        raise UsageError("BROAD_DIR is not set: it names the folder of the BROAD trials")
+    data = read(find_trial(os.environ["BROAD_DIR"], TRIAL))
+    arrays = (data.t_s, data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla)
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_bytes(b"".join(np.ascontiguousarray(a[:rows]).tobytes() for a in arrays))
+    file.write_bytes(b"".join(np.ascontiguousarray(a[:rows]).tobytes() for a in arrays if a is not None))

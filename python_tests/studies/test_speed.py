@@ -6,14 +6,14 @@ import re
 import pytest
 
 from hnav.cli.words import UsageError
-from studies.compare.old_revision import TOP
+from hnav.places import CHECKOUT
 from studies.counting import times_ns, write_samples
 from studies.ins_speed.__main__ import SOLVERS, words, write_drive
 from studies.ins_speed.__main__ import built as built_for_ins
 from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources
 
 needs_recordings = pytest.mark.skipif("BROAD_DIR" not in os.environ, reason="BROAD_DIR is not set: no BROAD recordings")
-needs_library = pytest.mark.skipif(not (TOP / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")
+needs_library = pytest.mark.skipif(not (CHECKOUT / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")
 needs_sources = pytest.mark.skipif(not (WORK / "archives").is_dir(), reason="no sources of peers: ./run study speed fetches them")
 
 
@@ -24,7 +24,7 @@ def test_each_contender_has_a_name_and_a_peer():
 
 
 def test_the_sources_are_pinned_by_their_hash():
-    lines = (TOP / "python/studies/speed/requirements.txt").read_text().splitlines()
+    lines = (CHECKOUT / "python/studies/speed/requirements.txt").read_text().splitlines()
     pins = [line for line in lines if not line.startswith("#")]
     assert pins and all(re.fullmatch(r"\w+==[\d.]+ --hash=sha256:[0-9a-f]{64}", pin) for pin in pins)
 
@@ -35,7 +35,7 @@ def test_the_sources_are_pinned_by_their_hash():
 def test_all_run_over_the_same_samples(tmp_path):
     samples, rows = tmp_path / "samples.bin", 2000
     write_samples(samples, rows)
-    program = built(TOP, fetched_sources())
+    program = built(CHECKOUT, fetched_sources())
     for *_, name, _ in CONTENDERS:
         assert all(time > 0 for time in times_ns([program, samples, str(rows), name, "1"])), name
 

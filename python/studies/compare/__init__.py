@@ -1,11 +1,8 @@
-"""Old against new, bit for bit: revision b991a70 and this checkout answer the same questions on the same machine.
+"""The answers of this checkout and those of another revision, bit for bit.
 
-    ./run study compare                     every scenario; exit status 1 on a difference that nobody declared
-    ./run study compare --only 'c/ahrs/*'   some of them
-    ./run study compare --list              their names
-    ./run study compare --freeze            rewrites the stored answers of python_tests from the old build
+    ./run study compare                        with d7bc172, which is built once: all scenarios
+    ./run study compare REVISION --only 'ins/*' --json moved.json
 
-Each side is a process of its own that drives C library, FMUs and Python of its checkout by drivers that know no more
-than the headers, the option tables and the model descriptions of that side. Names that changed stand in hnav/renamed.csv,
-differences that are meant, with their reasons, in exceptions.csv.
+One line a scenario: equal, or which columns moved. Both sides are asked through doors whose words stay: the command line and the
+FMUs, each in a process of its own with its own library.
 """

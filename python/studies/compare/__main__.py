@@ -2,123 +2,149 @@
 
 from __future__ import annotations
 
-import argparse
+import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
+from dataclasses import asdict
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
-from studies.compare import frozen
-from studies.compare.inputs import prepare_trials
-from studies.compare.old_revision import FOLDER, TOP, old_revision
-from studies.compare.scenarios import all_scenarios, tolerance_of
-from studies.compare.verdict import declared_exceptions, differences, reason_for
-from studies.compare.worker import file_of
+from hnav.cli.console import say
+from hnav.cli.words import UsageError
+from hnav.io.outputs import write_files
+from hnav.places import CHECKOUT
+from studies.command import study
+from studies.compare import worker
+from studies.compare.recordings import write
+from studies.compare.revision import FOLDER, REVISION, built
+from studies.compare.scenarios import Scenario, all_scenarios
+from studies.compare.verdict import Verdict, judged
+from studies.compare.worker import FAILURE, file_of
 
 POLL_S = 0.05
-SHOWN = 6  # differences of one scenario that are printed
-WORK = TOP / ".cache" / "compare"
-INPUTS = WORK / "inputs"
+SHOWN = 6  # columns of one scenario that are printed
 
 
-class Answers:
-    """A worker process of one side and the files that it leaves."""
+class Side:
+    """A worker process of one side and the files that it leaves; one that dies is started again behind what killed it."""
 
-    def __init__(self, folder: Path, checkout: Path, names: list[str]):
-        self._folder, self._log = folder, folder / "log"
+    def __init__(self, folder: Path, checkout: Path, inputs: Path, scenarios: list[Scenario]):
+        self._folder, self._checkout, self._inputs, self._left = folder, checkout, inputs, list(scenarios)
         folder.mkdir()
-        python = [str(checkout / "python"), str(TOP / "python")]
+        self._start()
+
+    def _start(self) -> None:
+        (self._folder / "scenarios.json").write_text(json.dumps([asdict(scenario) for scenario in self._left]))
         found_there = {
-            "PYTHONPATH": os.pathsep.join(python), "HNAV_LIBRARY": str(checkout / "build/c_src/libhnav.so"),
-            "HNAV_FMUS": str(checkout / "build/fmus"), "HNAV_SYSTEMS": str(checkout / "build/ssp"),
+            "PYTHONPATH": str(self._checkout / "python"), "HNAV_LIBRARY": str(self._checkout / "build/c_src/libhnav.so"),
+            "HNAV_FMUS": str(self._checkout / "build/fmus"), "HNAV_SYSTEMS": str(self._checkout / "build/ssp"),
             "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1",
         }  # fmt: skip
-        command = [sys.executable, "-m", "studies.compare.worker", str(checkout), str(INPUTS), str(folder), *names]
-        with self._log.open("wb") as log:
-            self._process = subprocess.Popen(command, stdout=log, stderr=log, cwd=folder, env=os.environ | found_there)
+        places = map(str, (self._checkout, self._inputs, self._folder, self._folder / "scenarios.json"))
+        with (self._folder / "log").open("wb") as log:
+            command = [sys.executable, str(worker.__file__), *places]
+            self._process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self._folder, env=os.environ | found_there)
 
-    def take(self, name: str) -> dict[str, NDArray[Any]]:
-        """The answers to a scenario as soon as they are there, once. Raises SystemExit when the worker died."""
-        file = file_of(self._folder, name)
+    def take(self, scenario: Scenario) -> dict[str, NDArray[Any]]:
+        """The answers to the next scenario as soon as they are there."""
+        file = file_of(self._folder, scenario.name)
         while not file.is_file():
             if self._process.poll() is not None and not file.is_file():
-                raise SystemExit(f"study compare: the worker died over {name}:\n{self._log.read_text()[-2000:]}")
+                return self._buried()
             time.sleep(POLL_S)
+        self._left.pop(0)
         with np.load(file) as data:
             answers = {key: data[key] for key in data.files}
         file.unlink()
         return answers
+
+    def _buried(self) -> dict[str, NDArray[Any]]:
+        said = (self._folder / "log").read_text(errors="replace")[-400:]
+        self._left.pop(0)
+        out = self._folder / "out"
+        if out.is_dir():
+            out.rename(self._folder / f"out_{len(self._left)}")
+        self._start()
+        return {FAILURE: np.array(f"its process ended with {self._process.returncode}: {said}")}
 
     def stop(self) -> None:
         self._process.terminate()
         self._process.wait()
 
 
-def compare(old: Path, new: Path, names: list[str]) -> int:
-    """Prints a line for each scenario; returns how many differ without a declared reason."""
-    # Who ends this process ends its workers.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    counts, values, begin = {"equal": 0, "as declared": 0, "different": 0}, 0, time.monotonic()
-    with tempfile.TemporaryDirectory(dir=WORK) as folder:
-        sides = [Answers(Path(folder) / label, checkout, names) for label, checkout in (("old", old), ("new", new))]
+def compared(old: Path, new: Path, scenarios: list[Scenario]) -> list[Verdict]:
+    """Prints a line for each scenario."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=FOLDER) as name:
+        folder, found = Path(name), []
+        (folder / "in").mkdir()
+        for file in sorted({file for scenario in scenarios for file in scenario.inputs()}):
+            write(file, folder / "in")
+        sides = [Side(folder / label, checkout, folder / "in", scenarios) for label, checkout in (("old", old), ("new", new))]
         try:
-            for name in names:
-                before, after = (side.take(name) for side in sides)
-                counts[judge(name, before, after)] += 1
-                values += sum(array.size for array in before.values())
+            for scenario in scenarios:
+                found.append(judged(scenario.name, *(side.take(scenario) for side in sides)))
+                for line in told(found[-1]):
+                    say(line)
         finally:
             for side in sides:
                 side.stop()
-    total = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-    print(f"{len(names)} scenarios, {values} numbers: {total}; {time.monotonic() - begin:.0f} s")
-    return counts["different"]
+    return found
 
 
-def judge(name: str, before: dict[str, NDArray[Any]], after: dict[str, NDArray[Any]]) -> str:
-    """Prints and returns the verdict on a scenario, with the differences that there are."""
-    found, declared = differences(before, after, tolerance_of(name)), declared_exceptions()
-    reasons = [reason_for(name, difference, declared) for difference in found]
-    verdict = "equal" if not found else "different" if None in reasons else "as declared"
-    print(f"{verdict:<12} {name}  ({sum(array.size for array in before.values())} numbers)", flush=True)
-    for difference, reason in list(zip(found, reasons))[:SHOWN]:
-        print(f"             {difference.value}: {difference.text}" + (f" [{reason}]" if reason else ""))
-    if len(found) > SHOWN:
-        print(f"             and {len(found) - SHOWN} more values")
-    return verdict
+def told(verdict: Verdict) -> list[str]:
+    """A line, and one for each of the columns that moved most."""
+    one_side = [
+        f"{len(names)} columns {side} only" for side, names in (("old", verdict.only_old), ("new", verdict.only_new)) if names
+    ]
+    lines = [f"{verdict.verdict:<7} {verdict.scenario}  ({', '.join([f'{verdict.numbers} numbers', *one_side])})"]
+    lines += [f"        {verdict.failure}"] if verdict.failure else []
+    most = sorted(verdict.moved, key=lambda moved: -(moved.sigmas or 0))
+    lines += [f"        {moved}" for moved in most[:SHOWN]]
+    return lines + ([f"        and {len(most) - SHOWN} more columns"] if len(most) > SHOWN else [])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="./run study compare", description="Old against new, bit for bit.")
-    parser.add_argument("--only", metavar="PATTERN", action="append", help="scenarios whose names match, * and ? allowed")
-    parser.add_argument("--old", type=Path, metavar="FOLDER", help=f"a checkout with its build instead of {FOLDER}")
-    parser.add_argument("--new", type=Path, metavar="FOLDER", default=TOP, help="a checkout with its build instead of this one")
-    parser.add_argument("--list", action="store_true", help="names of the scenarios")
-    parser.add_argument("--freeze", action="store_true", help="rewrite the answers that python_tests keep, by the old side")
-    chosen = parser.parse_args()
-    if chosen.freeze:
-        frozen.main(str((chosen.old or old_revision()).resolve()))
+def command(
+    revision: Annotated[str, typer.Argument(help="What this checkout is compared with; built once")] = REVISION,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="PATTERN", help="Scenarios whose names match, * and ? allowed")
+    ] = None,
+    show: Annotated[bool, typer.Option("--list", help="Print the names of the scenarios")] = False,
+    table: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the verdicts there")] = None,
+    old: Annotated[Path | None, typer.Option(metavar="FOLDER", help="A checkout with its build instead of the revision")] = None,
+) -> None:
+    """This checkout's answers beside another revision's, bit for bit; exit code 1 when anything moved."""
+    chosen = [s for s in all_scenarios() if any(fnmatch(s.name, pattern) for pattern in only or ["*"])]
+    if not chosen:
+        raise UsageError(f"no scenario is called {' or '.join(only or [])}; --list tells their names")
+    if show:
+        say("\n".join(scenario.name for scenario in chosen))
         return
-    INPUTS.mkdir(parents=True, exist_ok=True)
-    trials = prepare_trials(INPUTS)
-    if not trials:
-        print("BROAD_DIR is not set: without recordings", file=sys.stderr)
-    patterns = chosen.only or ["*"]
-    names = [name for name, _ in all_scenarios(INPUTS) if any(fnmatch(name, pattern) for pattern in patterns)]
-    if not names:
-        raise SystemExit(f"study compare: no scenario is called {' or '.join(patterns)}; --list tells their names")
-    if chosen.list:
-        print("\n".join(names))
-        return
-    sys.exit(1 if compare((chosen.old or old_revision()).resolve(), chosen.new.resolve(), names) else 0)
+    if not {"BROAD_DIR", "HNAV_FLIGHT", "HNAV_PLANTS"} <= os.environ.keys():
+        say("BROAD_DIR, HNAV_FLIGHT and HNAV_PLANTS name folders; what needs one that is not named is left out")
+    begin = time.monotonic()
+    found = compared(built(revision) if old is None else old.resolve(), CHECKOUT, chosen)
+    counts = Counter(verdict.verdict for verdict in found)
+    told_counts = ", ".join(f"{counts[verdict]} {verdict}" for verdict in ("equal", "moved", "failed"))
+    numbers = sum(verdict.numbers for verdict in found)
+    say(f"{len(found)} scenarios, {numbers} numbers: {told_counts}; {time.monotonic() - begin:.0f} s")
+    if table is not None:
+        answer = {"revision": revision, "counts": dict(counts), "scenarios": [asdict(verdict) for verdict in found]}
+        write_files({table: json.dumps(answer, indent=1) + "\n"})
+    if counts["equal"] < len(found):
+        raise typer.Exit(1)
 
+
+main = study("compare", command)
 
 if __name__ == "__main__":
     main()

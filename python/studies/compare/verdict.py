@@ -1,63 +1,78 @@
-"""Two answers to one question: equal to the last bit, or where they differ most."""
+"""Two answers to one question: equal to the last bit, or which columns moved, in how many rows, by how much, and in sigmas."""
 
 from __future__ import annotations
 
-import csv
-from dataclasses import dataclass
-from fnmatch import fnmatch
-from pathlib import Path
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-HERE = Path(__file__).resolve().parent
-# A scenario that raises leaves its traceback under this name.
-FAILURE = "!failure"
+from studies.compare.worker import FAILURE
+
+Columns = Mapping[str, NDArray[Any]]
+PER_DEG = {"lat_deg": 111_195.0, "lon_deg": 111_195.0, "nav.latitude": 6.371e6, "nav.longitude": 6.371e6}
+"""Metres of one unit of a place, whose sigma is in metres; of a longitude at the equator."""
+# A column, and where its sigma stands.
+SIGMAS = [
+    (re.compile(column), sigma)
+    for column, sigma in {
+        r"(.*\.)?att\.euler\[(\d)\]": r"\g<1>att.sigma[\2]", r"(.*\.)?att\.heading": r"\g<1>att.sigma[3]",
+        r"(.*\.)?(bias\.\w+)\[(\d)\]": r"\g<1>\2_sigma[\3]", r"(.*\.)?nav\.latitude": r"\g<1>nav.sigma_position[1]",
+        r"(.*\.)?nav\.longitude": r"\g<1>nav.sigma_position[2]", r"(.*\.)?nav\.height": r"\g<1>nav.sigma_position[3]",
+        r"(.*\.)?nav\.velocity\[(\d)\]": r"\g<1>nav.sigma_velocity[\2]", r"(.*\.)?est(?:imate)?\.(\w+)": r"\g<1>sigma.\2",
+        r"(.*\.)?post\.(\w+)": r"\g<1>post_sigma.\2", r"roll_deg": "sigma_x_deg", r"(?:pitch|tilt)_deg": "sigma_y_deg",
+        r"(?:yaw|heading)_deg": "sigma_z_deg", r"bias_(\w)_deg_s": r"sigma_bias_\1_deg_s", "lat_deg": "sigma_north",
+        "lon_deg": "sigma_east", "alt_m": "sigma_down", r"(v[ned])": r"sigma_\1", "roll": "sigma_about_north",
+        "pitch": "sigma_about_east", "heading": "sigma_heading", r"(\w+)": r"sigma.\1",
+    }.items()
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Difference:
-    value: str  # the array's name
-    text: str
+class Moved:
+    """A column that is not what it was."""
+
+    column: str
+    rows: int
+    of: int
+    largest: float
+    sigmas: float | None = None
+    """The largest in units of the sigma that the old side states there, where it states one."""
+
+    def __str__(self) -> str:
+        within = "" if self.sigmas is None else f" ({self.sigmas:.2g} sigma)"
+        return f"{self.column}: {self.rows} of {self.of} rows, at most {self.largest:.3g}{within}"
 
 
 @dataclass(frozen=True)
-class Declared:
-    """A difference that is meant: scenario and value are patterns of * and ?."""
+class Verdict:
+    """On one scenario."""
 
     scenario: str
-    value: str
-    reason: str
+    verdict: str
+    """equal, moved or failed."""
+    numbers: int = 0
+    moved: list[Moved] = field(default_factory=list)
+    only_old: list[str] = field(default_factory=list)
+    only_new: list[str] = field(default_factory=list)
+    failure: str = ""
 
 
-def declared_exceptions(path: Path = HERE / "exceptions.csv") -> list[Declared]:
-    with path.open(newline="") as file:
-        return [Declared(**row) for row in csv.DictReader(file)]
-
-
-def reason_for(name: str, difference: Difference, declared: list[Declared]) -> str | None:
-    """Why this difference is meant; None if nobody said so."""
-    for row in declared:
-        if fnmatch(name, row.scenario) and fnmatch(difference.value, row.value):
-            return row.reason
-    return None
-
-
-def differences(old: dict[str, NDArray[Any]], new: dict[str, NDArray[Any]], tolerance: float = 0.0) -> list[Difference]:
-    """What the new side answers otherwise, and what it no longer answers; what it answers beyond is its own affair.
-
-    tolerance 0: bit for bit, where any NaN is any other. Above: absolute and relative to the larger of the two.
-    """
-    if failures := [(side, answers) for side, answers in (("old", old), ("new", new)) if FAILURE in answers]:
-        return [Difference(FAILURE, f"the {side} side failed: {_end(str(answers[FAILURE]))}") for side, answers in failures]
-    found = []
-    for name, before in old.items():
-        if name not in new:
-            found.append(Difference(name, "the new side has no such value"))
-        elif text := _difference(before, new[name], tolerance):
-            found.append(Difference(name, text))
-    return found
+def judged(scenario: str, old: Columns, new: Columns) -> Verdict:
+    """What stands on one side only is listed, and nothing against it; what failed on either side is no answer."""
+    failures = [f"{side}: {_end(str(answers[FAILURE]))}" for side, answers in (("old", old), ("new", new)) if FAILURE in answers]
+    if len(failures) == 2 and str(old[FAILURE]) == str(new[FAILURE]) and str(old[FAILURE]).startswith("refused"):
+        return Verdict(scenario, "equal", failure=_end(str(old[FAILURE])))
+    if failures:
+        return Verdict(scenario, "failed", failure="; ".join(failures))
+    moved = [found for name in old if name in new and (found := _moved(name, old, new))]
+    return Verdict(
+        scenario, "moved" if moved else "equal", sum(values.size for values in old.values()), moved,
+        [name for name in old if name not in new], [name for name in new if name not in old],
+    )  # fmt: skip
 
 
 def _end(trace: str) -> str:
@@ -65,35 +80,42 @@ def _end(trace: str) -> str:
     return " ".join(line.strip() for line in trace.strip().splitlines()[-4:])
 
 
-def _difference(before: NDArray[Any], after: NDArray[Any], tolerance: float) -> str:
-    """ "" when they are equal."""
+def _moved(name: str, old: Columns, new: Columns) -> Moved | None:
+    before, after = old[name], new[name]
     if before.shape != after.shape:
-        return f"shape {after.shape}, was {before.shape}"
-    if before.dtype.kind in "SU" or after.dtype.kind in "SU":
-        pairs = zip(np.ravel(before).astype(str).tolist(), np.ravel(after).astype(str).tolist())
-        return next((f"{now!r}, was {once!r}" for once, now in pairs if once != now), "")
-    unequal = _unequal(before, after, tolerance)
+        return Moved(name, max(len(before), len(after)), len(before), np.inf)
+    unequal = _unequal(before, after)
     if not unequal.any():
-        return ""
-    with np.errstate(invalid="ignore", over="ignore"):
+        return None
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         size = np.abs(after.astype(float) - before.astype(float))
-    size = np.where(unequal, np.nan_to_num(size, nan=np.inf), -1.0)
-    where = np.unravel_index(np.argmax(size), size.shape)
-    first = np.argwhere(unequal)[0].tolist()
-    return (
-        f"{np.count_nonzero(unequal)} of {unequal.size} differ, first at {first}; most, by {size[where]:.3g}, "
-        f"at {[int(i) for i in where]}: {after[where]!r}, was {before[where]!r}"
-    )
+        if name.endswith("_deg") or name in ("roll", "heading"):
+            size = np.minimum(size, np.abs(360 - size))
+        size = np.where(unequal, np.nan_to_num(size, nan=np.inf), 0.0)
+        sigma = sigma_of(name, old)
+        in_sigmas = size / np.abs(sigma) if sigma is not None and sigma.shape == size.shape else None
+    known = in_sigmas is not None and np.isfinite(in_sigmas).any()
+    return Moved(
+        name, int(np.count_nonzero(unequal)), unequal.size, float(size.max()),
+        float(np.nanmax(in_sigmas)) if known and in_sigmas is not None else None,
+    )  # fmt: skip
 
 
-def _unequal(before: NDArray[Any], after: NDArray[Any], tolerance: float) -> NDArray[Any]:
-    if before.dtype.kind != "f" or after.dtype.kind != "f":
-        return np.asarray(before != after)
-    both_nan = np.isnan(before) & np.isnan(after)
-    if tolerance == 0 and before.dtype == after.dtype:
-        bits = np.dtype(f"u{before.dtype.itemsize}")
-        same = np.ascontiguousarray(before).view(bits) == np.ascontiguousarray(after).view(bits)
-        return np.asarray(~(same.reshape(before.shape) | both_nan))
-    with np.errstate(invalid="ignore"):
-        near = np.abs(before - after) <= tolerance * np.maximum(1.0, np.maximum(np.abs(before), np.abs(after)))
-    return np.asarray(~((before == after) | near | both_nan))
+def sigma_of(name: str, columns: Columns) -> NDArray[Any] | None:
+    """What is stated of a column, in its unit."""
+    for pattern, template in SIGMAS:
+        if (found := pattern.fullmatch(name)) and (column := found.expand(template)) in columns:
+            per = next((metres for place, metres in PER_DEG.items() if name.endswith(place)), 1.0)
+            return np.asarray(columns[column], float) / per
+    return None
+
+
+def _unequal(before: NDArray[Any], after: NDArray[Any]) -> NDArray[Any]:
+    """Bit for bit, where any NaN is any other."""
+    if before.dtype.kind != "f" or after.dtype != before.dtype:
+        differ: NDArray[Any] = np.asarray((before != after) & ~((before != before) & (after != after)))
+        return differ
+    bits = np.dtype(f"u{before.dtype.itemsize}")
+    same = np.ascontiguousarray(before).view(bits) == np.ascontiguousarray(after).view(bits)
+    unequal: NDArray[Any] = ~(same.reshape(before.shape) | (np.isnan(before) & np.isnan(after)))
+    return unequal

@@ -11,12 +11,12 @@ import typer
 from rich.table import Column, Table
 
 from hnav.cli.console import say, show
+from hnav.places import CHECKOUT
 from studies.command import study
-from studies.compare.old_revision import TOP
 from studies.counting import compile_program, counted, has_valgrind, times_ns
 from studies.ins.vehicles import vehicle
 
-WORK = TOP / ".cache" / "ins_speed"
+WORK = CHECKOUT / ".cache" / "ins_speed"
 ROUNDS = 10
 SOLVERS = {"closed form": 2, "ERKStep": 0}
 """As hnav_solver numbers them."""
@@ -41,7 +41,7 @@ def write_drive(file: Path, seconds: float) -> Drive:
 
 def built(program: Path) -> Path:
     """The program, linked with the library of this checkout."""
-    return compile_program([Path(__file__).parent / "timing.cpp"], program, TOP)
+    return compile_program([Path(__file__).parent / "timing.cpp"], program, CHECKOUT)
 
 
 def words(program: Path, drive: Drive, solver: int, every: int, runs: int) -> list[str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatch
 from pathlib import Path
@@ -13,13 +11,12 @@ import typer
 
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
+from hnav.places import CHECKOUT
 from studies.command import Checkout, Rows, study
-from studies.compare.names import Names
-from studies.compare.native import Library
-from studies.compare.old_revision import REVISION, TOP, old_revision
-from studies.counting import ROWS, counted, has_valgrind, write_samples
+from studies.compare.revision import REVISION, built
+from studies.counting import ROWS, counted, has_valgrind, run_compiler, write_samples
 
-WORK = TOP / ".cache" / "instructions"
+WORK = CHECKOUT / ".cache" / "instructions"
 TOLERANCE = 0.02  # of the old count; above it the study fails
 # Filter, call, outputs, choices.
 CASES = {
@@ -37,26 +34,12 @@ CASES = {
 }
 
 
-def renamed(checkout: Path, names: Names) -> list[str]:
-    """Macros that give the driver, which is written in new names, the names that this checkout has."""
-    library = Library(checkout / "build/c_src/libhnav.so", checkout / "c_src/include", names)
-    wanted = set(re.findall(r"\bhnav_\w+", (Path(__file__).parent / "driver.c").read_text()))
-    macros = []
-    for name in sorted(wanted):
-        for kind, is_there in (("call", library.has_function), ("type", library.has_type)):
-            old = [c for c in names.candidates(kind, name) if c != name and is_there(c)]
-            if old and not is_there(name):
-                macros.append(f"-D{name}={old[0]}")
-    sized = [library.ffi.typeof(f"hnav_run_{side}").fields[0][0] == "size" for side in ("input", "output")]
-    return macros + (["-DSIZED"] if all(sized) else [])
-
-
 def driver_of(checkout: Path, label: str) -> Path:
-    """The driver, linked with the library of a checkout."""
+    """A checkout's own driver, linked with its library."""
     folder, program = checkout / "build/c_src", WORK / f"driver_{label}"
-    command = ["cc", "-O2", "-o", str(program), str(Path(__file__).parent / "driver.c"), "-I", str(checkout / "c_src/include")]
-    command += renamed(checkout, Names()) + ["-L", str(folder), "-lhnav", f"-Wl,-rpath,{folder}"]
-    subprocess.run(command, check=True)
+    source = checkout / "python/studies/instructions/driver.c"
+    command: list[str | Path] = ["cc", "-O2", "-DSIZED", "-o", program, source, "-I", checkout / "c_src/include"]
+    run_compiler([*command, "-L", folder, "-lhnav", f"-Wl,-rpath,{folder}"])
     return program
 
 
@@ -69,14 +52,14 @@ def command(
     only: Annotated[str, typer.Option(metavar="PATTERN", help="Cases whose names match, * and ? allowed")] = "*",
     rows: Rows = ROWS,
     old: Annotated[Path | None, typer.Option(metavar="FOLDER", help=f"A checkout with its build instead of {REVISION}")] = None,
-    new: Checkout = TOP,
+    new: Checkout = CHECKOUT,
 ) -> None:
     """Instructions for each IMU sample, of two revisions."""
     if not has_valgrind():
         raise UsageError("valgrind is not here (apt-get install valgrind)")
     samples = WORK / "samples.bin"
     write_samples(samples, rows)
-    sides = {"old": (old or old_revision()).resolve(), "new": new.resolve()}
+    sides = {"old": old.resolve() if old else built(REVISION), "new": new.resolve()}
     drivers = {label: driver_of(checkout, label) for label, checkout in sides.items()}
     say(f"{'instructions for each sample':<34}{'old':>9}{'new':>9}{'ratio':>9}")
     worst = 0.0

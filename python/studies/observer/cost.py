@@ -6,10 +6,10 @@ import statistics
 from dataclasses import dataclass
 from pathlib import Path
 
-from studies.compare.old_revision import TOP
+from hnav.places import CHECKOUT
 from studies.counting import compile_program, counted, has_valgrind, times_ns
 
-WORK = TOP / ".cache" / "observer"
+WORK = CHECKOUT / ".cache" / "observer"
 SAMPLES, RUNS = 200, 50
 CASES = {
     "van_der_pol": "van der Pol: interval and correction",
@@ -31,7 +31,7 @@ class Cost:
 
 def built() -> Path:
     """The program that runs any case. Raises UsageError."""
-    return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", TOP, [TOP / "c_src/tests"])
+    return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", CHECKOUT, [CHECKOUT / "c_src/tests"])
 
 
 def results(runs: int = RUNS) -> list[Cost]:

@@ -14,14 +14,14 @@ from rich.table import Column, Table
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
+from hnav.places import CHECKOUT
 from studies.command import study
-from studies.compare.old_revision import TOP
 from studies.counting import ROWS, write_samples
 from studies.speed.__main__ import fetched_sources
 
 HERE = Path(__file__).parent
-WORK = TOP / ".cache" / "small"
-TOOLCHAIN = TOP / "cmake/toolchains/cortex-m4f.cmake"
+WORK = CHECKOUT / ".cache" / "small"
+TOOLCHAIN = CHECKOUT / "cmake/toolchains/cortex-m4f.cmake"
 TOOLS = ("arm-none-eabi-gcc", "arm-none-eabi-g++", "arm-none-eabi-size", "qemu-system-arm", "cmake", "ninja")
 CORTEX = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 SMALL = ("-Os", "-ffunction-sections", "-fdata-sections", "-ffp-contract=off")
@@ -52,7 +52,7 @@ def missing_tools() -> list[str]:
     return [tool for tool in TOOLS if shutil.which(tool) is None]
 
 
-def run(command: list[str | Path], folder: Path = TOP) -> str:
+def run(command: list[str | Path], folder: Path = CHECKOUT) -> str:
     done = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True)
     if done.returncode:
         raise UsageError(f"{Path(command[0]).name} failed:\n{(done.stderr or done.stdout)[-1500:]}")
@@ -64,7 +64,9 @@ def library(scalar: str, cortex: bool) -> Path:
     folder = WORK / f"{'cortex' if cortex else 'here'}-{scalar}"
     if not (folder / "build.ninja").is_file():
         toolchain = [f"-DCMAKE_TOOLCHAIN_FILE={TOOLCHAIN}"] if cortex else []
-        run(["cmake", "-S", TOP, "-B", folder, "-G", "Ninja", "-DHNAV_SMALL=ON", f"-DHNAV_SMALL_SCALAR={scalar}", *toolchain])
+        run(
+            ["cmake", "-S", CHECKOUT, "-B", folder, "-G", "Ninja", "-DHNAV_SMALL=ON", f"-DHNAV_SMALL_SCALAR={scalar}", *toolchain]
+        )
     run(["cmake", "--build", folder])
     return folder / "c_src/libhnav_small.a"
 
@@ -75,7 +77,7 @@ def parts(contender: Contender, compilers: tuple[str, str], flags: tuple[str, ..
     folder.mkdir(parents=True, exist_ok=True)
     c, cxx = compilers
     if contender.own:
-        sources, include, libraries = [HERE / "own.c"], [TOP / "c_src/include"], [library(contender.scalar, cortex)]
+        sources, include, libraries = [HERE / "own.c"], [CHECKOUT / "c_src/include"], [library(contender.scalar, cortex)]
         defines = [f"-DCREATE={contender.own}"]
     else:
         place = fetched_sources()[contender.peer]

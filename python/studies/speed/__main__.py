@@ -12,12 +12,12 @@ from rich.table import Column, Table
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
+from hnav.places import CHECKOUT
 from studies.command import Checkout, Rows, study
-from studies.compare.old_revision import TOP
 from studies.counting import ROWS, compile_program, counted, has_valgrind, run_compiler, times_ns, write_samples
 
 HERE = Path(__file__).parent
-WORK = TOP / ".cache" / "speed"
+WORK = CHECKOUT / ".cache" / "speed"
 RUNS = 10
 
 # What is printed, what it is given out as, its name for the program, and the peer of equal standing.
@@ -88,7 +88,7 @@ def table_of(program: Path, samples: Path, rows: int) -> Table:
 
 def command(
     rows: Rows = ROWS,
-    checkout: Checkout = TOP,
+    checkout: Checkout = CHECKOUT,
 ) -> None:
     """Instructions and CPU time of a sample, beside VQF and Fusion, all in C or C++."""
     WORK.mkdir(parents=True, exist_ok=True)

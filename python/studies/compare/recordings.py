@@ -1,0 +1,178 @@
+"""What both sides are given, made here and written in full: recordings with faults, vehicles and their satellites, plants and plans."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hnav.native.arrays import Array
+from studies.compare.plants import PLANS, PYTHON, SAMPLES
+from studies.ins.vehicles import vehicle
+
+SENSORS = [
+    f"{name} ({unit})" for stem, unit in (("g", "rad/s"), ("a", "m/s2"), ("m", "uT")) for name in (stem + axis for axis in "xyz")
+]
+TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
+RATE_HZ = 100
+CUT_S = 60.0
+# As vehicle() has them: the gyrocompass is told its place.
+STARTS_S = {"car": 120.0, "aircraft": 90.0, "ship": 120.0, "polar": 200.0}
+
+
+def write(name: str, folder: Path) -> None:
+    """The file of this name among those that scenarios speak of."""
+    whole, _, suffix = name.rpartition(".")
+    stem, _, rest = whole.partition("-")
+    if suffix in ("toml", "py"):
+        (folder / name).write_text((PLANS if suffix == "toml" else PYTHON)[stem])
+    elif stem == "fmu":
+        write_table(folder / name, *stamped(*rest.split("-")))
+    elif stem in SAMPLES:
+        columns, values = SAMPLES[stem]()
+        write_table(folder / name, columns, values)
+    elif stem in STARTS_S:
+        sensors, satellites = start(stem)
+        write_table(folder / name, *(satellites if rest == "gnss" else (["t_s", *SENSORS[:6]], FAULTS[rest or "none"](sensors))))
+    else:
+        samples = tumbling() if stem == "tumbling" else trial(int(stem.removeprefix("trial")))
+        write_table(folder / name, ["t_s", *SENSORS], FAULTS[rest or "none"](samples))
+
+
+def write_table(file: Path, columns: list[str], values: Array) -> None:
+    """Numbers by the shortest text that has their bits; an empty cell for NaN."""
+    lines = (",".join("" if number != number else repr(number) for number in row) for row in values.tolist())
+    file.write_text("\n".join([",".join(columns), *lines]) + "\n")
+
+
+# --------------------------------------------------------------------------------------------- motion
+
+
+def trials() -> dict[int, Path]:
+    """The BROAD trials of BROAD_DIR; none if it is not set."""
+    found = sorted(Path(os.environ.get("BROAD_DIR", "/nonexistent")).rglob("*"), reverse=True)
+    named = [(match, path) for path in found if path.suffix in (".hdf5", ".mat") and (match := TRIAL_NAME.match(path.name))]
+    return dict(sorted((int(match.group(1)), path) for match, path in named))
+
+
+def trial(number: int) -> Array:
+    """The first minute of a trial in HDF5."""
+    import h5py
+
+    with h5py.File(trials()[number]) as file:
+        parts = [np.asarray(file[name], float) for name in ("imu_gyr", "imu_acc", "imu_mag")]
+        t = np.arange(len(parts[0])) / float(file.attrs["sampling_rate"])
+    rows: Array = np.column_stack([t, *parts])[t < CUT_S]
+    return rows
+
+
+@cache
+def tumbling() -> Array:
+    """A body that tumbles, rests in between, and meets a false field once; some fields and forces are missing."""
+    rng, t = np.random.default_rng(7), np.arange(CUT_S * RATE_HZ) / RATE_HZ
+    n, moving = len(t), np.where((t % 20 > 12) & (t % 20 < 16), 0.0, 1.0)[:, None]
+    w = moving * np.stack([1.3 * np.sin(1.1 * t), 1.7 * np.cos(0.7 * t), 2.4 * np.sin(0.4 * t)], axis=1)
+    turns: list[Rotation] = [Rotation.from_euler("zx", [40, 20], degrees=True)]
+    for k in range(n - 1):
+        turns.append(turns[-1] * Rotation.from_rotvec(w[k] / RATE_HZ))
+    attitude = Rotation.concatenate(turns)
+    false_field = np.where((t > 0.6 * CUT_S) & (t < 0.7 * CUT_S), 15.0, 0.0)[:, None] * [0.3, 1.0, -0.5]
+    acceleration = moving * np.stack([np.sin(3 * t), np.cos(4 * t), 0.5 * np.sin(5 * t)], axis=1)
+    force = attitude.apply(acceleration - [0, 0, 9.81], inverse=True) + 0.03 * rng.normal(size=(n, 3))
+    field = attitude.apply([20.0, 1.0, 45.0] + false_field, inverse=True) + 0.2 * rng.normal(size=(n, 3))
+    rate = w + [0.01, -0.02, 0.005] + 0.003 * rng.normal(size=(n, 3))
+    field[rng.random(n) < 0.1], force[rng.random(n) < 0.05] = np.nan, np.nan
+    rows: Array = np.column_stack([t, rate, force, field])
+    return rows
+
+
+@cache
+def start(kind: str) -> tuple[Array, tuple[list[str], Array]]:
+    """Rows of a vehicle's inertial sensors, and the table of its satellites."""
+    samples, _ = vehicle(kind, "navigation" if kind == "polar" else "industrial", 3, STARTS_S[kind])
+    valid_s, received_s, sensor, value = samples.aids.arrays()
+    fixes = [value[sensor == number] for number in np.unique(sensor)]
+    # Of a fix both parts have one time; the table says which is which by its columns.
+    columns = ["t_s", "received_s", "vn", "ve", "vd", "lat_deg", "lon_deg", "alt_m"]
+    table = np.zeros((0, len(columns)))
+    if len(fixes) == 2:
+        velocity, position = sorted(fixes, key=lambda rows: abs(rows[:, 3]).mean())
+        first = sensor == sensor[0]
+        place = np.column_stack([np.degrees(position[:, :2]), position[:, 2]])
+        table = np.column_stack([valid_s[first], received_s[first], velocity[:, :3], place])
+    return np.column_stack([samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2]), (columns, table)
+
+
+def stamped(kind: str, fault: str) -> tuple[list[str], Array]:
+    """Inputs of an FMU that reads counters and stamps, delivered evenly whatever the stamps are."""
+    rows = FAULTS[fault](tumbling() if kind == "tumbling" else start(kind)[0])
+    time, stamps = np.arange(len(rows)) / RATE_HZ, rows[:, 0] - rows[0, 0]
+    columns, parts = ["time"], [time.astype(float)]
+    for place, (sensor, value, per) in enumerate((("gyro", "rate", 1), ("accel", "force", 1), ("mag", "field", 1e-6))):
+        if 3 * place + 1 < rows.shape[1]:
+            known = np.isfinite(rows[:, 3 * place + 1 : 3 * place + 4]).all(axis=1)
+            columns += [f"{sensor}.{value}[{i}]" for i in (1, 2, 3)] + [f"{sensor}.sample", f"{sensor}.t_meas"]
+            parts += [*np.nan_to_num(per * rows[:, 3 * place + 1 : 3 * place + 4]).T, np.cumsum(known).astype(float), stamps]
+    if kind != "tumbling":
+        fixes = start(kind)[1][1] - np.array([rows[0, 0]] * 2 + [0] * 6)
+        at = np.searchsorted(fixes[:, 1], time, side="right")
+        now = np.radians(fixes[np.maximum(at - 1, 0)])
+        columns += ["gnss.latitude", "gnss.longitude", "gnss.height", *(f"gnssvel.velocity[{i}]" for i in (1, 2, 3))]
+        parts += [now[:, 5], now[:, 6], *np.degrees(now[:, [7, 2, 3, 4]]).T]
+        for sensor in ("gnss", "gnssvel"):
+            columns += [f"{sensor}.sample", f"{sensor}.t_meas", f"{sensor}.valid"]
+            parts += [at.astype(float), np.degrees(now[:, 0]), np.ones(len(at))]
+    return columns, np.column_stack(parts)
+
+
+# --------------------------------------------------------------------------------------------- faults, from a third of the rows on
+
+
+def _set(columns: slice, length: int, value: float) -> Callable[[Array], Array]:
+    def fault(rows: Array) -> Array:
+        k = len(rows) // 3
+        rows[k : k + length, columns] = value
+        return rows
+
+    return fault
+
+
+def _shift(length: int | None, by_s: float) -> Callable[[Array], Array]:
+    def fault(rows: Array) -> Array:
+        k = len(rows) // 3
+        rows[k : None if length is None else k + length, 0] += by_s
+        return rows
+
+    return fault
+
+
+def _of_rows(order: Callable[[np.ndarray, int], np.ndarray]) -> Callable[[Array], Array]:
+    return lambda rows: rows[order(np.arange(len(rows)), len(rows) // 3)]
+
+
+def _stuck(rows: Array) -> Array:
+    k = len(rows) // 3
+    rows[k : k + 300, 1:4] = rows[k, 1:4]
+    return rows
+
+
+_FAULTS: dict[str, Callable[[Array], Array]] = {
+    "none": lambda rows: rows,
+    "spike": _set(slice(1, 2), 1, 34.9),
+    "force_spike": _set(slice(4, 7), 1, 300.0),
+    "stuck": _stuck,
+    "zeros": _set(slice(4, 7), 300, 0.0),
+    "nan": _set(slice(1, 7), 50, np.nan),
+    "gap": _of_rows(lambda at, k: np.concatenate([at[:k], at[k + 300 :]])),
+    "twice": _of_rows(lambda at, k: np.repeat(at, np.where((at >= k) & (at < k + 100), 2, 1))),
+    "swapped": _of_rows(lambda at, k: np.where(abs(at - k) < 100, at ^ 1, at)),
+    "ahead": _shift(1, 1e5),
+    "clock_ahead": _shift(None, 1000.0),
+    "clock_back": _shift(None, -5.0),
+}
+FAULTS = {name: (lambda rows, fault=fault: fault(rows.copy())) for name, fault in _FAULTS.items()}
