@@ -8,6 +8,9 @@ except ValueError as error:         # or hnav.HnavError
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 # The statuses of the library that tell of a state, a solver or memory; the others tell of an argument.
 _OF_THE_STATE = frozenset({
     "out of memory", "late sample", "queue full", "time backwards", "not started", "no data", "solver", "unsupported",
@@ -51,3 +54,13 @@ class HnavRuntimeError(HnavError, RuntimeError):
 def error_of(status: str, text: str, argument: str | None = None) -> HnavError:
     """The error for a status of the library."""
     return (HnavRuntimeError if status in _OF_THE_STATE else HnavValueError)(status, text, argument)
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """ "; did you mean NAME?" for the end of a message about an unknown name; "" if no known name is near.
+
+    A name in a group is also found by its last word: robust.gamma by gamma.
+    """
+    names = list(known)
+    near = [n for n in names if n.endswith(f".{name}")] or difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {near[0]}?" if len(near) == 1 else ""

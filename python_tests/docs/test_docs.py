@@ -1,7 +1,6 @@
 """The documentation: its links lead somewhere, its snippets run, its command lines exist."""
 
 import ast
-import csv
 import importlib.util
 import os
 import re
@@ -61,13 +60,6 @@ def test_every_relative_link_leads_to_a_file_and_a_heading(page):
         if not target.exists() or (anchor and anchor not in anchors(target)):
             broken.append(link)
     assert broken == []
-
-
-def test_the_page_of_old_names_lists_every_renaming():
-    page = (TOP / "docs" / "from_0.1_to_0.2.md").read_text()
-    with (TOP / "python" / "hnav" / "renamed.csv").open() as file:
-        missing = [row["old"] for row in csv.DictReader(file) if f"| `{row['old']}` | `{row['new']}` |" not in page]
-    assert missing == []
 
 
 # ------------------------------------------------------------------------------------------------ snippets

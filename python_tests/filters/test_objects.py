@@ -109,14 +109,6 @@ def test_a_name_that_does_not_exist_proposes_the_nearest():
         del options.solver
 
 
-@pytest.mark.parametrize("old, new", [("interval_limit_s", "max_interval_s"), ("ready_calm_s", "ready_undisturbed_s")])
-def test_a_name_of_version_0_1_says_what_it_is_called_now(old, new):
-    with pytest.raises(HnavError, match=f"ahrs has no option {old}, which is now called {new}"):
-        Options("ahrs", **{old: 1})
-    with pytest.raises(HnavError, match="filter = aligner, which is now called ahrs: choose one of hrekf, ahrs"):
-        Options("aligner")
-
-
 @pytest.mark.parametrize("arguments, said", [
     (("nosuch",), "filter = nosuch: choose one of hrekf, ahrs"),
     (("ahrs", "paper"), "preset = paper: ahrs has default"),

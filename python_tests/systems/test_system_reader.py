@@ -245,7 +245,7 @@ AID = 'startElement="first" startConnector="att.heading" endElement="second" end
          "second.aid.heading -> second.aid.heading: it runs from an input to an input; an output to an input is wanted"),
         ('<ssc:Real unit="rad"/>', '<ssc:Integer/>', "connector first.att.heading is Integer in the SSD and Real in the FMU"),
         ('unit="rad"', 'unit="deg"', "connector first.att.heading is in deg in the SSD and in rad in the FMU"),
-        ("first.robust.gamma", "first.robust.gamme", "component first (Hrekf) has no parameter robust.gamme"),
+        ("first.robust.gamma", "first.robust.gamme", "component first (Hrekf) has no parameter robust.gamme; did you mean robust.gamma?"),
         ("first.robust.gamma", "none.robust.gamma", "none.robust.gamma names no component of system made (first, second)"),
         ('"first.robust.gamma"', '"first.att.heading"', "first.att.heading is a variable of kind output, not a parameter"),
         ('<ssv:Real value="2.0"/>', '<ssv:Integer value="2"/>', "first.robust.gamma is Real, not Integer"),

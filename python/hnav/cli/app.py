@@ -31,7 +31,6 @@ COMMANDS = {
     "observe": "An estimator made of an FMU and a plan of its sensors. FMUs are native code: one runs with all your rights.",
     "demo": "Your own recording, or two of devices and a closed loop of FMUs: what the filter makes of it, and a page.",
 }
-MOVED = {"bench": "it is a study now: ./run study bench, in a checkout"}
 
 
 EXIT_CODES = (
@@ -81,8 +80,6 @@ class _Commands(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        if cmd_name in MOVED:
-            raise UsageError(f"{cmd_name}: {MOVED[cmd_name]}")
         if cmd_name not in COMMANDS and not cmd_name.startswith("-") and not ctx.resilient_parsing:
             near = difflib.get_close_matches(cmd_name, COMMANDS, n=1)
             meant = f"did you mean {near[0]}?" if near else f"there are {', '.join(COMMANDS)}"

@@ -27,7 +27,6 @@ from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
-from hnav.renamed import new_name
 
 WARNED_S = 1.0  # a sensor that was not ok for longer
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
@@ -97,8 +96,6 @@ def command(
 
 def check_names(recording: Path, out: Path | None, report: Path | None, calibration: Path | None) -> None:
     """Raises HnavError or UsageError for files that are not to be read or written."""
-    if new := new_name(str(recording), "filter"):
-        raise UsageError(f"{recording}: a recording is wanted here; the filter of this name is now called {new}: --filter {new}")
     if out is None and report is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     refuse_overwriting([out, report], [recording, calibration])

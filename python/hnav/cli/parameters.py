@@ -12,18 +12,10 @@ from hnav.cli.words import UsageError
 from hnav.filters.attitude_options import FILTERS
 from hnav.fmi.engines import ENGINES
 from hnav.io.readers import FORMATS
-from hnav.renamed import now_called
-
-
-def known_filter(name: str) -> str:
-    """The name, or a UsageError with the new one."""
-    if new := now_called(name, "filter"):
-        raise UsageError(f"--filter {name}{new}")
-    return name
 
 
 def _filter(said: str, *names: str) -> Any:
-    return typer.Option("--filter", metavar="NAME", callback=known_filter, help=said, autocompletion=among(*names))
+    return typer.Option("--filter", metavar="NAME", help=said, autocompletion=among(*names))
 
 
 FilterName = Annotated[str, _filter("ahrs (real sensors) or hrekf (the paper's)", *FILTERS)]

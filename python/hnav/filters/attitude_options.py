@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from hnav.errors import HnavValueError
 from hnav.native.library import PRESETS
 from hnav.native.options import OptionInfo, PresetOptions, option_rows
-from hnav.renamed import now_called
 
 FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 """The filters, and the presets of each."""
@@ -16,9 +15,7 @@ FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 def option_table(filter: str) -> Mapping[str, OptionInfo]:
     """The options of a filter by name, in the library's order. Raises HnavValueError for other filters."""
     if filter not in FILTERS:
-        raise HnavValueError(
-            "option", f"filter = {filter}{now_called(filter, 'filter')}: choose one of {', '.join(FILTERS)}", "filter"
-        )
+        raise HnavValueError("option", f"filter = {filter}: choose one of {', '.join(FILTERS)}", "filter")
     return option_rows(filter)
 
 

@@ -17,7 +17,6 @@ from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run, em
 from hnav.filters.attitude_options import FILTERS, Options
 from hnav.fmi.results import Progress, Result
 from hnav.io.recordings import Recording
-from hnav.renamed import now_called
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
 CHUNK = 20000  # rows that the library runs between two reports of progress
@@ -58,9 +57,7 @@ def _check(recording: Recording, filter: str, engine: str, step_s: float | None,
     """Raises HnavError for what no engine does."""
     for name, value, known in (("filter", filter, FILTERS), ("engine", engine, ENGINES)):
         if value not in known:
-            raise HnavValueError(
-                "option", f"{name} = {value}{now_called(value, 'filter')}: choose one of {', '.join(known)}", name
-            )
+            raise HnavValueError("option", f"{name} = {value}: choose one of {', '.join(known)}", name)
     if step_s is not None and not 0 < step_s < np.inf:
         raise HnavValueError("option", f"step_s = {step_s:g}: must be above 0 seconds", "step_s")
     if len(recording.t_s) == 0:

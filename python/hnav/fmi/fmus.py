@@ -17,11 +17,10 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import ScalarVariable
 from fmpy.sundials import CVodeSolver
 
-from hnav.errors import HnavError, HnavValueError
+from hnav.errors import HnavError, HnavValueError, nearest
 from hnav.io.fmu_files import fmu_path as fmu_path
 from hnav.io.outputs import cannot_write, temporary_folder
 from hnav.native.options import OptionInfo
-from hnav.renamed import called_in
 
 # The disk is at fault then, not the FMU.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES)
@@ -138,7 +137,7 @@ class Fmu:
 
     def _variable(self, name: str) -> ScalarVariable:
         if name not in self.variables:
-            raise HnavValueError("option", f"the FMU has no variable {name}{called_in(self.variables, name)}")
+            raise HnavValueError("option", f"the FMU has no variable {name}{nearest(name, self.variables)}")
         return self.variables[name]
 
     def _single(self, verb: str, variable: ScalarVariable) -> Callable[..., Any]:

@@ -7,13 +7,10 @@ from pathlib import Path
 
 from hnav.errors import HnavValueError
 from hnav.places import CHECKOUT, PACKAGE
-from hnav.renamed import now_called
 
 
 def fmu_path(name: str, fmi_version: int) -> Path:
     """HNAV_FMUS/fmiN/NAME.fmu, else the one in this package (wheel), else the build of the checkout."""
-    if new := now_called(name, "fmu"):
-        raise HnavValueError("option", f"there is no FMU {name}{new}")
     folders = [Path(os.environ["HNAV_FMUS"])] if "HNAV_FMUS" in os.environ else [PACKAGE / "fmus", CHECKOUT / "build" / "fmus"]
     for folder in folders:
         path = folder / f"fmi{fmi_version}" / f"{name}.fmu"

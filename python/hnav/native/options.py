@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Self, TypeVar
 
-from hnav.errors import HnavValueError, UnknownOptionError
+from hnav.errors import HnavValueError, UnknownOptionError, nearest
 from hnav.native.library import ffi, library, text
-from hnav.renamed import new_name, now_called
 
 Made = TypeVar("Made", bound="OptionSet")
 
@@ -179,7 +177,7 @@ class OptionSet:
     def _row(self, name: str) -> Any:
         rows = _c_rows(self._options)
         if name not in rows:
-            raise UnknownOptionError("option", f"{self._options} has no option {name}{_proposal(name, rows)}", name)
+            raise UnknownOptionError("option", f"{self._options} has no option {name}{nearest(name, rows)}", name)
         return rows[name]
 
     # ----------------------------------------------------------------------------------------- as Python objects are
@@ -248,10 +246,3 @@ def complete(kind: Callable[..., Made], options: Made | None, values: Mapping[st
     if values:
         raise HnavValueError("option", f"{kind.__name__} are complete: values belong to {kind.__name__}(...)")
     return copy(options)
-
-
-def _proposal(name: str, rows: Mapping[str, Any]) -> str:
-    if new_name(name, "option"):
-        return now_called(name, "option")
-    near = difflib.get_close_matches(name, rows, n=1)
-    return f"; did you mean {near[0]}?" if near else ""

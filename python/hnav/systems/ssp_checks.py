@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fmpy.model_description import ModelDescription
 
-from hnav.renamed import called_in
+from hnav.errors import nearest
 from hnav.systems.structure import Component, Connection, System, refuse, types_agree
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
@@ -59,7 +59,7 @@ def _check_connectors(component: Component, units: Units) -> None:
     for connector in component.connectors.values():
         variable, full = component.variables.get(connector.name), f"connector {component.name}.{connector.name}"
         if variable is None:
-            hint = called_in(component.variables, connector.name)
+            hint = nearest(connector.name, component.variables)
             refuse(f"{full}: {component.description.modelName} has no variable {connector.name}{hint}")
         if connector.kind in ("input", "output", "parameter") and connector.kind != variable.causality:
             refuse(f"{full} is an {connector.kind} in the SSD and a variable of kind {variable.causality} in the FMU")

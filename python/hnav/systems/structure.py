@@ -14,8 +14,7 @@ from typing import NoReturn, Self
 
 from fmpy.model_description import ModelDescription
 
-from hnav.errors import HnavValueError
-from hnav.renamed import called_in, new_name
+from hnav.errors import HnavValueError, nearest
 
 # Far more than anyone counts runs, and a system of many plants stays within 32 bits.
 SEED_STRIDE = 1_000_000
@@ -159,9 +158,7 @@ class System:
     def _owner(self, name: str, where: str) -> tuple[Component, str]:
         component, _, parameter = name.partition(".")
         if component not in self.components or not parameter:
-            new = new_name(component, "component")
-            hint = f"; {component} is now called {new}" if new else ""
-            refuse(f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)}){hint}", where)
+            refuse(f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)})", where)
         return self.components[component], parameter
 
 
@@ -177,7 +174,7 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     """The value as the variable's type. Raises HnavError for unknown names, wrong types and foreign units."""
     variable, full = component.variables.get(name), f"{where}: {component.name}.{name}"
     if variable is None:
-        model, hint = component.description.modelName, called_in(component.variables, name)
+        model, hint = component.description.modelName, nearest(name, component.variables)
         refuse(f"{where}: component {component.name} ({model}) has no parameter {name}{hint}", where)
     # SSP sets start values of inputs by the same entries.
     if variable.causality not in ("parameter", "structuralParameter", "input"):

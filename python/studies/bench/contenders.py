@@ -15,7 +15,6 @@ from hnav.filters.attitude import Filter
 from hnav.filters.attitude_options import FILTERS, Options
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
-from hnav.renamed import now_called
 from studies.bench.peers import PEERS, find_peer, run_peer
 from studies.larger_q import WALK, larger_q
 
@@ -71,7 +70,7 @@ def own_contender(name: str) -> Contender:
         filter = "hrekf"
         others = {option: str(value) for option, value in larger_q(getattr(Options(filter), WALK)).items()}
     if filter not in FILTERS:
-        raise HnavValueError("option", f"filter {name}{now_called(filter, 'filter')}: choose from {', '.join(DEFAULT_FILTERS)}")
+        raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
     settings = {"navigation_frame": "enu"} | others | parse_settings(pairs)
     Options(filter, **settings)  # an impossible setting is told before the first run
 
