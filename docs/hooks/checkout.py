@@ -60,19 +60,24 @@ def on_files(files, config):
         files.append(File.generated(config, page, content=text))
     for page in (TOP / "docs").glob("*.md"):
         collect(page.read_text(encoding="utf-8"), "docs")
+    for file in files:
+        if file.src_uri.startswith("results/") and file.src_uri.endswith(".md"):
+            collect(file.content_string, "docs/results")
     for target, source in copies.items():
         files.append(File.generated(config, target, content=source.read_text(encoding="utf-8")))
     return files
 
 
 def on_page_markdown(markdown, page, config, files):
-    folder = "" if page.file.src_uri in PAGES.values() else "docs"
+    here = posixpath.dirname(page.file.src_uri)
+    folder = "" if page.file.src_uri in PAGES.values() else posixpath.join("docs", here).rstrip("/")
 
     def rewrite(match: re.Match) -> str:
         target, _ = target_in_site(match["path"], folder)
         if not target and (TOP / folder / match["path"]).is_dir():
             return match["text"]  # a folder that explains nothing has no page
         # What does not exist stays as it was written, for MkDocs to name it.
-        return f"[{match['text']}]({target or match['path']}{match['anchor'] or ''})"
+        link = posixpath.relpath(target, here or ".") if target else match["path"]
+        return f"[{match['text']}]({link}{match['anchor'] or ''})"
 
     return outside_code(markdown, lambda text: LINK.sub(rewrite, text))

@@ -19,18 +19,18 @@ from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
 from studies.command import study
-from studies.results.page import Page, measured
 from studies.results.sections import FOLDERS, SECTIONS, Section
+from studies.results.tables import json_text, read_printed
 
-PAGE = CHECKOUT / "docs" / "results.md"
+RESULTS = CHECKOUT / "docs" / "results"
 
 
 def command(
     names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help=", ".join(SECTIONS))] = None,
     everything: Annotated[bool, typer.Option("--all", help="Also what takes longer than two minutes")] = False,
-    page: Annotated[Path, typer.Option(metavar="FILE", help="The page to rewrite")] = PAGE,
+    folder: Annotated[Path, typer.Option(metavar="DIR", help="Where NAME.json is written")] = RESULTS,
 ) -> None:
-    """Measures, and rewrites the sections of docs/results.md."""
+    """Measures, and writes docs/results/NAME.json for each measurement."""
     for name in names or ():
         if name not in SECTIONS:
             raise UsageError(f"there is no measurement {name}: choose from {', '.join(SECTIONS)}")
@@ -41,11 +41,14 @@ def command(
             say(f"{name} is left out: {missing[0]} is not set")
             continue
         say(f"{name}: ./run {section.command}")
-        body = measured(section.says, section.command, circumstances(), answer_of(section))
-        # Read again for each: a measurement may take an hour.
-        text = Page(page.read_text(encoding="utf-8"))
-        text.put(section.title, body)
-        write_files({page: text.text()})
+        result = {
+            "title": section.title,
+            "says": section.says,
+            "commands": [section.command],
+            "when": circumstances(),
+            "printed": read_printed(answer_of(section)),
+        }
+        write_files({folder / f"{name}.json": json_text(result)})
 
 
 def answer_of(section: Section) -> str:

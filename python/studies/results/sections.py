@@ -1,4 +1,4 @@
-"""The measurements of docs/results.md: their commands, and what they say."""
+"""The measurements of docs/results: their commands, and what they say."""
 
 from __future__ import annotations
 
