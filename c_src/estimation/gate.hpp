@@ -1,8 +1,10 @@
 // What a measurement weighs that lies beyond its gate, by over = NIS / limit > 1. A product names its law:
 //
-//   noise        R <- over R                     INS, observer: the influence falls with the distance where the noise is most of S
-//   innovation   R <- R + (over - 1) S           HREKF, headings of the AHRS: the NIS becomes the limit (Huber)
-//   rejected     nothing is learnt               the field of the AHRS, for a limited time
+//   noise        R <- over R                                observer
+//   innovation   S <- over S                                HREKF, headings of the AHRS: the NIS becomes the limit (Huber)
+//   redescending H P H' <- over H P H', R <- over^2 R       INS: the influence falls with the distance. Positions 100 m off for 10 s
+//                move a simulated car by 1.6 m with it and by 8.8 m with `noise`; for 60 s, believed, by 1.8 and 47 m
+//   rejected     nothing is learnt                          the field of the AHRS, for a limited time
 //
 // None rejects for good: a filter that does never finds that it was wrong. The limits are NIS, with a chi-square distribution of as many
 // degrees of freedom as the measurement has rows.

@@ -34,9 +34,15 @@ struct AngleInformation {
     }
 };
 
+// As much information as the limit stands for.
+template <class R>
+inline bool is_earned(R information, R limit) {
+    return information > 1 / (limit * limit);
+}
+
 template <class R>
 inline bool angle_ready(R variance, R information, R limit_rad) {
-    return variance > 0 && variance < limit_rad * limit_rad && information > 1 / (limit_rad * limit_rad);
+    return variance > 0 && variance < limit_rad * limit_rad && is_earned(information, limit_rad);
 }
 
 } // namespace hnav

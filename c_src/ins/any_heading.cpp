@@ -91,7 +91,8 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
 
 void Model::gate_given_heading(const State& s, const Covariance& P, Measurement& m) const {
     m.nis = nis_given_heading(s, P, m);
-    if (m.gated) m.scale = beyond_gate(m.nis, gate_for_rows(m.rows, options_.gate_nis));
+    const double over = m.gated ? beyond_gate(m.nis, gate_for_rows(m.rows, options_.gate_nis)) : 1;
+    m.scale = over * over; // redescending; the known part has the spread of the heading in it and stays
     for (double& r : m.R) r *= m.scale;
     m.gated = false;
 }

@@ -1,4 +1,5 @@
 // All corrections of one event, and what each of them leaves in the state.
+#include "estimation/readiness.hpp"
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -42,8 +43,6 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
 
 namespace {
 
-double gained(double before, double after) { return after > 0 && before > after ? 1 / after - 1 / before : 0; }
-
 void note_innovation(State& s, const Event& event, const Measurement& m, const Covariance& P, const double* mean,
                      const Correction& c) {
     Innovation& i = s.innovation[m.channel];
@@ -76,10 +75,10 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
 void Model::note_gain(State& s, int channel, const Spread& before, const Spread& after) {
     if (after.heading > 0 && after.heading < before.heading)
         s.gained_nats[channel] += 0.5 * std::log(before.heading / after.heading);
-    s.information_heading += gained(before.heading, after.heading);
-    s.information_tilt += gained(before.tilt, after.tilt);
-    s.information_velocity += gained(before.velocity, after.velocity);
-    s.information_position += gained(before.position, after.position);
+    s.information_heading += information_gained(before.heading, after.heading);
+    s.information_tilt += information_gained(before.tilt, after.tilt);
+    s.information_velocity += information_gained(before.velocity, after.velocity);
+    s.information_position += information_gained(before.position, after.position);
 }
 
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {

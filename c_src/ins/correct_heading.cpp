@@ -40,7 +40,7 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
         const double known = P[row_phi + 2][row_phi + 2], limit = gate_for_rows(1, options_.gate_nis);
         note_agreement(s, m.r[0], known, sigma * sigma);
         m.nis = m.r[0] * m.r[0] / (known + variance);
-        const double over = limit > 0 ? std::fmax(1, m.nis / limit) : 1;
+        const double over = beyond_gate(m.nis, limit);
         m.scale = over * over;
         m.R[0] *= m.scale;
         m.gated = false;

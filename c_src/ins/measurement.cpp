@@ -63,9 +63,9 @@ Correction correct(Covariance& P, const double* mean, const Measurement& given, 
     result.sound = S.positive();
     if (!result.sound) return result;
     result.nis = of.r.dot(S.template solve<1>(of.r));
-    result.scale = 1;
-    if (given.gated) result.scale = beyond_gate(result.nis, gate_nis);
-    if (result.scale > 1) S = total(1, result.scale);
+    const double over = given.gated ? beyond_gate(result.nis, gate_nis) : 1;
+    result.scale = over * over; // redescending
+    if (over > 1) S = total(over, result.scale);
     of.update(S, P, result.error);
     return result;
 }

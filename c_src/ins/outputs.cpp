@@ -1,4 +1,5 @@
 // What the filter tells: always of the likeliest heading, with the spread over the whole circle.
+#include "estimation/readiness.hpp"
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -17,24 +18,23 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
 
 void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     constexpr double fresh_s = 60, silent_s = 1;
-    const auto earned = [](double information, double limit) { return information > 1 / (limit * limit); };
     const bool alive = s.started() && now_s - s.last_s[imu] <= silent_s;
     const double fixed_s = std::fmax(s.last_s[position], std::fmax(s.last_s[velocity], s.last_s[ins::rest]));
     const bool fixed = alive && (now_s - fixed_s < fresh_s || at_rest(s, now_s));
     const double tilt = std::fmax(n->sigma_rotation[0], n->sigma_rotation[1]);
     const double lie = std::sqrt(std::fmax(1, s.nis_mean));
-    n->tilt_ready = alive && tilt * lie < options_.ready_tilt_rad && earned(s.information_tilt, options_.ready_tilt_rad);
+    n->tilt_ready = alive && tilt * lie < options_.ready_tilt_rad && is_earned(s.information_tilt, options_.ready_tilt_rad);
     n->heading_ready = alive && now_s - s.heading_since_s >= options_.ready_hold_s &&
                        n->sigma_rotation[2] * lie * contradicted(s, now_s) < options_.ready_heading_rad &&
-                       earned(s.information_heading, options_.ready_heading_rad);
+                       is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&
-                        earned(s.information_velocity, options_.ready_velocity_m_s);
+                        is_earned(s.information_velocity, options_.ready_velocity_m_s);
     // Satellites that have moved away from where the velocities lead are not relied upon.
     constexpr double far = 5;
     const double off = vec(s.in_t.colour).head<2>().norm();
     const bool agree = off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
     n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
-                        (place_given(options_) || earned(s.information_position, options_.ready_position_m));
+                        (place_given(options_) || is_earned(s.information_position, options_.ready_position_m));
 }
 
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {

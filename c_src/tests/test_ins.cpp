@@ -374,6 +374,7 @@ struct Flight {
         Navigator::Settings e;
         e.closed_form = closed_form;
         e.horizon_s = horizon_s;
+        e.time_jump_limit_s = options.time_jump_limit_s;
         e.queue_capacity = 256;
         EXPECT_TRUE(filter.create(ins::Model(options), e));
     }
@@ -615,6 +616,100 @@ TEST(InsAnyHeading, AGyrocompassFindsNorthByTheRateOfTheEarth) {
         EXPECT_TRUE(n.heading_ready);
         EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - heading)), 0.1 * deg);
     }
+}
+
+// ------------------------------------------------------------------------------------------------ faults
+
+ins::Options guarded() {
+    ins::Options o = usual();
+    o.outlier_rate_rad_s = 8;
+    o.outlier_force_m_s2 = 100;
+    o.time_jump_limit_s = 1;
+    return o;
+}
+
+// Rotation off the truth at t, in rad.
+double rotation_error(const Flight& run, const Truth& truth, double t) {
+    const ins::Navigation n = run.shown();
+    const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
+    return rotation_vector(multiply(q_eb, conjugate(truth.q_eb(t)))).norm();
+}
+
+TEST(InsFaults, OneWildSampleOfTheInertialUnitChangesNothing) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    for (const double size : {35.0, 1000.0, 9e5}) {
+        Flight run(guarded());
+        drive(run, truth, 41, [&](ins::Sample& sample) {
+            if (sample.channel == imu && std::fabs(sample.t_s - 40) < 0.001) sample.value[2] = sample.value[4] = size;
+        });
+        EXPECT_LT(rotation_error(run, truth, 41), 1 * deg) << size;
+        EXPECT_TRUE(run.shown().heading_ready) << size;
+        EXPECT_EQ(run.filter.newest().check[checked_gyro].outliers, 1u);
+    }
+}
+
+TEST(InsFaults, AStampFarAheadIsLeftOutAndAClockThatIsSetBackIsFollowed) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    for (const double back_s : {0.0, 10.0, 604800.0}) {
+        Flight run(guarded());
+        for (int i = 1; i <= 4500; ++i) {
+            const double t = 0.01 * i, stamp = i > 4000 ? t - back_s : t;
+            ins::Sample turn{i == 3500 ? t + 3600 : stamp, imu, {}};
+            truth.sample(t, turn.value);
+            ASSERT_EQ(run.filter.push(turn), Outcome::ok);
+            if (i % 20 == 0)
+                for (ins::Sample fix : {truth.velocity_fix(t), truth.position_fix(t)}) {
+                    fix.t_s = stamp;
+                    ASSERT_EQ(run.filter.push(fix), Outcome::ok);
+                }
+            ASSERT_EQ(run.filter.advance(stamp), Outcome::ok) << i;
+        }
+        EXPECT_EQ(run.filter.stamps().left_out(), 1u);
+        EXPECT_EQ(run.filter.stamps().jumps(), back_s > 0 ? 1u : 0u);
+        EXPECT_LT(rotation_error(run, truth, 45), 4 * deg) << back_s;
+        EXPECT_LT((run.shown().position_e - truth.position_e(45)).norm(), 2.0);
+        EXPECT_EQ(run.filter.newest().times_lost, 0u);
+    }
+}
+
+// Fixes alone start nothing: what they made of a state without force was off by kilometres, with a sigma of 0.
+TEST(InsFaults, WithoutTheInertialUnitNothingIsReadyAndItIsFoundAgainAfterwards) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight run(guarded());
+    for (int i = 1; i <= 14000; ++i) {
+        const double t = 0.01 * i;
+        const bool silent = i > 4000 && i <= 10000;
+        if (!silent) run.push_imu(truth, t);
+        if (i % 20 == 0) {
+            run.filter.push(truth.velocity_fix(t));
+            run.filter.push(truth.position_fix(t));
+        }
+        ASSERT_EQ(run.filter.advance(t), Outcome::ok) << i;
+        if (silent && i > 4200) {
+            const ins::Navigation n = run.shown();
+            ASSERT_FALSE(n.tilt_ready || n.heading_ready || n.velocity_ready || n.position_ready) << t;
+        }
+    }
+    EXPECT_EQ(run.filter.newest().times_lost, 1u);
+    EXPECT_TRUE(run.shown().heading_ready);
+    EXPECT_LT(rotation_error(run, truth, 140), 1 * deg);
+    EXPECT_LT((run.shown().position_e - truth.position_e(140)).norm(), 1.0);
+}
+
+TEST(InsFaults, AnAxisThatIsStuckCostsCertaintyAboutItAndNoneIsClaimed) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    test::Random random(4);
+    Flight run(guarded());
+    double sigma_before = 0;
+    drive(run, truth, 43, [&](ins::Sample& sample) {
+        if (sample.channel != imu) return;
+        for (int i = 0; i < 3; ++i) sample.value[i] += random.normal(1e-3);
+        if (sample.t_s > 40) sample.value[2] = 0.3;
+        if (sample.t_s < 40) sigma_before = run.filter.shown().P[ins::packed(ins::row_phi + 2, ins::row_phi + 2)];
+    });
+    EXPECT_GT(run.filter.newest().check[checked_gyro].stuck, 100u);
+    EXPECT_GT(run.shown().sigma_rotation[2], 5 * std::sqrt(sigma_before));
+    EXPECT_FALSE(run.shown().heading_ready);
 }
 
 // ------------------------------------------------------------------------------------------------ what hybrid filters promise

@@ -1,6 +1,7 @@
 // Correction by a heading aid: one row. It does not correct the horizon either.
 #include "attitude/ahrs/correct_aid.hpp"
 #include "attitude/common/heading_aid.hpp"
+#include "estimation/gate.hpp"
 
 namespace hnav {
 
@@ -20,10 +21,10 @@ struct Model::Aid<heading> {
         const Scalar innovation = aid.residual() - h.dot(segment<3>(c.error, rotation));
         const Scalar nis = normalised_square<1, Scalar>(Row1(S), Row1(innovation));
         InnovationOf<Scalar>& i = record_heading(s.innovation, event.t_s, innovation, S, nis);
-        const Scalar limit = Scalar(model.options_.heading_gate_nis);
-        if (limit > 0 && nis > limit && model.heading_ready(s)) {
-            i.noise_scale = 1 + (nis / limit - 1) * S / noise;
-            S *= nis / limit;
+        const Scalar over = beyond_gate(nis, Scalar(model.options_.heading_gate_nis));
+        if (over > 1 && model.heading_ready(s)) {
+            i.noise_scale = 1 + (over - 1) * S / noise;
+            S *= over;
             ++s.gated[heading];
         }
         condition<1, considered>(c, PHt, Row1(S), Row1(innovation));

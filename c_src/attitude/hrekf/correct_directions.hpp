@@ -4,6 +4,7 @@
 
 #include "attitude/hrekf/correction.hpp"
 #include "attitude/hrekf/model.hpp"
+#include "estimation/gate.hpp"
 
 namespace hnav {
 
@@ -89,9 +90,8 @@ const InnovationOf<R>& HrekfModelOf<R>::record(State& s, const HrekfDirection<R>
     const R nis = Cholesky<3, R>(S).quadratic_form(nu);
     i.nis = std::fmax(R(0), nis); // rounding, where S is nearly singular
     i.noise_scale = 1;
-    const R limit = gate_nis(direction.channel);
-    if (limit > 0 && i.nis > limit && gate_works(s, direction.channel))
-        i.noise_scale = 1 + (i.nis / limit - 1) * S.trace() / (3 * direction.variance);
+    const R over = beyond_gate(i.nis, gate_nis(direction.channel));
+    if (over > 1 && gate_works(s, direction.channel)) i.noise_scale = 1 + (over - 1) * S.trace() / (3 * direction.variance);
     return i;
 }
 

@@ -4,6 +4,7 @@
 #include "attitude/common/heading_aid.hpp"
 #include "attitude/hrekf/correction.hpp"
 #include "attitude/hrekf/model.hpp"
+#include "estimation/gate.hpp"
 
 namespace hnav {
 
@@ -16,10 +17,9 @@ void HrekfModelOf<R>::correct_heading(State& s, const Event& event) const {
     HrekfCorrection<1, R> correction(law_, s, event.t_s, H, Square<1, R>(noise));
     const R S = correction.innovation_covariance()(0, 0);
     InnovationOf<R>& i = record_heading(s.innovation, event.t_s, nu, S, nu * nu / S);
-    const R limit = gate_nis(heading);
-    const bool gated = limit > 0 && i.nis > limit && gate_works(s, heading);
-    if (gated) {
-        const R inflated = noise + (i.nis / limit - 1) * S;
+    const R over = beyond_gate(i.nis, gate_nis(heading));
+    if (over > 1 && gate_works(s, heading)) {
+        const R inflated = noise + (over - 1) * S;
         i.noise_scale = inflated / noise;
         ++s.gated[heading];
         correction.change_noise(Square<1, R>(inflated));
