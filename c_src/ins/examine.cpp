@@ -11,7 +11,7 @@ void Model::examine(State& s, const Event& event) const {
     s.rejected = 0;
     const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
     if (!has_imu && !has_field) return;
-    const CheckLimits<double> limits(options_, 0);
+    CheckLimits<double> limits(options_, 0);
     const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
     const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
     const bool moves = goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 || rate.norm() > turning_rad_s;
@@ -20,6 +20,9 @@ void Model::examine(State& s, const Event& event) const {
         return sensor == checked_mag ? has_field : has_imu;
     };
     const auto interval_s = [&](int sensor) { return event.t_s - s.last_s[sensor == checked_mag ? field : imu]; };
+    // After a gap the body may have changed by as much more as the gap is longer.
+    const double longer = s.usual_interval_s > 0 ? std::fmax(1, interval_s(checked_gyro) / s.usual_interval_s) : 1;
+    for (const int sensor : {checked_gyro, checked_accel}) limits.of[sensor].outlier *= longer;
     const Examined found =
         hnav::examine(s.check, limits.of, event.t_s, moves, rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
     const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
