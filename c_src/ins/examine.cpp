@@ -3,18 +3,23 @@
 
 namespace hnav::ins {
 
+// By force, rate or velocity: what repeats a value meanwhile is at fault.
+bool Model::moves(const State& s) const {
+    constexpr double turning_rad_s = 0.02, goes_m_s = 1; // more than a bias; what goes does not stand still
+    const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
+    return goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 ||
+           (vec(s.held.rate) - vec(s.gyro_bias)).norm() > turning_rad_s;
+}
+
 // Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as
 // it stands, because nothing better is known, and what it has not shown is noise.
 void Model::examine(State& s, const Event& event) const {
-    constexpr double turns_rad_s = 0.2, turning_rad_s = 0.02; // more than a body at rest does; more than a bias
-    constexpr double goes_m_s = 1; // what goes does not stand still
+    constexpr double turns_rad_s = 0.2; // more than a body at rest does
     s.rejected = 0;
     const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
     if (!has_imu && !has_field) return;
     CheckLimits<double> limits(options_, 0);
     const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
-    const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
-    const bool moves = goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 || rate.norm() > turning_rad_s;
     const auto sample = [&](int sensor, Vector3* y) {
         *y = vec(sensor == checked_mag ? event.value[field] : event.value[imu] + 3 * sensor);
         return sensor == checked_mag ? has_field : has_imu;
@@ -23,8 +28,8 @@ void Model::examine(State& s, const Event& event) const {
     // After a gap the body may have changed by as much more as the gap is longer.
     const double longer = s.usual_interval_s > 0 ? std::fmax(1, interval_s(checked_gyro) / s.usual_interval_s) : 1;
     for (const int sensor : {checked_gyro, checked_accel}) limits.of[sensor].outlier *= longer;
-    const Examined found =
-        hnav::examine(s.check, limits.of, event.t_s, moves, rate.squaredNorm() > turns_rad_s * turns_rad_s, sample, interval_s);
+    const Examined found = hnav::examine(s.check, limits.of, event.t_s, moves(s), rate.squaredNorm() > turns_rad_s * turns_rad_s,
+                                         sample, interval_s);
     const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
     if (has_imu && wild) s.rejected |= std::uint64_t{1} << imu;
     if ((found.rejected >> checked_mag) & 1) s.rejected |= std::uint64_t{1} << field;

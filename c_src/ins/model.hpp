@@ -108,6 +108,7 @@ private:
 
     // examine.cpp
     void examine(State& s, const Event& event) const;
+    bool moves(const State& s) const;
     void note_lost(State& s, double t_s, double interval_s) const;
     void widen_after_clock_jump(State& s) const;
 

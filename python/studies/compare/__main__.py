@@ -113,6 +113,18 @@ def told(verdict: Verdict) -> list[str]:
     return lines + ([f"        and {len(most) - SHOWN} more columns"] if len(most) > SHOWN else [])
 
 
+def _is_chosen(name: str, patterns: list[str]) -> bool:
+    return any(fnmatch(name, pattern) for pattern in patterns)
+
+
+def _summary(found: list[Verdict]) -> str:
+    counts = Counter(verdict.verdict for verdict in found)
+    numbers = sum(verdict.numbers for verdict in found)
+    return f"{len(found)} scenarios, {numbers} numbers: " + ", ".join(
+        f"{counts[kind]} {kind}" for kind in ("equal", "moved", "failed")
+    )
+
+
 def command(
     revision: Annotated[str, typer.Argument(help="What this checkout is compared with; built once")] = REVISION,
     only: Annotated[
@@ -123,7 +135,7 @@ def command(
     old: Annotated[Path | None, typer.Option(metavar="FOLDER", help="A checkout with its build instead of the revision")] = None,
 ) -> None:
     """This checkout's answers beside another revision's, bit for bit; exit code 1 when anything moved."""
-    chosen = [s for s in all_scenarios() if any(fnmatch(s.name, pattern) for pattern in only or ["*"])]
+    chosen = [s for s in all_scenarios() if _is_chosen(s.name, only or ["*"])]
     if not chosen:
         raise UsageError(f"no scenario is called {' or '.join(only or [])}; --list tells their names")
     if show:
@@ -133,14 +145,11 @@ def command(
         say("BROAD_DIR, HNAV_FLIGHT and HNAV_PLANTS name folders; what needs one that is not named is left out")
     begin = time.monotonic()
     found = compared(built(revision) if old is None else old.resolve(), CHECKOUT, chosen)
-    counts = Counter(verdict.verdict for verdict in found)
-    told_counts = ", ".join(f"{counts[verdict]} {verdict}" for verdict in ("equal", "moved", "failed"))
-    numbers = sum(verdict.numbers for verdict in found)
-    say(f"{len(found)} scenarios, {numbers} numbers: {told_counts}; {time.monotonic() - begin:.0f} s")
+    say(f"{_summary(found)}; {time.monotonic() - begin:.0f} s")
     if table is not None:
-        answer = {"revision": revision, "counts": dict(counts), "scenarios": [asdict(verdict) for verdict in found]}
+        answer = {"revision": revision, "scenarios": [asdict(verdict) for verdict in found]}
         write_files({table: json.dumps(answer, indent=1) + "\n"})
-    if counts["equal"] < len(found):
+    if any(verdict.verdict != "equal" for verdict in found):
         raise typer.Exit(1)
 
 

@@ -63,16 +63,22 @@ class Verdict:
 
 def judged(scenario: str, old: Columns, new: Columns) -> Verdict:
     """What stands on one side only is listed, and nothing against it; what failed on either side is no answer."""
-    failures = [f"{side}: {_end(str(answers[FAILURE]))}" for side, answers in (("old", old), ("new", new)) if FAILURE in answers]
-    if len(failures) == 2 and str(old[FAILURE]) == str(new[FAILURE]) and str(old[FAILURE]).startswith("refused"):
-        return Verdict(scenario, "equal", failure=_end(str(old[FAILURE])))
+    failures = {side: str(answers[FAILURE]) for side, answers in (("old", old), ("new", new)) if FAILURE in answers}
     if failures:
-        return Verdict(scenario, "failed", failure="; ".join(failures))
+        return _failed(scenario, failures)
     moved = [found for name in old if name in new and (found := _moved(name, old, new))]
     return Verdict(
         scenario, "moved" if moved else "equal", sum(values.size for values in old.values()), moved,
         [name for name in old if name not in new], [name for name in new if name not in old],
     )  # fmt: skip
+
+
+def _failed(scenario: str, failures: dict[str, str]) -> Verdict:
+    """Both sides that refuse with the same words are equal."""
+    first, *others = failures.values()
+    if others == [first] and first.startswith("refused"):
+        return Verdict(scenario, "equal", failure=_end(first))
+    return Verdict(scenario, "failed", failure="; ".join(f"{side}: {_end(text)}" for side, text in failures.items()))
 
 
 def _end(trace: str) -> str:
