@@ -147,7 +147,8 @@ def command(
     found = compared(built(revision) if old is None else old.resolve(), CHECKOUT, chosen)
     say(f"{_summary(found)}; {time.monotonic() - begin:.0f} s")
     if table is not None:
-        answer = {"revision": revision, "scenarios": [asdict(verdict) for verdict in found]}
+        counts = Counter(verdict.verdict for verdict in found)
+        answer = {"revision": revision, "counts": counts, "scenarios": [asdict(verdict) for verdict in found]}
         write_files({table: json.dumps(answer, indent=1) + "\n"})
     if any(verdict.verdict != "equal" for verdict in found):
         raise typer.Exit(1)
