@@ -1,6 +1,7 @@
 // The C boundary of the navigation filter: what it tells, whole recordings, saved states.
 #include "c_api/ins_object.hpp"
 
+#include "c_api/health.hpp"
 #include "maths/repair.hpp"
 
 using namespace hnav;
@@ -229,6 +230,25 @@ hnav_status hnav_ins_get_diagnostics(const hnav_ins* object, hnav_ins_diagnostic
     result.solver_rhs_evals = filter.propagator().rhs_evals();
     result.solver_steps = filter.propagator().steps();
     hand_out(result, diagnostics);
+    return HNAV_OK;
+}
+
+hnav_status hnav_ins_get_health(const hnav_ins* object, hnav_ins_health* health) {
+    REQUIRE_STRUCT(object, health, hnav_ins_health);
+    const auto& filter = object->filter;
+    const ins::State& s = filter.newest();
+    const auto of = [&](int channel, const SensorCheck<double>* check) {
+        hnav_sensor_health h = sensor_health(check, filter.stamps(), channel, filter.event_now_s());
+        h.since_s = filter.stamp_of(h.since_s);
+        return h;
+    };
+    hnav_ins_health result{};
+    for (const int part : {checked_gyro, checked_accel}) result.unit[part] = of(ins::imu, &s.check[part]);
+    for (int c = 0; c < HNAV_INS_SENSOR_COUNT; ++c) result.sensor[c] = of(c, c == ins::field ? &s.check[checked_mag] : nullptr);
+    result.times_lost = s.times_lost;
+    result.clock_jumps = filter.stamps().jumps();
+    result.stamps_left_out = filter.stamps().left_out();
+    hand_out(result, health);
     return HNAV_OK;
 }
 

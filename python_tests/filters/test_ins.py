@@ -240,6 +240,18 @@ def test_samples_that_are_missing_while_a_hand_turns_the_body_cost_what_sigma_sa
     assert z2.max() < 2 and np.degrees(np.sqrt(np.mean(error[:, :2] ** 2))) < 3
 
 
+def test_health_names_a_wild_sample_a_stamp_ahead_and_what_is_missing():
+    samples, _ = vehicle("car", "industrial", 3, 60.0)
+    t, rate = samples.t_s.copy(), samples.rate_b_rad_s.copy()
+    rate[-50, 1], t[-90] = 1000.0, t[-90] + 3600
+    ins = hnav.Ins("industrial", **FAST)
+    ins.run(t, rate, samples.force_b_m_s2, samples.aids)
+    health = ins.health()
+    assert health.unit["gyro"].state == "outlier" and health.unit["gyro"].outliers == health.unit["gyro"].left_out - 1 == 1
+    assert health.unit["accel"].state == health.sensor["velocity"].state == "ok" and health.sensor["mag"].state == "missing"
+    assert (health.stamps_left_out, health.clock_jumps, health.times_lost) == (1, 0, 0)
+
+
 def test_wheels_of_a_car_that_nobody_has_measured_hold_the_position():
     without, ordinary = (list(outages(name, "consumer", 6, 5, 1)) for name in ("none", "ordinary"))
     long, short = ([o for o in ordinary if o.length_s == length] for length in (30, 10))

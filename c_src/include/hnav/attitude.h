@@ -235,28 +235,6 @@ HNAV_API hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_dia
 
 /* ------------------------------------------------------------------------------------------------ health */
 
-/* What a sensor is taken to be. Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used,
- * outliers apart, because nothing better is known, and the sigma of the attitude grows by what they may have missed. */
-typedef enum hnav_sensor_state {
-    HNAV_SENSOR_STATE_OK = 0,
-    HNAV_SENSOR_STATE_LATE = 1,      /* within the last second a sample was refused: older than the committed estimate */
-    HNAV_SENSOR_STATE_OUTLIER = 2,   /* within the last second a sample lay far from those beside it */
-    HNAV_SENSOR_STATE_STUCK = 3,     /* an axis repeats one value although the body moves */
-    HNAV_SENSOR_STATE_SATURATED = 4, /* an axis is at the end of its range */
-    HNAV_SENSOR_STATE_MISSING = 5    /* no sample yet, or none for a second and ten of its usual intervals */
-} hnav_sensor_state;
-
-typedef struct hnav_sensor_health {
-    double since_s;     /* time at which the state began; NaN when it has been so from the first */
-    uint64_t outliers;  /* samples so far */
-    uint64_t stuck;
-    uint64_t saturated;
-    uint64_t late;
-    uint64_t left_out;  /* taken in and not used: outliers, stuck, saturated, stamps far ahead */
-    int32_t state;      /* hnav_sensor_state */
-    int32_t axes;       /* stuck or saturated now: bit 0 for x, 1 for y, 2 for z of the sensor's axes turned to the body */
-} hnav_sensor_health;
-
 typedef struct hnav_health {
     size_t size;                                 /* of this struct; set by the caller */
     hnav_sensor_health sensor[HNAV_SENSOR_COUNT];

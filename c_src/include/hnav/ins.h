@@ -157,6 +157,17 @@ typedef struct hnav_ins_diagnostics {
 } hnav_ins_diagnostics;
 HNAV_API hnav_status hnav_ins_get_diagnostics(const hnav_ins* ins, hnav_ins_diagnostics* diagnostics);
 
+/* How each sensor does. Rate and force come in one sample: unit has both, and the entry of HNAV_INS_IMU what its stamps show. */
+typedef struct hnav_ins_health {
+    size_t size; /* of this struct; set by the caller */
+    hnav_sensor_health unit[2]; /* gyroscope, accelerometer */
+    hnav_sensor_health sensor[HNAV_INS_SENSOR_COUNT]; /* by hnav_ins_sensor */
+    uint64_t times_lost; /* as in the diagnostics */
+    uint64_t clock_jumps; /* stamps ran back: a new time base began */
+    uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
+} hnav_ins_health;
+HNAV_API hnav_status hnav_ins_get_health(const hnav_ins* ins, hnav_ins_health* health);
+
 /* ------------------------------------------------------------------------------------------------ recordings */
 
 /* n rows of the IMU; a row of NaN has no sample. Aids are sorted by the time at which they came, which is their time of validity

@@ -30,7 +30,16 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError
 from hnav.filters.hybrid_view import HybridView
 from hnav.filters.ins_aids import INS_SENSORS, Aids
-from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsDiagnostics, InsInnovation, InsRun, Navigation, Observed, unfilled_run
+from hnav.filters.ins_answers import (
+    INS_RUN_ARRAYS,
+    InsDiagnostics,
+    InsHealth,
+    InsInnovation,
+    InsRun,
+    Navigation,
+    Observed,
+    unfilled_run,
+)
 from hnav.filters.ins_options import InsOptions
 from hnav.native.arrays import Array, address, doubles, times
 from hnav.native.library import continued, ffi, new
@@ -211,6 +220,10 @@ class Ins(HybridView):
     def diagnostics(self) -> InsDiagnostics:
         """Counts of samples and corrections."""
         return InsDiagnostics.read(self._filled("hnav_ins_diagnostics", "get_diagnostics"))
+
+    def health(self) -> InsHealth:
+        """How the sensors do at the time of the last advance."""
+        return InsHealth.read(self._filled("hnav_ins_health", "get_health"))
 
 
 def _three(sigma: npt.ArrayLike) -> Array:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from hnav.filters.attitude_answers import SensorHealth
 from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_options import InsOptions
-from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Named, Record
+from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Each, Named, Record
 from hnav.native.library import enumerators
 
 if TYPE_CHECKING:
@@ -151,6 +152,22 @@ class InsDiagnostics(Record):
     """Evaluations of the differential equation by the solver."""
     solver_steps: int
     """Steps of the solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class InsHealth(Record):
+    """How the sensors do, and how often the filter had to begin anew."""
+
+    unit: Annotated[dict[str, SensorHealth], Each(("gyro", "accel"), SensorHealth)]
+    """The two parts of the inertial unit."""
+    sensor: Annotated[dict[str, SensorHealth], Each(INS_SENSORS, SensorHealth)]
+    """By sensor; imu: what its stamps show."""
+    times_lost: int
+    """The start or the search for the heading began anew."""
+    clock_jumps: int
+    """Stamps ran back: a new time base began."""
+    stamps_left_out: int
+    """Samples whose stamp lay far ahead of all others."""
 
 
 @dataclass(repr=False)
