@@ -12,8 +12,8 @@ namespace hnav {
 constexpr double shown_s = 1;
 
 // check: null for a sensor whose samples are not looked at. now_s and all times: the filter's.
-template <class R, class Stamps>
-hnav_sensor_health sensor_health(const SensorCheck<R>* check, const Stamps& stamps, int channel, double now_s) {
+template <class Check, class Stamps>
+hnav_sensor_health sensor_health(const Check* check, const Stamps& stamps, int channel, double now_s) {
     constexpr double missing_intervals = 10;
     hnav_sensor_health h{};
     h.late = stamps.late(channel);

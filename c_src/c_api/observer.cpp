@@ -69,6 +69,8 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     settings.rtol = options.rtol;
     settings.covariance_rtol = options.covariance_rtol;
     settings.robust_rate_1_s = options.robust_rate_1_s;
+    settings.outlier_sigma = options.outlier_sigma;
+    settings.time_jump_limit_s = options.time_jump_limit_s;
     settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS;
     if (settings.sigma_points && o->plant->sizes.events)
         return caller.fail(HNAV_ERROR_OPTION,
@@ -78,6 +80,8 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
     e.propagator.rtol = e.atol = options.rtol;
     e.propagator.max_steps = options.max_steps;
     e.horizon_s = options.horizon_s;
+    // A sample that comes within the horizon is late, and no clock has been set.
+    e.time_jump_limit_s = options.time_jump_limit_s > 0 ? std::fmax(options.time_jump_limit_s, options.horizon_s) : 0;
     // The base of the chain takes a place, and so does the moment of a given start.
     e.queue_capacity = options.queue_capacity + 2;
     e.fingerprint = o->problem->fingerprint(fingerprint);
@@ -204,12 +208,13 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
     return status;
 }
 
-hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
+template <class Move>
+static hnav_status advance_by(hnav_observer* o, double t_s, Move&& move) {
     if (!std::isfinite(t_s)) return o->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
     if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
     o->trouble = {};
     const double before = o->instants();
-    const Outcome outcome = look_ahead ? o->filter.advance(t_s) : o->filter.commit(t_s);
+    const Outcome outcome = move();
     o->dropped += static_cast<std::uint64_t>(before - o->instants());
     switch (outcome) {
     case Outcome::ok: return HNAV_OK;
@@ -217,6 +222,15 @@ hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
         return o->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, o->filter.now_s());
     default: return no_estimate(o, t_s);
     }
+}
+
+hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
+    return advance_by(o, t_s, [=] { return look_ahead ? o->filter.advance(t_s) : o->filter.commit(t_s); });
+}
+
+// A row whose samples have been pushed.
+hnav_status advance_row(hnav_observer* o, double t_s) {
+    return advance_by(o, t_s, [=] { return o->filter.advance_row(t_s); });
 }
 
 } // namespace hnav

@@ -61,5 +61,6 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
 hnav_status status_of(const observer::Refusal& why);
 
 hnav_status advance(hnav_observer* observer, double t_s, bool look_ahead);
+hnav_status advance_row(hnav_observer* observer, double t_s);
 
 } // namespace hnav

@@ -26,7 +26,7 @@ void write_row(const hnav_observer& o, const double* sensors, bool used, const h
         if (out.parts) out.parts[i] = static_cast<std::uint8_t>(parts.count);
         if (out.plant_events) out.plant_events[i] = parts.mean_events;
     }
-    if (out.ready) out.ready[i] = o.number(o.layout().ready) != 0;
+    if (out.ready) out.ready[i] = o.filter.model().ready(o.filter.shown());
     if (out.log_likelihood) {
         const bool corrected = used && std::any_of(sensors, sensors + m, [](double y) { return !std::isnan(y); });
         out.log_likelihood[i] = corrected ? o.number(o.layout().likelihood) : std::nan("");
@@ -40,16 +40,19 @@ void write_row(const hnav_observer& o, const double* sensors, bool used, const h
             row(w.rows, i, m)[k] = used && !std::isnan(sensors[k]) ? o.number(o.layout().of_sensor(k, w.what)) : std::nan("");
 }
 
-// A value of NaN is no sample.
-hnav_status push_row(hnav_observer* o, const hnav_observer_run_input& in, std::size_t i) {
-    const int known = o->problem->known, sensors = o->problem->sensors;
-    for (int k = 0; in.inputs && k < known; ++k)
-        if (const double value = in.inputs[i * known + k]; !std::isnan(value))
-            if (const hnav_status status = hnav_observer_push_input(o, k, in.t_s[i], value)) return status;
-    for (int k = 0; k < sensors; ++k)
-        if (const double value = in.sensors[i * sensors + k]; !std::isnan(value))
-            if (const hnav_status status = hnav_observer_push(o, k, in.t_s[i], value)) return status;
-    return HNAV_OK;
+// A value of NaN is no sample; any: there is one.
+hnav_status push_row(hnav_observer* o, const hnav_observer_run_input& in, std::size_t i, bool* any) {
+    const auto push = [&](auto* push_one, const double* values, int count) {
+        for (int k = 0; values && k < count; ++k) {
+            const double value = values[i * count + k];
+            if (std::isnan(value)) continue;
+            *any = true;
+            if (const hnav_status status = push_one(o, k, in.t_s[i], value)) return status;
+        }
+        return HNAV_OK;
+    };
+    const hnav_status status = push(hnav_observer_push_input, in.inputs, o->problem->known);
+    return status ? status : push(hnav_observer_push, in.sensors, o->problem->sensors);
 }
 
 // What a snapshot begins with.
@@ -123,7 +126,7 @@ hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_
     hnav_observer_info result{};
     result.n_estimated = observer->problem->N;
     result.begun = observer->number(at.begun) != 0;
-    result.ready = observer->number(at.ready) != 0;
+    result.ready = filter.model().ready(filter.shown());
     result.repeatable = observer->proof.repeatable;
     result.now_s = filter.now_s();
     result.newest_s = filter.newest_s();
@@ -146,6 +149,12 @@ hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_
     result.projected = count(Layout::projected);
     result.crosses = filter.model().crosses();
     result.n_indicators = observer->problem->sizes.indicators;
+    for (int i = 0; i < observer->problem->sensors; ++i) {
+        result.outliers += filter.model().check(filter.newest(), i).outliers;
+        result.stuck += filter.model().check(filter.newest(), i).stuck;
+    }
+    result.stamps_left_out = filter.stamps().left_out();
+    result.clock_jumps = filter.stamps().jumps();
     hnav::hand_out(result, info);
     return HNAV_OK;
 }
@@ -182,9 +191,11 @@ hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_obse
     const hnav_observer_run_output out = hnav::take_in(*output);
     char first_drop[sizeof observer->message] = "";
     for (size_t i = 0; i < n; ++i) {
-        hnav_status status = push_row(observer, in, i);
+        bool any = false;
+        hnav_status status = push_row(observer, in, i, &any);
         const std::uint64_t dropped = observer->dropped;
-        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = hnav::advance(observer, in.t_s[i], true);
+        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE)
+            status = any ? hnav::advance_row(observer, in.t_s[i]) : hnav::advance(observer, in.t_s[i], true);
         if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
         if (status == HNAV_ERROR_SOLVER && !*first_drop) std::strcpy(first_drop, observer->message);
         write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);

@@ -99,6 +99,8 @@ public:
 
     // Takes a sample in. It acts at the next advance that reaches its time.
     Outcome push(const Sample& sample) {
+        if constexpr (!has_fixed_size<Model>)
+            if (sample.t_s == stamps_.last_s(sample.channel) && has_again(sample)) return Outcome::ok;
         const auto newest_s = [this] { return std::fmax(now_, queue_.event(queue_.size() - 1).t_s); };
         const auto placed = stamps_.place(sample.channel, sample.t_s, now_, late_limit_, settings_.time_jump_limit_s, newest_s);
         using Place = typename decltype(stamps_)::Place;
@@ -365,12 +367,13 @@ private:
 #endif
 
     using Context = FlowContext<Model>;
+    using Timing = Stamps<Event::channel_count, !has_fixed_size<Model>>;
 
     // What is saved beside the state of the base, the shown one and the events.
     struct Kept {
         double now, event_now, late_limit;
         Refused refused;
-        Stamps<Event::channel_count> stamps;
+        Timing stamps;
         std::uint64_t rhs_evals, steps;
         std::uint64_t events, solved;
     };
@@ -512,6 +515,18 @@ private:
         if (Context{&model_, &state}.flow(x_of(state), spare_x_) != 0) return false;
         for (int i = 0; i < nx(); ++i) x_of(state)[i] += interval_s * spare_x_[i];
         return true;
+    }
+
+    // A row that comes twice is no burst.
+    bool has_again(const Sample& sample) const {
+        const double t_s = sample.t_s + stamps_.offset_s();
+        for (int i = queue_.size() - 1; i >= 0 && queue_.event(i).t_s >= t_s; --i) {
+            const Event& event = queue_.event(i);
+            if (event.t_s == t_s && event.has(sample.channel) &&
+                std::memcmp(event.value(sample.channel), sample.value, event.values * sizeof(double)) == 0)
+                return true;
+        }
+        return false;
     }
 
     // A state has been written: no other slot has the same seldom part.
@@ -659,7 +674,7 @@ private:
     bool prefers_closed_form_ = false;
     Propagator propagator_;
     Queue queue_;
-    Stamps<Event::channel_count> stamps_;
+    Timing stamps_;
     // Known when compiled, but the compiler's own moves are slower than the library's: see copy.
     std::size_t state_bytes_ = 0, seldom_end_ = 0;
     std::uint64_t last_tag_ = 0;

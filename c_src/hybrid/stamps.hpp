@@ -8,6 +8,8 @@
 //
 // Bursts: samples of one sensor that share a stamp, as a FIFO hands them over, are spread over the time since the burst
 // before it. How many share a stamp is learnt from the last burst.
+//
+// Of a plant of any pace samples may come once a minute: what is far ahead is then learnt from the intervals of its sensors.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +20,7 @@
 namespace hnav {
 
 // Part of what is saved: numbers of eight bytes only.
-template <int channels>
+template <int channels, bool any_pace = false>
 class Stamps {
 public:
     enum class Place : std::uint64_t { stamped, spread, jumped, left_out };
@@ -86,7 +88,8 @@ public:
 private:
     static constexpr double max_spread = 1.5; // usual intervals that a burst is spread over
     static constexpr double far_limits = 10; // in which a stamp is far ahead
-    static constexpr double max_interval_s = 1; // between two stamps, as far as it is a usual one
+    static constexpr double unknown_limits = 1000; // the same while no sensor of any pace has shown its interval
+    static constexpr double max_interval_s = any_pace ? HUGE_VAL : 1; // between two stamps, as far as it is a usual one
 
     struct Channel {
         std::uint64_t alone; // one sample a stamp, now and before
@@ -127,7 +130,8 @@ private:
         c.expected = c.count;
         c.count = 1;
         c.spread_s = c.interval_s > 0 ? std::min(since_s, max_spread * c.interval_s) : since_s;
-        if (c.interval_s == 0 || since_s < max_spread * c.interval_s) c.interval_s = since_s < max_interval_s ? since_s : 0;
+        if (any_pace || c.interval_s == 0 || since_s < max_spread * c.interval_s)
+            c.interval_s = since_s < max_interval_s ? since_s : 0;
         else c.interval_s = std::min(max_spread * c.interval_s, max_interval_s);
         c.last_s = stamp_s;
     }
@@ -144,8 +148,16 @@ private:
     // The first of its kind; a later one that follows it is believed.
     bool is_far_ahead(double stamp_s, double newest_s, double limit_s) {
         const double ahead_s = stamp_s + offset_s_ - newest_s;
-        if (!(ahead_s > far_limits * limit_s) || std::isinf(ahead_s)) return false;
-        if (stamp_s > ahead_s_ && stamp_s < ahead_s_ + far_limits * limit_s) return false;
+        double far_s = far_limits * limit_s, agree_s = far_s;
+        if (!(ahead_s > far_s) || std::isinf(ahead_s)) return false;
+        if (any_pace) {
+            double pace_s = 0;
+            for (const Channel& c : channel_) pace_s = std::max(pace_s, c.interval_s);
+            far_s = pace_s > 0 ? std::max(far_s, far_limits * pace_s) : unknown_limits * limit_s;
+            agree_s = std::max(far_s, 1.5 * (ahead_s_ + offset_s_ - newest_s)); // one of a few slow samples agrees with the next
+            if (!(ahead_s > far_s)) return false;
+        }
+        if (stamp_s > ahead_s_ && stamp_s < ahead_s_ + agree_s) return false;
         ahead_s_ = stamp_s;
         return true;
     }

@@ -13,6 +13,8 @@ constexpr double nis_window = 50; // samples
 constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
 constexpr int samples_to_ready = 20, doubts_to_fall = 3;
 constexpr double sure_part = 0.99;
+constexpr double samples_to_check = 8; // by then a usual change is known
+constexpr double stale_runs = 4; // usual runs of equal samples; what a sensor with noise repeats beyond brings nothing new
 
 } // namespace
 
@@ -21,6 +23,7 @@ void Model::jump(State& s, const Event& event) const {
     const Layout& at = layout();
     double* v = s.x();
     if (v[at.begun] != 0) collect_all(s);
+    if (event.begins_time_base() && v[at.begun] != 0) forget_time(s);
     v[at.t] = event.t_s;
     const bool begins = v[at.begun] == 0 && (settings_.start_at_first_sample || event.has(start_channel()));
     if (begins) v[at.begun] = 1;
@@ -117,6 +120,53 @@ void Model::innovate(State& s, const Event& event) const {
     }
 }
 
+// How long a clock was being set is unknown: noise for as long as the limit of a jump, and the plant has gone along its flow by
+// about an interval more or less.
+void Model::forget_time(State& s) const {
+    const Problem& p = *problem_;
+    const double usual_s = s.x()[layout().usual];
+    double *P = work_->P, *dX = work_->slope_here;
+    for (int i = 0; i < parts_of(s); ++i) {
+        double* part = part_of(s, i);
+        if (crosses()) plant_->recall(part + layout().memory);
+        expected(part, work_->x);
+        if (!slope(s, s.x()[layout().t], work_->x, dX)) std::fill_n(dX, p.N, 0.0);
+        unpack_upper(part + layout().P, p.N, 1, P);
+        for (int j = 0; j < p.N; ++j) {
+            P[j * p.N + j] += settings_.time_jump_limit_s * p.noise[j];
+            for (int k = 0; k < p.N; ++k) P[j * p.N + k] += usual_s * dX[j] * usual_s * dX[k];
+        }
+        pack_upper(P, p.N, part + layout().P);
+    }
+}
+
+// By what the variance of a sample is to be inflated because of what the sensor has shown; infinite: it is rejected. An outlier
+// is far from the sample before it, in sigmas of the sensor and in usual changes, and far from what is expected. A sensor is stuck
+// that repeats a value while the plant moves away from it. While one with noise repeats a value for
+// longer than its resolution explains, its samples hold one and the same error.
+double Model::believe(State& s, const Event& event, int k) const {
+    const Layout& at = layout();
+    double* v = s.x();
+    Check& health = check(s, k);
+    const Check::Vector y(*event.value(sensor_channel(k)));
+    const double sigma = std::sqrt(problem_->sensor_variance[k]), limit = settings_.outlier_sigma;
+    double &repeats = v[at.of_sensor(k, Layout::repeats)], &usual = v[at.of_sensor(k, Layout::usual_repeats)];
+    const double samples = v[at.of_sensor(k, Layout::samples)], nis = v[at.of_sensor(k, Layout::nis)];
+    const bool unlikely = limit > 0 && samples >= samples_to_check && nis > limit * limit;
+    if (samples > 0) health.note_course(y);
+    const bool again = samples > 0 && y[0] == health.last[0];
+    if (!again && repeats > 0) usual += 0.2 * (repeats - usual);
+    repeats = again ? repeats + 1 : 0;
+    const bool moves = std::fabs(v[at.of_sensor(k, Layout::innovation)]) > sigma;
+    const SensorCheckSettings<double> settings{unlikely ? limit * sigma : HUGE_VAL, 0, HUGE_VAL};
+    if (health.examine(settings, y, v[at.usual], event.t_s, moves, health.has_noise())) {
+        ++health.left_out;
+        return HUGE_VAL;
+    }
+    const double stale = health.has_noise() ? repeats - stale_runs * (1 + usual) : 0;
+    return stale > 0 ? 1 + stale : 1;
+}
+
 // By how much the variance of each sensor is inflated, and the mean of its NIS.
 void Model::gate(State& s, const Event& event, double* inflation) const {
     const Problem& p = *problem_;
@@ -125,9 +175,10 @@ void Model::gate(State& s, const Event& event, double* inflation) const {
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
         double nis = v[at.of_sensor(k, Layout::nis)];
-        inflation[k] = 1;
+        inflation[k] = believe(s, event, k);
+        if (std::isinf(inflation[k])) continue;
         if (p.gate_nis[k] > 0 && nis > p.gate_nis[k] && v[at.ready] != 0) {
-            inflation[k] = nis / p.gate_nis[k];
+            inflation[k] *= nis / p.gate_nis[k];
             v[at.of_sensor(k, Layout::gated)] += 1;
             nis = p.gate_nis[k];
         }
@@ -150,21 +201,23 @@ void Model::correct(State& s, const Event& event) const {
         }
     innovate(s, event);
     if (v[at.broken] != 0) return;
-    fused(s, work_->x, work_->P);
+    const bool several =
+        parts_of(s) > 1; // of a single part P stands in the workspace as it was unpacked, and then as it is corrected
+    if (several) fused(s, work_->x, work_->P);
     for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
     gate(s, event, inflation);
     double likelihood[max_parts];
     for (int i = 0; i < parts_of(s); ++i) likelihood[i] = correct_part(s, event, i, inflation);
-    Parts parts = parts_in(s);
     v[at.likelihood] = likelihood[0];
     v[at.corrections] += 1;
-    if (parts.used > 1) {
+    if (several) {
+        Parts parts = parts_in(s);
         v[at.likelihood] = mixture::reweigh(parts, likelihood);
         mixture::prune(parts, smallest_weight);
         mixture::merge_alike(parts);
         keep(s, parts);
+        fused(s, work_->x, work_->P);
     }
-    fused(s, work_->x, work_->P);
     judge(s, before);
 }
 
@@ -231,7 +284,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
     expected(part, X);
     double likelihood = 0;
     for (int k = 0; k < p.sensors; ++k) {
-        if (!event.has(sensor_channel(k))) continue;
+        if (!event.has(sensor_channel(k)) || std::isinf(inflation[k])) continue;
         const double* h = work_->H + (i * p.sensors + k) * p.N;
         double nu = work_->nu[i * p.sensors + k], variance = p.sensor_variance[k];
         for (int j = 0; j < p.N; ++j) nu -= h[j] * moved[j];
@@ -311,6 +364,15 @@ void Model::judge(State& s, const double* before) const {
     }
     v[at.doubts] = ready ? 0 : v[at.doubts] + 1;
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.doubts] < doubts_to_fall);
+}
+
+bool Model::ready(const State& s) const {
+    const Problem& p = *problem_;
+    if (s.x()[layout().ready] == 0) return false;
+    fused(s, work_->x, work_->P);
+    for (int i = 0; i < p.N; ++i)
+        if (!(work_->P[i * p.N + i] < p.ready_sigma[i] * p.ready_sigma[i])) return false;
+    return true;
 }
 
 } // namespace hnav::observer

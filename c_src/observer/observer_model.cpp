@@ -217,9 +217,10 @@ void Model::covariance(const State& s, const double* flowed, const double* held_
             std::copy_n(held + i * p.N, p.N, row);
             continue;
         }
-        std::fill_n(row, p.N, 0.0);
-        for (int k = 0; k < p.N; ++k)
-            for (int j = 0; j < p.N; ++j) row[j] += S[i * p.N + k] * held[k * p.N + j];
+        for (int j = 0; j < p.N; ++j) {
+            row[j] = 0;
+            for (int k = 0; k < p.N; ++k) row[j] += S[i * p.N + k] * held[k * p.N + j];
+        }
     }
     unpack_upper(flowed + at.Qd, p.N, s.x()[at.usual], P);
     for (int i = 0; i < p.N; ++i)

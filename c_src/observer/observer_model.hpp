@@ -29,6 +29,8 @@ struct ModelSettings {
     double covariance_rtol = 1e-4; // of Phi and Qd
     double robust_rate_1_s = 0; // see inflate
     bool sigma_points = false;
+    double outlier_sigma = 0;     // 0: no sample is an outlier
+    double time_jump_limit_s = 0; // see forget_time
 };
 
 // Numbers of an event of the plant: N before and after it, their slopes, the gradient of its guard, the saltation matrix Xi, P and
@@ -155,6 +157,13 @@ public:
     };
     Summary parts(const State& s) const;
 
+    // What the samples of a sensor have shown of its health.
+    const Check& check(const State& s, int sensor) const {
+        return reinterpret_cast<const Check*>(s.x() + layout().checks)[sensor];
+    }
+    // Ready at the last correction, and every sigma is below its limit still.
+    bool ready(const State& s) const;
+
     const Layout& layout() const { return work_->layout; }
     const Problem& problem() const { return *problem_; }
 
@@ -234,6 +243,7 @@ private:
     int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
     double* part_of(State& s, int i) const { return s.x() + i * layout().part_numbers; }
     const double* part_of(const State& s, int i) const { return s.x() + i * layout().part_numbers; }
+    Check& check(State& s, int sensor) const { return reinterpret_cast<Check*>(s.x() + layout().checks)[sensor]; }
     Parts parts_in(State& s) const { return {*this, s.x(), parts_of(s)}; }
 
     // corrections.cpp
@@ -246,6 +256,8 @@ private:
     double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     bool settle(State& s, double* part) const;
     void gate(State& s, const Event& event, double* inflation) const;
+    double believe(State& s, const Event& event, int sensor) const;
+    void forget_time(State& s) const;
     void forget(State& s) const;
     void inflate(double* part, double since_s) const;
     double largest_variance(const double* P, double* vector, double* next) const;

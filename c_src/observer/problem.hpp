@@ -6,6 +6,7 @@
 
 #include "base/arena.hpp"
 #include "observer/plant.hpp"
+#include "signals/sensor_check.hpp"
 
 #include <cstdint>
 
@@ -58,6 +59,7 @@ private:
 };
 
 constexpr int max_parts = 4;
+using Check = SensorCheck<double, 1>;
 
 // Where the numbers of a state stand: up to four parts, each with all that it knows of the plant, then what they share. Of a
 // plant without events there is one.
@@ -94,11 +96,13 @@ struct Layout {
           wants_event(t + 12),
           counts(t + 13),
           sensors(counts + all_counts),
-          numbers(sensors + per_sensor * p.sensors) {}
+          checks(sensors + per_sensor * p.sensors),
+          numbers(checks + check_numbers * p.sensors) {}
 
     static constexpr int triangle(int n) { return n * (n + 1) / 2; }
-    enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, per_sensor };
+    enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, repeats, usual_repeats, per_sensor };
     int of_sensor(int i, OfSensor what) const { return sensors + per_sensor * i + what; }
+    static constexpr int check_numbers = sizeof(Check) / sizeof(double);
     enum Counts { splits, grazing, chattering, projected, all_counts };
 
     // Of a part, from where it begins. x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual`
@@ -115,7 +119,7 @@ struct Layout {
     // was stiff in the newest interval; time of the newest correction; whether the plant wants an event at the end of the newest step of
     // an integrator outside.
     int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event,
-        counts, sensors;
+        counts, sensors, checks;
     int numbers;
 };
 

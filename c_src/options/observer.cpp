@@ -26,6 +26,8 @@ constexpr double defaults[] = {
     0, // start_time_s
     0, // horizon_s
     64, // queue_capacity
+    10, // outlier_sigma
+    1, // time_jump_limit_s
     0, // propagation
     1e-07, // rtol
     0.0001, // covariance_rtol
@@ -54,30 +56,40 @@ const OptionRow rows[] = {
      text("Enough for an advance after every few dozen samples, and little memory."),
      nullptr, nullptr, defaults + 3, offsetof(hnav_observer_options, queue_capacity),
      4, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
+    {"outlier_sigma", text("fault"), text(""),
+     text("A sample is an outlier if it differs from the one before and from what is expected by more sigmas than this, unless the next one agrees with it; 0 = none is looked for"),
+     text("Far beyond what noise or a bounce that comes early does; an error of a transmission is larger."),
+     nullptr, nullptr, defaults + 4, offsetof(hnav_observer_options, outlier_sigma),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
+    {"time_jump_limit_s", text("fault"), text("s"),
+     text("A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0 = never"),
+     text("Longer than samples are late, shorter than a clock is ever set."),
+     nullptr, nullptr, defaults + 5, offsetof(hnav_observer_options, time_jump_limit_s),
+     0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"propagation", text("solver"), text(""),
      text("How the covariance goes from sample to sample: by derivatives, or by sigma points where the plant has none, as with tables and relays; these are for plants without events"),
      text("Derivatives are faster, and right where the plant is smooth over a sigma."),
-     observer_propagation_names, observer_propagation_meanings, defaults + 4, offsetof(hnav_observer_options, propagation),
+     observer_propagation_names, observer_propagation_meanings, defaults + 6, offsetof(hnav_observer_options, propagation),
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 1},
     {"rtol", text("solver"), text(""),
      text("Relative tolerance of the states; the absolute one is this times the scale of a state"),
      text("Far below what sensors tell, and an interval is still one step of most plants."),
-     nullptr, nullptr, defaults + 5, offsetof(hnav_observer_options, rtol),
+     nullptr, nullptr, defaults + 7, offsetof(hnav_observer_options, rtol),
      1e-12, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"covariance_rtol", text("solver"), text(""),
      text("The same of the transition matrix and of the noise that enters"),
      text("A sigma is wanted to four digits; with one tolerance for all the plant would be asked twice as often."),
-     nullptr, nullptr, defaults + 6, offsetof(hnav_observer_options, covariance_rtol),
+     nullptr, nullptr, defaults + 8, offsetof(hnav_observer_options, covariance_rtol),
      1e-12, 0.1, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"max_steps", text("solver"), text(""),
      text("Steps of the solver in one interval, beyond which its sample is dropped"),
      text("A second of computing; a plant that needs more is stiff."),
-     nullptr, nullptr, defaults + 7, offsetof(hnav_observer_options, max_steps),
+     nullptr, nullptr, defaults + 9, offsetof(hnav_observer_options, max_steps),
      10, 1e+08, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"robust_rate_1_s", text("robust"), text("1/s"),
      text("The largest variance, in units of the scales, grows by the factor exp(rate T) before a correction that comes T after the last, others by less: what is long past is forgotten. 0: off"),
      text("Noise that is known is better than what is forgotten without a reason."),
-     nullptr, nullptr, defaults + 8, offsetof(hnav_observer_options, robust_rate_1_s),
+     nullptr, nullptr, defaults + 10, offsetof(hnav_observer_options, robust_rate_1_s),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
 };
 
@@ -88,6 +100,6 @@ constexpr Preset presets[] = {
 } // namespace
 
 const OptionList observer_options = {
-    "hnav_observer_defaults", 8, sizeof(hnav_observer_options), rows, 9, presets, 1};
+    "hnav_observer_defaults", 8, sizeof(hnav_observer_options), rows, 11, presets, 1};
 
 } // namespace hnav

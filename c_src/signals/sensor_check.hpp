@@ -30,9 +30,10 @@ struct SensorCheckSettings {
     R min_range = 0; // no sensor of the kind saturates below it
 };
 
-// Part of a filter's state: numbers of eight bytes only.
-template <class R>
+// Of a sensor with so many axes. Part of a filter's state: numbers of eight bytes only.
+template <class R, int count = 3>
 struct SensorCheck {
+    using Vector = Eigen::Matrix<R, count, 1>;
     static constexpr R memory = R(1) / 64;           // weight of a sample in the running means
     static constexpr R outlier_changes = 10;         // an outlier is so many usual changes away
     static constexpr std::uint64_t max_outliers = 3; // in a row; then they are what the sensor measures
@@ -40,12 +41,12 @@ struct SensorCheck {
     static constexpr R min_saturated = 7;            // repeats of a large value
     static constexpr R min_stuck = 20, min_stuck_s = R(0.25), stuck_runs = 20; // samples, time, and usual runs
 
-    R last[3];                   // the newest believed sample
-    R outlier[3];                // the newest that was not
+    R last[count];                   // the newest believed sample
+    R outlier[count];                // the newest that was not
     R change2;                   // running mean of the squared change
     R slope, bend, turning_back; // change of the sum of axes, change of that, and how often its sign changes
     R limit;                     // where axes saturate, as far as it has shown; 0: not known
-    R run[3];                    // samples for which an axis repeats its value while the body moves
+    R run[count];                    // samples for which an axis repeats its value while the body moves
     R usual_run;                 // length of a run that means nothing, in samples
     std::uint64_t outliers_in_row;
     std::uint64_t repeated; // bit i: axis i repeated its value once; quantised noise does that all the time
@@ -76,9 +77,8 @@ struct SensorCheck {
     }
 
     // moves: other sensors say so. noisy: noise has been seen, in this sensor or another. True: something is wrong.
-    bool examine(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, R interval_s, double t_s, bool moves,
-                 bool noisy) {
-        const Vector3Of<R> change = y - Vector3Of<R>(last);
+    bool examine(const SensorCheckSettings<R>& settings, const Vector& y, R interval_s, double t_s, bool moves, bool noisy) {
+        const Vector change = y - Vector(last);
         if (settings.outlier > 0) {
             const R change_squared = change.squaredNorm();
             if (change_squared > settings.outlier * settings.outlier && is_outlier(y, change_squared)) {
@@ -87,7 +87,7 @@ struct SensorCheck {
             }
             change2 += memory * (change_squared - change2);
         }
-        Eigen::Map<Vector3Of<R>> kept(last);
+        Eigen::Map<Vector> kept(last);
         kept = y;
         if (at_ease && change.prod() != 0) { // no axis repeats its value
             repeated = 0;
@@ -97,26 +97,26 @@ struct SensorCheck {
     }
 
     // Of the sensor whose noise is looked at. One that is stuck says nothing of it.
-    void note_course(const Vector3Of<R>& y) {
+    void note_course(const Vector& y) {
         if (running && run[0] >= min_stuck) return;
-        const R change = y.sum() - Vector3Of<R>(last).sum(), bends = change - slope;
+        const R change = y.sum() - Vector(last).sum(), bends = change - slope;
         turning_back += memory * ((bends * bend < 0 ? R(1) : R(0)) - turning_back);
         slope = change;
         bend = bends;
     }
 
 private:
-    HNAV_RARE bool is_outlier(const Vector3Of<R>& y, R change_squared) const {
+    HNAV_RARE bool is_outlier(const Vector& y, R change_squared) const {
         if (change_squared <= outlier_changes * outlier_changes * change2) return false;
         if (outliers_in_row == 0) return true;
         // Two that agree with each other rather than with what went before are a step.
-        const R apart = (y - Vector3Of<R>(outlier)).squaredNorm();
+        const R apart = (y - Vector(outlier)).squaredNorm();
         return outliers_in_row < max_outliers && apart > R(0.25) * change_squared;
     }
 
-    HNAV_RARE void take_outlier(const Vector3Of<R>& y, double t_s) {
+    HNAV_RARE void take_outlier(const Vector& y, double t_s) {
         const SensorFault before = fault;
-        Eigen::Map<Vector3Of<R>> kept(outlier);
+        Eigen::Map<Vector> kept(outlier);
         kept = y;
         ++outliers_in_row;
         ++outliers;
@@ -127,10 +127,11 @@ private:
     }
 
     // True: something is wrong.
-    HNAV_RARE bool look_closer(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, const Vector3Of<R>& change,
-                               R interval_s, double t_s, bool moves, bool noisy) {
+    HNAV_RARE bool look_closer(const SensorCheckSettings<R>& settings, const Vector& y, const Vector& change, R interval_s,
+                               double t_s, bool moves, bool noisy) {
         const SensorFault before = fault;
-        const std::uint64_t repeats = (change[0] == 0 ? 1 : 0) | (change[1] == 0 ? 2 : 0) | (change[2] == 0 ? 4 : 0);
+        std::uint64_t repeats = 0;
+        for (int i = 0; i < count; ++i) repeats |= std::uint64_t{change[i] == 0} << i;
         const bool again = (repeats & repeated) != 0;
         repeated = repeats;
         if (again || is_watched(settings)) look_at_axes(settings, y, change, interval_s, moves, noisy);
@@ -149,12 +150,12 @@ private:
         return limit > 0 ? limit : std::numeric_limits<R>::infinity();
     }
 
-    void look_at_axes(const SensorCheckSettings<R>& settings, const Vector3Of<R>& y, const Vector3Of<R>& change, R interval_s,
-                      bool moves, bool noisy) {
+    void look_at_axes(const SensorCheckSettings<R>& settings, const Vector& y, const Vector& change, R interval_s, bool moves,
+                      bool noisy) {
         fault = SensorFault::none;
         axes = running = outliers_in_row = 0;
         if (limit > 0 && y.cwiseAbs().maxCoeff() > limit) limit = 0; // it was none
-        for (int i = 0; i < 3; ++i) {
+        for (int i = 0; i < count; ++i) {
             const R size = std::fabs(y[i]);
             count_run(i, change[i] == 0, moves || size > settings.min_range);
             if (settings.range <= 0 && noisy && run[i] >= min_saturated && size > settings.min_range) limit = size;

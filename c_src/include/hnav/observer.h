@@ -153,7 +153,8 @@ typedef struct hnav_observer_info {
     int32_t n_estimated; /* N */
     int32_t begun; /* the estimate has begun */
     /* Every sigma is below its ready_sigma, by samples that brought as much information as that stands for, and the mean NIS of
-     * every sensor that was heard lies where 99.9 % of such means do. Three corrections that deny it end it. */
+     * every sensor that was heard lies where 99.9 % of such means do. Three corrections that deny it end it, and so does a sigma
+     * that has grown beyond its limit since. */
     int32_t ready;
     int32_t repeatable; /* the plant answers bit for bit the same: so does the observer */
     double now_s; /* of what is shown; -infinity before the first advance */
@@ -172,6 +173,9 @@ typedef struct hnav_observer_info {
     uint64_t projected; /* corrections that were put back before a guard */
     int32_t n_indicators; /* of the plant */
     int32_t crosses; /* the plant has events of its own */
+    uint64_t outliers, stuck; /* samples that were rejected, of all sensors */
+    uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
+    uint64_t clock_jumps; /* stamps ran back: a new time base began */
 } hnav_observer_info;
 HNAV_API hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info);
 

@@ -135,6 +135,14 @@ class ObserverInfo(Record):
     """Of the plant."""
     crosses: bool
     """The plant has events of its own."""
+    outliers: int
+    """Samples that were rejected as outliers, of all sensors."""
+    stuck: int
+    """Samples that were rejected because their sensor repeated one value."""
+    stamps_left_out: int
+    """Samples whose stamp lay far ahead of all others."""
+    clock_jumps: int
+    """Stamps ran back: a new time base began."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,6 +44,18 @@ typedef struct hnav_observer_options {
      * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
     int32_t queue_capacity;
 
+    /* ------------------------ fault
+     * Samples and stamps beyond belief. */
+
+    /* A sample is an outlier if it differs from the one before and from what is expected by more sigmas than this, unless
+     * the next one agrees with it; 0 = none is looked for.
+     * [0, 1e6], default 10. Far beyond what noise or a bounce that comes early does; an error of a transmission is larger. */
+    double outlier_sigma;
+    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
+     * = never.
+     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    double time_jump_limit_s;
+
     /* ------------------------ solver
      * Accuracy between samples. */
 
