@@ -1,4 +1,4 @@
-"""Short cases whose answers by revision b991a70 are kept in frozen_answers.npz, and nothing that answers them.
+"""Short cases whose answers by revision d7bc172 are kept in frozen_answers.npz, and nothing that answers them.
 
 test_frozen_answers.py answers them by this library, and says how the answers of a case are kept anew after a change of its
 mathematics.
@@ -139,3 +139,120 @@ SENSOR_OUTPUTS = [f"{name}[{i}]" for name in ("gyro.rate", "accel.force", "mag.f
     f"{name}.t_meas" for name in ("gyro", "accel", "mag")
 ]
 SENSOR_STEP_S, SENSOR_STOP_S = 0.01, 2.0
+
+
+# --------------------------------------------------------------------------------------------- navigation and observer
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Rows of an inertial sensor; fixes (n, of which three are vectors) and fields beside them."""
+
+    t_s: np.ndarray
+    rate: np.ndarray
+    force: np.ndarray
+    fix_s: np.ndarray
+    place: np.ndarray
+    velocity: np.ndarray
+    pressure_pa: np.ndarray
+    speed_m_s: np.ndarray
+
+
+def drive() -> Drive:
+    """Forty seconds of a car at 50 Hz on a flat Earth: it stands, gains speed, and goes through curves; fixes of 2 Hz, one far off."""
+    rng, interval_s = np.random.default_rng(23), 1 / 50
+    t = 5.0 + interval_s * np.arange(2000)
+    speed = 12 * np.clip((t - 11) / 6, 0, 1) + np.where(t > 17, np.sin(0.7 * (t - 17)), 0)
+    turn = np.where(t > 18, 0.25 * np.sin(0.4 * (t - 18)), 0)
+    heading = 0.8 + np.cumsum(turn) * interval_s
+    rate = np.stack([0 * t, 0 * t, turn], axis=1) + [0.002, -0.001, 0.0015] + 0.001 * rng.normal(size=(len(t), 3))
+    force = np.stack([np.gradient(speed, t), speed * turn, 0 * t - 9.80665], axis=1) + 0.02 * rng.normal(size=(len(t), 3))
+    v = np.stack([speed * np.cos(heading), speed * np.sin(heading), 0 * t], axis=1)
+    d = np.cumsum(v, axis=0) * interval_s + 0.4 * rng.normal(size=v.shape)
+    fixes = np.arange(24, len(t), 25)
+    d[fixes[50]] += [60, -40, 10]
+    place = np.stack([0.8 + d[:, 0] / 6.37e6, 0.2 + d[:, 1] / (6.38e6 * np.cos(0.8)), 400 - d[:, 2]], axis=1)
+    rate[500], force[700:710], rate[900:905] = np.nan, np.nan, np.nan
+    measured = v + 0.08 * rng.normal(size=v.shape)
+    pressure = 96600 + 3 * rng.normal(size=len(t))
+    return Drive(
+        t,
+        rate,
+        force,
+        t[fixes],
+        place[fixes],
+        measured[fixes],
+        pressure[fixes],
+        speed[fixes] + 0.05 * rng.normal(size=len(fixes)),
+    )
+
+
+CLOSED = {"solver": "closed_form"}
+REST = {"start_place": "given", "start_latitude_rad": 0.8, "start_longitude_rad": 0.2, "start_height_m": 400.0}
+# Preset, kinds of aids, options.
+SATELLITES = ("position", "velocity")
+NAVIGATION = {
+    "ins": ("industrial", SATELLITES, CLOSED),
+    "ins erkstep": ("industrial", SATELLITES, {}),
+    "ins consumer": ("consumer", (*SATELLITES, "pressure", "speed"), CLOSED),
+    "ins positions": ("tactical", ("position",), CLOSED | {"horizon_s": 0.5}),
+    "ins at rest": ("navigation", (), CLOSED | REST | {"rest_velocity_noise_m_s": 0.01}),
+    "ins smoothed": ("industrial", SATELLITES, CLOSED),
+}
+NAVIGATED = (
+    "place",
+    "velocity_n_m_s",
+    "euler_rad",
+    "gyro_bias_rad_s",
+    "sigma_position_m",
+    "sigma_velocity_m_s",
+    "sigma_rotation_rad",
+    "phase",
+)
+EVERY_FIX = slice(30, None, 87)
+AT_REST = 300  # rows before it gains speed
+
+PLANTS = {
+    "observer pendulum": {
+        "derivatives": lambda t, x, u, p: (x[1], -9.81 * np.sin(x[0]) - p[0] * x[1] + u[0]), "outputs": lambda t, x, u, p: x[0],
+        "states": {"angle": 0.5, "rate": 0.0}, "sensors": ["angle"], "inputs": {"torque": 0.0}, "parameters": {"friction": 0.1},
+    },
+    "observer ball": {
+        "derivatives": lambda t, x, u, p: (x[1], -9.81), "outputs": lambda t, x, u, p: x[0], "states": {"h": 1.0, "v": 0.0},
+        "sensors": ["h"], "indicators": lambda t, x, u, p: x[0],
+        "event": lambda t, x, u, p: (0.0, -0.7 * x[1]) if x[0] <= 0 and x[1] < 0 else x,
+    },
+    "observer tank": {
+        "derivatives": lambda t, x, u, p: 0.1 - 0.15 * max(x[0], 0.0) ** 0.5, "outputs": lambda t, x, u, p: x[0],
+        "states": {"level": 1.0}, "sensors": ["level"],
+    },
+    "observer relay": {
+        "derivatives": lambda t, x, u, p, q: (3 if q[0] else -3) - x, "outputs": lambda t, x, u, p, q: x[0], "states": {"T": 0.0},
+        "sensors": ["T"], "discrete": {"on": 1.0}, "indicators": lambda t, x, u, p, q: 1 - x[0] if q[0] else x[0] + 1,
+        "event": lambda t, x, u, p, q: (x, [1 - q[0]] if (x[0] >= 1 if q[0] else x[0] <= -1) else q),
+    },
+}  # fmt: skip
+# Noise of the sensor, start, its sigma and noise of each state, sigma and noise of each parameter.
+OBSERVED = {
+    "observer pendulum": (0.02, {"angle": (0.3, 0.5, 0.0), "rate": (0.0, 0.5, 0.05)}, {"friction": (0.05, 0.01)}),
+    "observer ball": (0.02, {"h": (1.0, 0.05, 0.0), "v": (0.0, 0.3, 0.02)}, {}),
+    "observer tank": (0.01, {"level": (1.5, 0.5, 0.01)}, {}),
+    "observer relay": (0.1, {"T": (0.0, 0.3, 0.1)}, {}),
+}
+GATE_NIS, INSTANT_S = 10.8, 0.05
+
+
+def observed_samples(case: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, samples of the sensor and of the input: a signal of about the plant's shape, some missing, one far off."""
+    rng = np.random.default_rng(24)
+    # A ball comes to rest by ever shorter bounces; it is looked at before.
+    t = INSTANT_S * np.arange(1, 41 if case == "observer ball" else 121)
+    signal = {
+        "observer pendulum": 0.5 * np.exp(-0.05 * t) * np.cos(3.1 * t),
+        "observer ball": np.abs(np.exp(-0.35 * t) * np.cos(3.2 * t)),
+        "observer tank": 0.45 + 0.55 * np.exp(-0.12 * t),
+        "observer relay": np.abs((t / 0.7) % 4 - 2) - 1,
+    }[case] + OBSERVED[case][0] * rng.normal(size=len(t))
+    signal[rng.random(len(t)) < 0.1] = np.nan
+    signal[2 * len(t) // 3] += 1.0
+    return t, signal, 0.3 * np.sin(t)
