@@ -110,6 +110,7 @@ private:
     void examine(State& s, const Event& event) const;
     bool moves(const State& s) const;
     void note_lost(State& s, double t_s, double interval_s) const;
+    void note_knock(State& s, const Vector3& force, double interval_s) const;
     void widen_after_clock_jump(State& s) const;
 
     // jump.cpp

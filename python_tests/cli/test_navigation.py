@@ -93,7 +93,7 @@ def test_pieces_make_the_file_of_the_whole(tmp_path, drive, monkeypatch):
 def test_a_page_costs_the_table_no_field(tmp_path, drive):
     path = write_drive(tmp_path / "drive.csv", drive)
     table = pd.read_csv(path)
-    table[["mx", "my", "mz"]] = [2e-5, 1e-5, 4e-5]
+    table[["mx", "my", "mz"]] = np.random.default_rng(1).normal([2e-5, 1e-5, 4e-5], 1e-7, (len(table), 3))
     table.to_csv(path, index=False)
     alone, beside = tmp_path / "alone.csv", tmp_path / "beside.csv"
     asked = ("filter", path, "--filter", "ins", "--preset", "industrial")

@@ -20,7 +20,9 @@ from studies.mutants.mutated_copy import ROOMS, chosen, room_of, write_copy
 from studies.mutants.sites import Mutant
 from studies.mutants.trials import Build, Test, trial, with_reach
 
-COUNT = 150
+COUNT = 200
+COUNT_OF_ROOM = 30
+EVERYTHING = 10**9
 GOAL = 0.9  # share of the mutants that differ from the original
 EQUIVALENT = Path(__file__).parent / "equivalent.csv"
 
@@ -100,12 +102,17 @@ def tried(build: Build, mutants: list[Mutant]) -> list[Fate]:
 
 
 def command(
-    only: Annotated[str, typer.Option(metavar="TEXT,...", help="Mutants whose name is, or whose path has, one of these")] = "",
+    only: Annotated[
+        str,
+        typer.Option(
+            metavar="ROOM|TEXT,...", help="30 mutants of a room, or those whose name is, or whose path has, one of these"
+        ),
+    ] = "",
     everything: Annotated[bool, typer.Option("--all", help="Lists every mutant, not only those that live")] = False,
 ) -> None:
     """Prints a table of the rooms and the mutants that live; the exit status is 1 when less than 90 % are killed."""
-    mutants = chosen(CHECKOUT, COUNT)
-    wanted = asked_for(mutants, only)
+    mutants = chosen(CHECKOUT, COUNT_OF_ROOM, (only,)) if only in ROOMS else chosen(CHECKOUT, COUNT)
+    wanted = mutants if only in ROOMS else asked_for(mutants, only)
     build = Build(CHECKOUT / "build" / "mutants")
     write_copy(CHECKOUT, build.source, mutants)
     build.make()
@@ -114,7 +121,7 @@ def command(
     for fate in found:
         if everything or fate.lives:
             say(line_of(fate))
-    for name in sorted(equivalents().keys() - {mutant.name for mutant in mutants}):
+    for name in sorted(equivalents().keys() - {mutant.name for mutant in chosen(CHECKOUT, EVERYTHING)}):
         say(f"equivalent.csv: there is no mutant {name} any more")
     alive = sum(fate.lives for fate in found)
     if alive > (1 - GOAL) * sum(bool(fate.by) or fate.lives for fate in found):

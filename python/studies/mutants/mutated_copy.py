@@ -8,7 +8,10 @@ from pathlib import Path
 
 from studies.mutants.sites import Mutant, Piece, mutants_of
 
-ROOMS = ("hybrid", "attitude/common", "attitude/ahrs", "attitude/hrekf", "maths", "ins_error")
+ROOMS = (
+    *("maths", "hybrid", "signals", "estimation"),
+    *("attitude/common", "attitude/ahrs", "attitude/hrekf", "ins", "ins_error", "observer"),
+)
 SWITCH = Path(__file__).parent / "switch.hpp"
 COPIED = ("CMakeLists.txt", "LICENSE", "README.md", "c_src", "cmake")
 
@@ -17,16 +20,16 @@ def room_of(mutant: Mutant) -> str:
     return mutant.path.rsplit("/", 1)[0]
 
 
-def sources(checkout: Path) -> list[str]:
+def sources(checkout: Path, rooms: Iterable[str]) -> list[str]:
     """Relative to c_src."""
     return sorted(
-        path.relative_to(checkout / "c_src").as_posix() for room in ROOMS for path in (checkout / "c_src" / room).glob("*.[ch]pp")
+        path.relative_to(checkout / "c_src").as_posix() for room in rooms for path in (checkout / "c_src" / room).glob("*.[ch]pp")
     )
 
 
-def chosen(checkout: Path, count: int) -> list[Mutant]:
-    """About so many of all that there are: of each file in proportion to the root of what it offers, at least one."""
-    offered = {path: mutants_of(path, (checkout / "c_src" / path).read_bytes()) for path in sources(checkout)}
+def chosen(checkout: Path, count: int, rooms: Iterable[str] = ROOMS) -> list[Mutant]:
+    """About so many of all that these rooms have: of each file in proportion to the root of what it offers, at least one."""
+    offered = {path: mutants_of(path, (checkout / "c_src" / path).read_bytes()) for path in sources(checkout, rooms)}
     scale = count / sum(math.sqrt(len(all_of)) for all_of in offered.values())
     return [
         mutant for all_of in offered.values() for mutant in sample(all_of, math.ceil(scale * math.sqrt(len(all_of)) - 0.5) or 1)
