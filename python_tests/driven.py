@@ -3,11 +3,12 @@
 import numpy as np
 
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_aids import Aids
 from hnav.filters.ins_answers import InsRun
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
+from hnav.native.library import SENSORS
 from hnav.reference import earth
 from hnav.simulation.vehicle import Drive
 from studies.ins.vehicles import Samples
@@ -32,14 +33,14 @@ def missed_m(run: InsRun, drive: Drive) -> float:
 def as_recording(samples: Samples) -> Recording:
     """With its velocities and positions by kind."""
     valid, _, sensor, value = samples.aids.arrays()
-    kinds = {kind: sensor == INS_SENSORS.index(kind) for kind in ("velocity", "position")}
+    kinds = {kind: sensor == SENSORS.index(kind) for kind in ("velocity", "position")}
     aids = {kind: AidSamples(valid[rows], value[rows, :3], value[rows, 3:]) for kind, rows in kinds.items()}
     return Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids=aids)
 
 
 def push_aid(ins: Ins, t_s: float, sensor: int, value: Array) -> None:
     """One of those that Aids.arrays tells."""
-    kind = INS_SENSORS[sensor]
+    kind = SENSORS[sensor]
     if kind == "mag":
         ins.push_mag(t_s, value[:3])
     elif kind == "velocity":

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "attitude/common/start.hpp"
-#include "c_api/attitude_filter.hpp"
+#include "c_api/attitude_object.hpp"
 #include "c_api/engine_settings.hpp"
 #include "c_api/message.hpp"
 #include "maths/square.hpp"

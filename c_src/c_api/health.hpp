@@ -11,6 +11,14 @@ namespace hnav {
 // A verdict about single samples is shown for so long.
 constexpr double shown_s = 1;
 
+// Of one that a filter has no use for.
+inline hnav_sensor_health sensor_without_samples() {
+    hnav_sensor_health h{};
+    h.state = HNAV_SENSOR_STATE_MISSING;
+    h.since_s = std::numeric_limits<double>::quiet_NaN();
+    return h;
+}
+
 // check: null for a sensor whose samples are not looked at. now_s and all times: the filter's.
 template <class Check, class Stamps>
 hnav_sensor_health sensor_health(const Check* check, const Stamps& stamps, int channel, double now_s) {

@@ -1,4 +1,4 @@
-// The C boundary of the navigation filter: options, life, samples.
+// The C boundary of the INS: how one is made, and its samples.
 #include "c_api/ins_object.hpp"
 
 #include "base/memory.hpp"
@@ -13,15 +13,13 @@ using namespace hnav::ins_boundary;
 
 namespace {
 
-constexpr double max_time_s = 1e12, max_reading = 1e6;
+constexpr double max_reading = 1e6;
 
-const char* name_of(int sensor) {
+const char* name_of(int channel) {
     static constexpr const char* names[] = {"imu", "rest", "speed", "pressure", "velocity", "position", "heading", "mag"};
-    static_assert(sizeof names / sizeof *names == HNAV_INS_SENSOR_COUNT);
-    return names[sensor];
+    static_assert(sizeof names / sizeof *names == ins::channel_count);
+    return names[channel];
 }
-static_assert(int(ins::imu) == HNAV_INS_IMU && int(ins::field) == HNAV_INS_MAG);
-static_assert(int(ins::channel_count) == HNAV_INS_SENSOR_COUNT);
 
 // How many values a sample of a sensor has, and from which on they are sigmas.
 struct Shape {
@@ -38,18 +36,18 @@ Shape shape_of(int sensor) {
     }
 }
 
-hnav_status non_finite(hnav_ins* f, double t_s, int sensor, double value) {
+hnav_status non_finite(InsObject* f, double t_s, int sensor, double value) {
     ++f->filter.refused.non_finite;
     return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s holds %g", name_of(sensor), t_s, value);
 }
 
-hnav_status out_of_range(hnav_ins* f, double t_s, int sensor, const char* what, double value, const char* wanted) {
+hnav_status out_of_range(InsObject* f, double t_s, int sensor, const char* what, double value, const char* wanted) {
     ++f->filter.refused.non_finite;
     return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a %s of %g: it must be %s", name_of(sensor), t_s, what,
                    value, wanted);
 }
 
-hnav_status check_numbers(hnav_ins* f, double t_s, int sensor, const double* value) {
+hnav_status check_numbers(InsObject* f, double t_s, int sensor, const double* value) {
     const Shape shape = shape_of(sensor);
     const bool no_vertical = sensor == ins::velocity && std::isnan(value[2]);
     for (int i = 0; i < shape.values; ++i) {
@@ -61,7 +59,7 @@ hnav_status check_numbers(hnav_ins* f, double t_s, int sensor, const double* val
     return HNAV_OK;
 }
 
-hnav_status check_values(hnav_ins* f, double t_s, int sensor, const double* value) {
+hnav_status check_values(InsObject* f, double t_s, int sensor, const double* value) {
     if (const hnav_status status = check_numbers(f, t_s, sensor, value)) return status;
     if (sensor == ins::position && std::fabs(value[0]) > M_PI / 2)
         return out_of_range(f, t_s, sensor, "latitude", value[0], "in rad, -pi/2 to pi/2");
@@ -77,36 +75,24 @@ hnav_status check_values(hnav_ins* f, double t_s, int sensor, const double* valu
     return HNAV_OK;
 }
 
-hnav_status put(hnav_ins* f, const ins::Sample& sample) {
-    switch (f->filter.push(sample)) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::late:
-        return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed",
-                       name_of(sample.channel), sample.t_s, f->filter.late_limit_s());
-    default:
-        return f->fail(HNAV_ERROR_QUEUE_FULL,
-                       "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity",
-                       name_of(sample.channel), sample.t_s);
-    }
-}
-
 } // namespace
 
 namespace hnav::ins_boundary {
 
-hnav_status check_time(const hnav_ins* f, double t_s) {
-    if (!std::isfinite(t_s)) return f->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (std::fabs(t_s) > max_time_s) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    return HNAV_OK;
+int channel_of(int sensor) {
+    static constexpr int channels[] = {ins::imu,   ins::imu,      ins::field,    ins::heading, ins::rest,
+                                       ins::speed, ins::pressure, ins::velocity, ins::position};
+    static_assert(sizeof channels / sizeof *channels == HNAV_SENSOR_COUNT);
+    return channels[sensor];
 }
 
-hnav_status sample_of(hnav_ins* f, double t_s, int sensor, const double* value, ins::Sample* sample) {
+hnav_status sample_of(InsObject* f, double t_s, int sensor, const double* value, ins::Sample* sample) {
     if (const hnav_status status = check_time(f, t_s)) {
         ++f->filter.refused.non_finite;
         return status;
     }
     if (const hnav_status status = check_values(f, t_s, sensor, value)) return status;
-    *sample = {std::fabs(t_s) < 1e-12 ? 0 : t_s, sensor, {}};
+    *sample = {clock_time(t_s), sensor, {}};
     for (int i = 0; i < shape_of(sensor).values; ++i) sample->value[i] = value[i];
     if (sensor == ins::imu) {
         const Vector3 rate = f->mounting * Vector3(value), force = f->mounting * Vector3(value + 3);
@@ -123,28 +109,34 @@ hnav_status sample_of(hnav_ins* f, double t_s, int sensor, const double* value, 
     return HNAV_OK;
 }
 
-hnav_status push(hnav_ins* f, double t_s, int sensor, const double* value) {
-    ins::Sample sample;
-    const hnav_status status = sample_of(f, t_s, sensor, value, &sample);
-    return status == HNAV_OK ? put(f, sample) : status;
-}
-
-hnav_status push_imu(hnav_ins* f, double t_s, const double* rate, const double* force) {
-    const double value[6] = {rate[0], rate[1], rate[2], force[0], force[1], force[2]};
-    return push(f, t_s, ins::imu, value);
-}
-
-hnav_status advance(hnav_ins* f, double t_s) {
-    if (const hnav_status status = check_time(f, t_s)) return status;
-    switch (f->filter.advance(std::fabs(t_s) < 1e-12 ? 0 : t_s)) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::backwards:
-        return f->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, f->filter.now_s());
-    default: return f->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
-    }
-}
-
 } // namespace hnav::ins_boundary
+
+namespace hnav {
+
+hnav_status InsObject::take(int sensor, double t_s, const double* value) {
+    if (sensor == HNAV_SENSOR_GYRO || sensor == HNAV_SENSOR_ACCEL)
+        return fail(HNAV_ERROR_UNSUPPORTED, "the INS takes rate and force of one instant together: hnav_filter_push_imu");
+    const int channel = channel_of(sensor);
+    ins::Sample sample;
+    if (const hnav_status status = sample_of(this, t_s, channel, value, &sample)) return status;
+    return queued(this, filter.push(sample), name_of(channel), sample.t_s, filter.late_limit_s());
+}
+
+hnav_status InsObject::take_imu(double t_s, const double* rate, const double* force) {
+    const double value[max_values] = {rate[0], rate[1], rate[2], force[0], force[1], force[2]};
+    ins::Sample sample;
+    if (const hnav_status status = sample_of(this, t_s, ins::imu, value, &sample)) return status;
+    return queued(this, filter.push(sample), name_of(ins::imu), sample.t_s, filter.late_limit_s());
+}
+
+void InsObject::destroy() { destroy_object(this); }
+
+void InsObject::reset() {
+    filter.reset();
+    flows_outside = false;
+}
+
+} // namespace hnav
 
 extern "C" {
 
@@ -153,13 +145,11 @@ hnav_ins_options hnav_ins_defaults(hnav_ins_preset preset) {
     set_defaults(ins_options, preset, &options);
     return options;
 }
-const hnav_option_info* hnav_ins_option(int32_t index) { return option_at(ins_options, index); }
-const hnav_preset_info* hnav_ins_preset_info(int32_t index) { return preset_at(ins_options, index); }
 
-hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, char* message, size_t message_size) {
+hnav_status hnav_ins_create(hnav_filter** object, const hnav_ins_options* options, char* message, size_t message_size) {
     const CallersMessage caller{message, message_size};
     caller.clear();
-    if (!object) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "ins is null");
+    if (!object) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
     *object = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (const hnav_status status = caller.check_options(options, ins_options)) return status;
@@ -167,7 +157,7 @@ hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, 
         if (Quaternion(q).norm() < 0.1)
             return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length is below 0.1",
                                q == options->start_q_nb ? "start_q_nb" : "q_body_sensor");
-    auto* made = make_object<hnav_ins>();
+    auto* made = make_object<InsObject>();
     if (made) {
         made->mounting = rotation_matrix(Quaternion(options->q_body_sensor).normalized());
         made->declination_rad = options->declination_rad;
@@ -180,72 +170,5 @@ hnav_status hnav_ins_create(hnav_ins** object, const hnav_ins_options* options, 
     }
     return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", options->queue_capacity);
 }
-
-void hnav_ins_destroy(hnav_ins* object) { destroy_object(object); }
-
-hnav_status hnav_ins_reset(hnav_ins* object) {
-    if (!object) return HNAV_ERROR_NULL_ARGUMENT;
-    object->filter.reset();
-    object->flows_outside = false;
-    return HNAV_OK;
-}
-
-const char* hnav_ins_message(const hnav_ins* object) { return object ? object->message : "ins is null"; }
-
-hnav_status hnav_ins_push_imu(hnav_ins* object, double t_s, const double rate_b_rad_s[3], const double force_b_m_s2[3]) {
-    REQUIRE(object, rate_b_rad_s);
-    REQUIRE(object, force_b_m_s2);
-    return push_imu(object, t_s, rate_b_rad_s, force_b_m_s2);
-}
-
-hnav_status hnav_ins_push_position(hnav_ins* object, double t_s, double latitude_rad, double longitude_rad, double height_m,
-                                   const double sigma_n_m[3]) {
-    REQUIRE(object, sigma_n_m);
-    const double value[6] = {latitude_rad, longitude_rad, height_m, sigma_n_m[0], sigma_n_m[1], sigma_n_m[2]};
-    return push(object, t_s, ins::position, value);
-}
-
-hnav_status hnav_ins_push_velocity(hnav_ins* object, double t_s, const double velocity_n_m_s[3], const double sigma_n_m_s[3]) {
-    REQUIRE(object, velocity_n_m_s);
-    REQUIRE(object, sigma_n_m_s);
-    double value[6];
-    for (int i = 0; i < 3; ++i) {
-        value[i] = velocity_n_m_s[i];
-        value[3 + i] = sigma_n_m_s[i];
-    }
-    return push(object, t_s, ins::velocity, value);
-}
-
-hnav_status hnav_ins_push_pressure(hnav_ins* object, double t_s, double pressure_pa, double sigma_pa) {
-    if (!object) return HNAV_ERROR_NULL_ARGUMENT;
-    const double value[6] = {pressure_pa, sigma_pa};
-    return push(object, t_s, ins::pressure, value);
-}
-
-hnav_status hnav_ins_push_speed(hnav_ins* object, double t_s, double speed_m_s, double sigma_m_s) {
-    if (!object) return HNAV_ERROR_NULL_ARGUMENT;
-    const double value[6] = {speed_m_s, sigma_m_s};
-    return push(object, t_s, ins::speed, value);
-}
-
-hnav_status hnav_ins_push_rest(hnav_ins* object, double t_s, double sigma_m_s) {
-    if (!object) return HNAV_ERROR_NULL_ARGUMENT;
-    const double value[6] = {sigma_m_s};
-    return push(object, t_s, ins::rest, value);
-}
-
-hnav_status hnav_ins_push_heading(hnav_ins* object, double t_s, double heading_rad, double sigma_rad) {
-    if (!object) return HNAV_ERROR_NULL_ARGUMENT;
-    const double value[6] = {heading_rad, sigma_rad};
-    return push(object, t_s, ins::heading, value);
-}
-
-hnav_status hnav_ins_push_mag(hnav_ins* object, double t_s, const double field_b[3]) {
-    REQUIRE(object, field_b);
-    const double value[6] = {field_b[0], field_b[1], field_b[2]};
-    return push(object, t_s, ins::field, value);
-}
-
-hnav_status hnav_ins_advance(hnav_ins* object, double t_s) { return object ? advance(object, t_s) : HNAV_ERROR_NULL_ARGUMENT; }
 
 } // extern "C"

@@ -1,27 +1,28 @@
-// The C boundary of the navigation filter for an integrator of the caller: what flows, and what samples do to it.
-#include "c_api/callers_state.hpp"
+// The INS for an integrator of the caller: what flows, and what samples do to it.
 #include "c_api/ins_object.hpp"
 
 #include <algorithm>
 
-using namespace hnav;
-using namespace hnav::ins_boundary;
+namespace hnav {
 
-namespace {
+void InsObject::get_x(double* x) const { std::copy_n(filter.newest().x, ins::nx, x); }
 
-constexpr int quaternion = 6; // in x, behind displacement and velocity
+hnav_status InsObject::derivative(const double* x, double* dx) const {
+    if (filter.model().flows(filter.newest())) filter.derivative(x, dx);
+    else std::fill_n(dx, ins::nx, 0.0);
+    return HNAV_OK;
+}
 
-bool flows(const hnav_ins* f) { return f->filter.model().flows(f->filter.newest()); }
-
-// A point of the caller's, at which samples act or the filter is shown.
-hnav_status check_point(const hnav_ins* f, double t_s, const double* x) {
-    if (const hnav_status status = check_time(f, t_s)) return status;
-    return check_callers_state(*f, x, ins::nx, quaternion);
+hnav_status InsObject::derivative_along(const double* x, const double* seed, double* out) const {
+    if (filter.model().flows(filter.newest())) filter.model().flow_along(filter.newest(), x, seed, out);
+    else std::fill_n(out, ins::nx, 0.0);
+    return HNAV_OK;
 }
 
 // Late samples lead back over what an integrator outside has crossed already: then the estimate is integrated inside, and x follows
 // it from event to event.
-Outcome jump(Filter<ins::Model>& filter, bool goes_back, double t_s, const double* x_minus, double* x_plus) {
+Outcome InsObject::jump(double t_s, const double* x_minus, double* x_plus) {
+    flows_outside = true;
     if (!goes_back) return filter.jump(t_s, x_minus, x_plus);
     filter.show(t_s, x_minus); // the time, which a trial step may have run beyond
     const Outcome outcome = filter.advance(t_s);
@@ -29,72 +30,19 @@ Outcome jump(Filter<ins::Model>& filter, bool goes_back, double t_s, const doubl
     return outcome;
 }
 
-} // namespace
+void InsObject::show(double t_s, const double* x) {
+    flows_outside = true;
+    filter.show(t_s, x);
+}
+
+} // namespace hnav
+
+using namespace hnav;
 
 extern "C" {
 
-hnav_status hnav_ins_nx(const hnav_ins* object, int32_t* nx) {
-    REQUIRE(object, nx);
-    *nx = ins::nx;
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_get_x(const hnav_ins* object, double* x) {
-    REQUIRE(object, x);
-    std::copy_n(object->filter.newest().x, ins::nx, x);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_nominal_x(const hnav_ins* object, double* nominal_x) {
-    REQUIRE(object, nominal_x);
-    object->filter.model().nominal(nominal_x);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_derivative(const hnav_ins* object, double t_s, const double* x, double* dx) {
-    REQUIRE(object, x);
-    REQUIRE(object, dx);
-    if (const hnav_status status = check_time(object, t_s)) return status;
-    if (flows(object)) object->filter.derivative(x, dx);
-    else std::fill_n(dx, ins::nx, 0.0);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_derivative_along(const hnav_ins* object, double t_s, const double* x, const double* seed, double* out) {
-    REQUIRE(object, x);
-    REQUIRE(object, seed);
-    REQUIRE(object, out);
-    if (const hnav_status status = check_time(object, t_s)) return status;
-    const auto& filter = object->filter;
-    if (flows(object)) filter.model().flow_along(filter.newest(), x, seed, out);
-    else std::fill_n(out, ins::nx, 0.0);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_next_event_s(const hnav_ins* object, double* t_s) {
-    REQUIRE(object, t_s);
-    *t_s = object->filter.next_event_s();
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_jump(hnav_ins* object, double t_s, const double* x_minus, double* x_plus) {
-    REQUIRE(object, x_minus);
-    REQUIRE(object, x_plus);
-    if (const hnav_status status = check_point(object, t_s, x_minus)) return status;
-    object->flows_outside = true;
-    if (jump(object->filter, object->goes_back, t_s, x_minus, x_plus) == Outcome::ok) return HNAV_OK;
-    return object->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
-}
-
-hnav_status hnav_ins_show(hnav_ins* object, double t_s, const double* x) {
-    REQUIRE(object, x);
-    if (const hnav_status status = check_point(object, t_s, x)) return status;
-    object->flows_outside = true;
-    object->filter.show(t_s, x);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_navigation_along(const hnav_ins* object, const double* seed, hnav_navigation_along* along) {
+hnav_status hnav_ins_navigation_along(const hnav_filter* filter, const double* seed, hnav_navigation_along* along) {
+    REQUIRE_OBJECT(const InsObject, object, filter);
     REQUIRE_STRUCT(object, along, hnav_navigation_along);
     REQUIRE(object, seed);
     const ins::State& shown = object->filter.shown();

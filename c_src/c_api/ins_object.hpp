@@ -1,35 +1,76 @@
-// The object behind hnav_ins, and what its calls share.
+// The INS behind hnav_filter, and what its calls share.
 #pragma once
 
-#include "c_api/message.hpp"
+#include "c_api/filter_object.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 #include "ins/model.hpp"
 
-struct hnav_ins : hnav::KeptMessage<320> {
-    hnav::Filter<hnav::ins::Model> filter;
-    hnav::Matrix3 mounting = hnav::Matrix3::Identity(); // sensor to body axes
+namespace hnav {
+
+struct InsObject final : hnav_filter {
+    static constexpr Product of_product = Product::ins;
+    static constexpr const char* whom = "the INS";
+
+    InsObject() : hnav_filter(Product::ins) {}
+
+    Filter<ins::Model> filter;
+    Matrix3 mounting = Matrix3::Identity(); // sensor to body axes
     double declination_rad = 0;
     bool goes_back = false; // late samples are taken
     bool flows_outside = false; // by an integrator of the caller's
+
+    // The estimate of now; of a hybrid view all but the motion, which alone flows between events there, is that of the last event.
+    hnav_navigation navigation() const;
+
+    void destroy() override;
+    void reset() override;
+    hnav_status take(int sensor, double t_s, const double* value) override;
+    hnav_status take_imu(double t_s, const double* rate, const double* force) override;
+    Outcome advance(double t_s) override { return filter.advance(t_s); }
+    Outcome commit(double t_s) override { return filter.commit(t_s); }
+    double now_s() const override { return filter.now_s(); }
+
+    hnav_status attitude(hnav_attitude* out) const override;
+    hnav_status rate(double* rate_b) const override;
+    hnav_status gyro_bias(double* bias_b, double* sigma) const override;
+    hnav_status covariance(double* P) const override;
+    hnav_status innovation(int sensor, hnav_innovation* out) const override;
+    void diagnostics(hnav_diagnostics* out) const override;
+    void health(hnav_health* out) const override;
+
+    std::size_t state_size() const override { return filter.state_size(); }
+    void save(void* buffer) const override { filter.save(buffer); }
+    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter.load(buffer, bytes); }
+    std::size_t snapshot_size() const override { return filter.snapshot_size(); }
+    void take_snapshot(void* buffer) const override { filter.take_snapshot(buffer); }
+    bool restore_snapshot(const void* buffer, std::size_t bytes) override { return filter.restore_snapshot(buffer, bytes); }
+
+    int nx() const override { return ins::nx; }
+    int quaternion_at() const override { return 6; } // behind displacement and velocity
+    void get_x(double* x) const override;
+    void nominal_x(double* x) const override { filter.model().nominal(x); }
+    hnav_status derivative(const double* x, double* dx) const override;
+    hnav_status derivative_along(const double* x, const double* seed, double* out) const override;
+    double next_event_s() const override { return filter.next_event_s(); }
+    Outcome jump(double t_s, const double* x_minus, double* x_plus) override;
+    void show(double t_s, const double* x) override;
 };
 
-namespace hnav::ins_boundary {
+namespace ins_boundary {
 
-// Checks a sample of a sensor, six values as hnav_ins_run_input has them, and turns it into body axes.
-hnav_status sample_of(hnav_ins* object, double t_s, int sensor, const double* value, ins::Sample* sample);
-// The same, and puts it into the queue.
-hnav_status push(hnav_ins* object, double t_s, int sensor, const double* value);
-hnav_status push_imu(hnav_ins* object, double t_s, const double* rate, const double* force);
-hnav_status check_time(const hnav_ins* object, double t_s);
-hnav_status advance(hnav_ins* object, double t_s);
+// The channel of the model that a sensor's samples come by; those of gyroscope and accelerometer come together.
+int channel_of(int sensor);
+// Checks a sample of a sensor, max_values as hnav_ins_run_input has them, and turns it into body axes.
+hnav_status sample_of(InsObject* object, double t_s, int channel, const double* value, ins::Sample* sample);
 // Of a state that has been brought so far beyond its last event, to now_s.
 hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
 
 // What recordings share: a row of rate and force that is missing, arrays that are there, a row of the answer.
 bool is_missing(const double* v);
-hnav_status check_arrays(hnav_ins* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
+hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
 void write_row(const hnav_navigation& navigation, const hnav_ins_run_output& out, std::size_t i);
 
-} // namespace hnav::ins_boundary
+} // namespace ins_boundary
+} // namespace hnav

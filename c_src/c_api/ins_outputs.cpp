@@ -1,4 +1,4 @@
-// The C boundary of the navigation filter: what it tells, whole recordings, saved states.
+// The C boundary of the INS: what it estimates, and whole recordings.
 #include "c_api/ins_object.hpp"
 
 #include "c_api/health.hpp"
@@ -8,6 +8,10 @@ using namespace hnav;
 using namespace hnav::ins_boundary;
 
 namespace {
+
+hnav_status not_started(const InsObject* f) {
+    return f->fail(HNAV_ERROR_NOT_STARTED, "no tilt yet: the start waits for samples and a fix");
+}
 
 void store(const Vector3& v, double* out) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
@@ -62,24 +66,25 @@ void copy(const double* from, int count, double* to) {
 hnav_status tolerated(hnav_status status) { return status == HNAV_ERROR_QUEUE_FULL ? status : HNAV_OK; }
 
 // The sample of the IMU first: a row whose stamp is left out, or late, stands for no time, and brings no aids.
-hnav_status take_row(hnav_ins* f, const hnav_ins_run_input& in, std::size_t i, std::size_t* aid) {
+hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, std::size_t* aid) {
     using Place = std::decay_t<decltype(f->filter.stamps())>::Place;
     hnav_status status = HNAV_OK;
     const double *rate = in.rate_b_rad_s + 3 * i, *force = in.force_b_m_s2 + 3 * i;
     const double* received_s = in.aid_received_s ? in.aid_received_s : in.aid_t_s;
     if (!is_missing(rate) && !is_missing(force)) {
-        status = push_imu(f, in.t_s[i], rate, force);
+        status = f->take_imu(in.t_s[i], rate, force);
         const bool left_out = status == HNAV_OK && f->filter.stamps().last() == Place::left_out;
         if (left_out || status == HNAV_ERROR_LATE_SAMPLE) return HNAV_OK;
         status = tolerated(status);
     }
     for (; *aid < in.aids && received_s[*aid] <= in.t_s[i] && status == HNAV_OK; ++*aid) {
         const int32_t sensor = in.aid_sensor[*aid];
-        if (sensor <= HNAV_INS_IMU || sensor >= HNAV_INS_SENSOR_COUNT)
-            return f->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d does not exist", *aid, static_cast<int>(sensor));
-        status = tolerated(push(f, in.aid_t_s[*aid], sensor, in.aid_value + 6 * *aid));
+        if (sensor < HNAV_SENSOR_MAG || sensor >= HNAV_SENSOR_COUNT)
+            return f->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d is none", *aid, static_cast<int>(sensor));
+        status = tolerated(f->take(sensor, in.aid_t_s[*aid], in.aid_value + max_values * *aid));
     }
-    return status == HNAV_OK ? advance(f, in.t_s[i]) : status;
+    if (status == HNAV_OK) status = check_time(f, in.t_s[i]);
+    return status == HNAV_OK ? advanced(f, in.t_s[i], f->advance(clock_time(in.t_s[i]))) : status;
 }
 
 // All that is told but the motion, which alone flows between events where an integrator outside moves it.
@@ -88,17 +93,9 @@ struct Told {
     double ahead_s; // beyond its last event
 };
 
-Told told(const hnav_ins* f) {
+Told told(const InsObject* f) {
     if (f->flows_outside) return {f->filter.newest(), 0};
     return {f->filter.shown(), f->filter.looked_ahead_s()};
-}
-
-hnav_navigation navigation_now(const hnav_ins* f) {
-    const Told at = told(f);
-    hnav_navigation n = navigation(f->filter.model(), at.state, at.ahead_s, f->filter.event_now_s());
-    n.t_s = f->filter.now_s();
-    if (f->flows_outside && at.state.started()) fill_motion(ins::motion_of(f->filter.shown()), &n);
-    return n;
 }
 
 } // namespace
@@ -107,7 +104,7 @@ namespace hnav::ins_boundary {
 
 bool is_missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
-hnav_status check_arrays(hnav_ins* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
+hnav_status check_arrays(InsObject* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
     REQUIRE_STRUCT(f, input, hnav_ins_run_input);
     REQUIRE_STRUCT(f, output, hnav_ins_run_output);
     if (n > 0) {
@@ -160,25 +157,115 @@ hnav_navigation navigation(const ins::Model& model, const ins::State& s, double 
 
 } // namespace hnav::ins_boundary
 
+namespace hnav {
+
+hnav_navigation InsObject::navigation() const {
+    const Told at = told(this);
+    hnav_navigation n = ins_boundary::navigation(filter.model(), at.state, at.ahead_s, filter.event_now_s());
+    n.t_s = filter.now_s();
+    if (flows_outside && at.state.started()) fill_motion(ins::motion_of(filter.shown()), &n);
+    return n;
+}
+
+hnav_status InsObject::attitude(hnav_attitude* out) const {
+    constexpr double near_singular_pitch = 85 * M_PI / 180;
+    const hnav_navigation n = navigation();
+    if (std::isnan(n.q_nb[0])) return not_started(this);
+    out->t_s = n.t_s;
+    copy(n.q_nb, 4, out->q_nb);
+    copy(n.euler_rad, 3, out->euler_rad);
+    out->heading_rad = n.euler_rad[2];
+    copy(n.sigma_rotation_rad, 3, out->sigma_rad);
+    out->near_singular = std::fabs(n.euler_rad[1]) > near_singular_pitch;
+    out->tilt_ready = n.tilt_ready;
+    out->heading_ready = n.heading_ready;
+    return HNAV_OK;
+}
+
+hnav_status InsObject::rate(double* rate_b) const {
+    const ins::State& s = told(this).state;
+    for (int i = 0; i < 3; ++i) rate_b[i] = s.started() ? s.held.rate[i] - s.gyro_bias[i] : 0;
+    return HNAV_OK;
+}
+
+hnav_status InsObject::gyro_bias(double* bias_b, double* sigma) const {
+    const hnav_navigation n = navigation();
+    if (std::isnan(n.q_nb[0])) return not_started(this);
+    copy(n.gyro_bias_rad_s, 3, bias_b);
+    copy(n.sigma_gyro_bias_rad_s, 3, sigma);
+    return HNAV_OK;
+}
+
+hnav_status InsObject::covariance(double* to) const {
+    const Told at = told(this);
+    if (!at.state.started()) return not_started(this);
+    const ins::Covariance P = filter.model().covariance_at(at.state, at.ahead_s);
+    for (int i = 0; i < 15; ++i)
+        for (int j = 0; j < 15; ++j) to[15 * i + j] = 0.5 * (P[i][j] + P[j][i]);
+    return HNAV_OK;
+}
+
+hnav_status InsObject::innovation(int sensor, hnav_innovation* out) const {
+    if (sensor == HNAV_SENSOR_ACCEL) return fail(HNAV_ERROR_OUT_OF_RANGE, "the accelerometer of an INS has no innovation");
+    const ins::Innovation& i = filter.newest().innovation[channel_of(sensor)];
+    if (std::isnan(i.t_s)) return fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
+    out->t_s = filter.stamp_of(i.t_s);
+    copy(i.value, 3, out->value);
+    for (int k = 0; k < 3; ++k) out->S[4 * k] = i.variance[k];
+    out->nis = i.nis;
+    out->noise_scale = i.noise_scale;
+    out->dimension = static_cast<int32_t>(i.dimension);
+    out->accepted = !(i.noise_scale > 1);
+    return HNAV_OK;
+}
+
+void InsObject::diagnostics(hnav_diagnostics* out) const {
+    const ins::State& s = filter.newest();
+    out->newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : ins::nan;
+    out->mean_nis = s.nis_mean;
+    out->gyro_vibration_rad_s = std::sqrt(s.held.vibration_rate2);
+    out->accel_vibration_m_s2 = std::sqrt(s.held.vibration_force2);
+    for (int sensor = 0; sensor < HNAV_SENSOR_COUNT; ++sensor) {
+        out->used[sensor] = s.used[channel_of(sensor)];
+        out->gated[sensor] = s.inflated[channel_of(sensor)];
+    }
+    out->late = filter.refused.late;
+    out->non_finite = filter.refused.non_finite;
+    out->zero = filter.refused.zero;
+    out->corrections = s.corrections;
+    out->solver_rhs_evals = filter.propagator().rhs_evals();
+    out->solver_steps = filter.propagator().steps();
+    out->started = s.started();
+    out->waiting = filter.waiting();
+}
+
+void InsObject::health(hnav_health* out) const {
+    const ins::State& s = filter.newest();
+    const SensorCheck<double>* const checks[] = {&s.check[checked_gyro], &s.check[checked_accel], &s.check[checked_mag]};
+    for (int sensor = 0; sensor < HNAV_SENSOR_COUNT; ++sensor) {
+        const SensorCheck<double>* check = sensor < HNAV_SENSOR_HEADING ? checks[sensor] : nullptr;
+        out->sensor[sensor] = sensor_health(check, filter.stamps(), channel_of(sensor), filter.event_now_s());
+        out->sensor[sensor].since_s = filter.stamp_of(out->sensor[sensor].since_s);
+    }
+    out->times_lost = s.times_lost;
+    out->clock_jumps = filter.stamps().jumps();
+    out->stamps_left_out = filter.stamps().left_out();
+    out->lost = s.times_lost > 0 && s.phase != ins::Phase::navigating;
+}
+
+} // namespace hnav
+
 extern "C" {
 
-hnav_status hnav_ins_navigation(const hnav_ins* object, hnav_navigation* to) {
+hnav_status hnav_ins_navigation(const hnav_filter* filter, hnav_navigation* to) {
+    REQUIRE_OBJECT(const InsObject, object, filter);
     REQUIRE_STRUCT(object, to, hnav_navigation);
-    hand_out(navigation_now(object), to);
+    hand_out(object->navigation(), to);
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_covariance(const hnav_ins* object, double covariance[225]) {
-    REQUIRE(object, covariance);
-    const Told at = told(object);
-    if (!at.state.started()) return object->fail(HNAV_ERROR_NOT_STARTED, "no tilt yet: the start waits for samples and a fix");
-    const ins::Covariance P = object->filter.model().covariance_at(at.state, at.ahead_s);
-    for (int i = 0; i < 15; ++i)
-        for (int j = 0; j < 15; ++j) covariance[15 * i + j] = 0.5 * (P[i][j] + P[j][i]);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_observed(const hnav_ins* object, hnav_observed* observed) {
+hnav_status hnav_ins_observed(const hnav_filter* filter, hnav_observed* observed) {
+    REQUIRE_OBJECT(const InsObject, object, filter);
     REQUIRE_STRUCT(object, observed, hnav_observed);
     const double* by = object->filter.newest().gained_nats;
     hnav_observed result{};
@@ -193,68 +280,10 @@ hnav_status hnav_ins_observed(const hnav_ins* object, hnav_observed* observed) {
     return HNAV_OK;
 }
 
-hnav_status hnav_ins_last_innovation(const hnav_ins* object, hnav_ins_sensor sensor, hnav_ins_innovation* innovation) {
-    REQUIRE_STRUCT(object, innovation, hnav_ins_innovation);
-    if (int(sensor) <= HNAV_INS_IMU || int(sensor) >= HNAV_INS_SENSOR_COUNT)
-        return object->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation", int(sensor));
-    const ins::Innovation& i = object->filter.newest().innovation[sensor];
-    if (std::isnan(i.t_s)) return object->fail(HNAV_ERROR_NO_DATA, "no sample of sensor %d has been used yet", int(sensor));
-    hnav_ins_innovation result{};
-    result.t_s = object->filter.stamp_of(i.t_s);
-    copy(i.value, 3, result.value);
-    copy(i.variance, 3, result.variance);
-    result.nis = i.nis;
-    result.noise_scale = i.noise_scale;
-    result.dimension = static_cast<int32_t>(i.dimension);
-    hand_out(result, innovation);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_get_diagnostics(const hnav_ins* object, hnav_ins_diagnostics* diagnostics) {
-    REQUIRE_STRUCT(object, diagnostics, hnav_ins_diagnostics);
-    const auto& filter = object->filter;
-    const ins::State& s = filter.newest();
-    hnav_ins_diagnostics result{};
-    result.newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : ins::nan;
-    result.mean_nis = s.nis_mean;
-    result.gyro_vibration_rad_s = std::sqrt(s.held.vibration_rate2);
-    result.accel_vibration_m_s2 = std::sqrt(s.held.vibration_force2);
-    for (int c = 0; c < HNAV_INS_SENSOR_COUNT; ++c) {
-        result.used[c] = s.used[c];
-        result.inflated[c] = s.inflated[c];
-    }
-    result.late = filter.refused.late;
-    result.non_finite = filter.refused.non_finite;
-    result.times_lost = s.times_lost;
-    result.corrections = s.corrections;
-    result.solver_rhs_evals = filter.propagator().rhs_evals();
-    result.solver_steps = filter.propagator().steps();
-    hand_out(result, diagnostics);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_get_health(const hnav_ins* object, hnav_ins_health* health) {
-    REQUIRE_STRUCT(object, health, hnav_ins_health);
-    const auto& filter = object->filter;
-    const ins::State& s = filter.newest();
-    const auto of = [&](int channel, const SensorCheck<double>* check) {
-        hnav_sensor_health h = sensor_health(check, filter.stamps(), channel, filter.event_now_s());
-        h.since_s = filter.stamp_of(h.since_s);
-        return h;
-    };
-    hnav_ins_health result{};
-    for (const int part : {checked_gyro, checked_accel}) result.unit[part] = of(ins::imu, &s.check[part]);
-    for (int c = 0; c < HNAV_INS_SENSOR_COUNT; ++c) result.sensor[c] = of(c, c == ins::field ? &s.check[checked_mag] : nullptr);
-    result.times_lost = s.times_lost;
-    result.clock_jumps = filter.stamps().jumps();
-    result.stamps_left_out = filter.stamps().left_out();
-    hand_out(result, health);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_run(hnav_ins* object, size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output,
+hnav_status hnav_ins_run(hnav_filter* filter, size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output,
                          size_t* rows_done) {
     if (rows_done) *rows_done = 0;
+    REQUIRE_OBJECT(InsObject, object, filter);
     if (const hnav_status status = check_arrays(object, n, input, output)) return status;
     const hnav_ins_run_input in = take_in(*input);
     const hnav_ins_run_output out = take_in(*output);
@@ -266,28 +295,10 @@ hnav_status hnav_ins_run(hnav_ins* object, size_t n, const hnav_ins_run_input* i
             std::memcpy(reason, object->message, sizeof reason);
             return object->fail(status, "row %zu: %.280s", i, reason);
         }
-        if ((i + 1) % every == 0) write_row(navigation_now(object), out, written++);
+        if ((i + 1) % every == 0) write_row(object->navigation(), out, written++);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;
-}
-
-hnav_status hnav_ins_state_size(const hnav_ins* object, size_t* bytes) {
-    REQUIRE(object, bytes);
-    *bytes = object->filter.state_size();
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_save(const hnav_ins* object, void* buffer, size_t bytes) {
-    REQUIRE(object, buffer);
-    if (const hnav_status status = save_status(*object, bytes, object->filter.state_size())) return status;
-    object->filter.save(buffer);
-    return HNAV_OK;
-}
-
-hnav_status hnav_ins_load(hnav_ins* object, const void* buffer, size_t bytes) {
-    REQUIRE(object, buffer);
-    return load_status(*object, object->filter.load(buffer, bytes), "filter", bytes, object->filter.state_size());
 }
 
 } // extern "C"

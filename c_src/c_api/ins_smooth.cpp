@@ -14,7 +14,7 @@ namespace {
 // The arrays and the filter's options, as the smoother sees them.
 class Arrays final : public ins::Recording {
 public:
-    Arrays(hnav_ins* object, std::size_t n, const hnav_ins_run_input& in, const hnav_ins_run_output& out)
+    Arrays(InsObject* object, std::size_t n, const hnav_ins_run_input& in, const hnav_ins_run_output& out)
         : object_(object), n_(n), in_(in), out_(out), every_(out.every > 0 ? out.every : 1) {}
     ~Arrays() { release_block(aids_); }
     Arrays(const Arrays&) = delete;
@@ -45,7 +45,7 @@ private:
     // The last of so many rows.
     bool is_told(std::size_t row) const { return (row + 1) % every_ == 0; }
 
-    hnav_ins* object_;
+    InsObject* object_;
     std::size_t n_;
     const hnav_ins_run_input in_;
     hnav_ins_run_output out_;
@@ -66,11 +66,12 @@ hnav_status Arrays::take_aids() {
     if (!aids_) return object_->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu aids", in_.aids);
     for (std::size_t i = 0; i < in_.aids; ++i) {
         const int32_t sensor = in_.aid_sensor[i];
-        if (sensor <= HNAV_INS_IMU || sensor >= HNAV_INS_SENSOR_COUNT)
-            return object_->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d does not exist", i, static_cast<int>(sensor));
+        if (sensor < HNAV_SENSOR_MAG || sensor >= HNAV_SENSOR_COUNT)
+            return object_->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d is none", i, static_cast<int>(sensor));
         const double received_s = in_.aid_received_s ? in_.aid_received_s[i] : in_.aid_t_s[i];
         if (!(n_ > 0 && received_s <= in_.t_s[n_ - 1] && in_.aid_t_s[i] <= in_.t_s[n_ - 1])) continue;
-        count_ += sample_of(object_, in_.aid_t_s[i], sensor, in_.aid_value + 6 * i, aids_ + count_) == HNAV_OK;
+        count_ +=
+            sample_of(object_, in_.aid_t_s[i], channel_of(sensor), in_.aid_value + max_values * i, aids_ + count_) == HNAV_OK;
     }
     std::sort(aids_, aids_ + count_, comes_before);
     return HNAV_OK;
@@ -120,8 +121,9 @@ void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
 
 } // namespace
 
-extern "C" hnav_status hnav_ins_smooth(hnav_ins* object, size_t n, const hnav_ins_run_input* input,
+extern "C" hnav_status hnav_ins_smooth(hnav_filter* filter, size_t n, const hnav_ins_run_input* input,
                                        const hnav_ins_run_output* output) {
+    REQUIRE_OBJECT(InsObject, object, filter);
     if (const hnav_status status = check_arrays(object, n, input, output)) return status;
     Arrays arrays(object, n, take_in(*input), take_in(*output));
     hnav_status status = arrays.check_times();

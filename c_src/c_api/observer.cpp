@@ -8,8 +8,10 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <initializer_list>
 
+using hnav::ObserverObject;
 using hnav::observer::Answer;
 using hnav::observer::Function;
 using hnav::observer::Problem;
@@ -17,20 +19,18 @@ using hnav::observer::Refusal;
 
 namespace {
 
-constexpr double max_time_s = 1e12; // beyond, an interval is lost in the rounding
-
 hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
     return {k.start,           k.start_sigma, k.noise,        k.nominal, k.ready_sigma,
             k.time_constant_s, k.input_start, k.sensor_sigma, k.gate_nis};
 }
 
 // The moment of a given start is a sample of its own kind.
-void push_start(hnav_observer* o) {
+void push_start(ObserverObject* o) {
     const double none = 0;
     if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
 }
 
-bool take_memory(hnav_observer* o) {
+bool take_memory(ObserverObject* o) {
     using hnav::observer::Workspace;
     hnav::Arena count;
     const Problem counted(count, o->plant->sizes);
@@ -44,11 +44,11 @@ bool take_memory(hnav_observer* o) {
     return true;
 }
 
-hnav_status prove(hnav_observer* o, hnav::observer::Plant& prover, double start_s, const hnav::CallersMessage& caller) {
+hnav_status prove(ObserverObject* o, hnav::observer::Plant& prover, double start_s, const hnav::CallersMessage& caller) {
     o->work->linearisation.create(*o->plant);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
-        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s",
-                           *o->plant->said() ? ": " : "", o->plant->said());
+        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s", o->colon(),
+                           o->plant->said());
     Refusal why;
     double* work = static_cast<double*>(hnav::take_block(hnav::observer::proof_doubles(*o->problem) * sizeof(double)));
     if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
@@ -62,7 +62,7 @@ hnav_status prove(hnav_observer* o, hnav::observer::Plant& prover, double start_
     return HNAV_OK;
 }
 
-hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options, std::uint64_t fingerprint,
+hnav_status create_filter(ObserverObject* o, const hnav_observer_options& options, std::uint64_t fingerprint,
                           const hnav::CallersMessage& caller) {
     hnav::observer::ModelSettings settings;
     settings.start_at_first_sample = options.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE;
@@ -76,7 +76,7 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
         return caller.fail(HNAV_ERROR_OPTION,
                            "propagation = sigma_points is for plants without events, and this one has some: take "
                            "derivatives");
-    hnav_observer::Filter::Settings e;
+    hnav::ObserverObject::FilterOfModel::Settings e;
     e.propagator.rtol = e.atol = options.rtol;
     e.propagator.max_steps = options.max_steps;
     e.horizon_s = options.horizon_s;
@@ -97,7 +97,7 @@ hnav_status create_filter(hnav_observer* o, const hnav_observer_options& options
 
 // All that may hold what the plant has remembered: every part of every state, and what the model works on.
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
-    const auto* o = static_cast<const hnav_observer*>(context);
+    const auto* o = static_cast<const ObserverObject*>(context);
     const hnav::observer::Layout& at = o->layout();
     o->filter.visit_states([&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
@@ -111,7 +111,7 @@ void each_holder(const void* context, void (*seen)(void*, const double*), void* 
     seen(visitor, o->work->first_memory);
 }
 
-hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hnav::observer::Plant& prover,
+hnav_status complete(ObserverObject* o, const hnav_observer_options& options, hnav::observer::Plant& prover,
                      const hnav::observer::Statistics& known, std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
@@ -129,24 +129,17 @@ hnav_status complete(hnav_observer* o, const hnav_observer_options& options, hna
     return status;
 }
 
-hnav_status push(hnav_observer* o, const char* kind, int index, int count, int channel, double t_s, double value) {
+hnav_status push(ObserverObject* o, const char* kind, int index, int count, int channel, double t_s, double value) {
     if (index < 0 || index >= count)
         return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no %s %d: there are %d", kind, index, count);
     if (!std::isfinite(t_s) || !std::isfinite(value)) {
         ++o->filter.refused.non_finite;
         return o->fail(HNAV_ERROR_NON_FINITE, "sample of %s %d at t = %g s is not finite: %g", kind, index, t_s, value);
     }
-    if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    switch (o->filter.push({t_s, channel, &value})) {
-    case hnav::Outcome::ok: return HNAV_OK;
-    case hnav::Outcome::late:
-        return o->fail(HNAV_ERROR_LATE_SAMPLE, "sample of %s %d at t = %.9g s is late: samples before %.9g s are closed", kind,
-                       index, t_s, o->filter.late_limit_s());
-    default:
-        return o->fail(HNAV_ERROR_QUEUE_FULL,
-                       "the queue is full: advance before pushing %s %d at t = %.9g s, or raise queue_capacity", kind, index,
-                       t_s);
-    }
+    if (const hnav_status status = hnav::check_time(o, t_s)) return status;
+    char what[32];
+    std::snprintf(what, sizeof what, "%s %d", kind, index);
+    return hnav::queued(o, o->filter.push({t_s, channel, &value}), what, t_s, o->filter.late_limit_s());
 }
 
 // What a plant with events lacks; null: nothing.
@@ -156,27 +149,6 @@ const char* missing_for_events(const hnav_plant& p) {
     if (p.n_discrete > 0 && !p.set_discrete) return "set_discrete";
     const bool needs_event = p.n_indicators > 0 || p.n_discrete > 0 || p.next_event_s;
     return needs_event && !p.event ? "event" : nullptr;
-}
-
-// Why samples were dropped: what the plant answered, if it was that.
-hnav_status no_estimate(const hnav_observer* o, double t_s) {
-    const auto& trouble = o->trouble;
-    if (!trouble.any)
-        return o->fail(HNAV_ERROR_SOLVER,
-                       "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
-                       "max_steps steps of the solver",
-                       t_s);
-    const char* names[] = {"derivatives", "outputs", "indicators", "events"};
-    const char* what = names[int(trouble.function)];
-    if (trouble.function == Function::event && trouble.answer == Answer::ok)
-        return o->fail(HNAV_ERROR_SOLVER,
-                       "samples up to t = %.9g s were dropped: the events of the plant do not end at t = %.9g s", t_s,
-                       o->filter.stamp_of(trouble.t_s));
-    const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
-                         : trouble.answer == Answer::broken ? "failed in"
-                                                            : "had no answer for";
-    return o->fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the plant %s its %s at t = %.9g s%s%s", t_s, answer,
-                   what, o->filter.stamp_of(trouble.t_s), *o->plant->said() ? ": " : "", o->plant->said());
 }
 
 } // namespace
@@ -193,10 +165,10 @@ hnav_status status_of(const Refusal& why) {
     }
 }
 
-hnav_status make_observer(hnav_observer** observer, const hnav_observer_options& options, observer::Plant* plant,
+hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
                           const CallersMessage& caller) {
-    auto* made = make_object<hnav_observer>();
+    auto* made = make_object<ObserverObject>();
     if (!made) {
         plant->destroy();
         return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
@@ -204,45 +176,47 @@ hnav_status make_observer(hnav_observer** observer, const hnav_observer_options&
     made->plant = plant;
     const hnav_status status = complete(made, options, prover, known, fingerprint, caller);
     if (status != HNAV_OK) destroy_object(made);
-    else *observer = made;
+    else *filter = made;
     return status;
 }
 
-template <class Move>
-static hnav_status advance_by(hnav_observer* o, double t_s, Move&& move) {
-    if (!std::isfinite(t_s)) return o->fail(HNAV_ERROR_NON_FINITE, "t_s = %g is not finite", t_s);
-    if (std::fabs(t_s) > max_time_s) return o->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
-    o->trouble = {};
-    const double before = o->instants();
-    const Outcome outcome = move();
-    o->dropped += static_cast<std::uint64_t>(before - o->instants());
-    switch (outcome) {
-    case Outcome::ok: return HNAV_OK;
-    case Outcome::backwards:
-        return o->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before the last advance to %.9g s", t_s, o->filter.now_s());
-    default: return no_estimate(o, t_s);
-    }
+// What the plant answered, if it was that.
+hnav_status ObserverObject::no_estimate(double t_s) const {
+    if (!trouble.any)
+        return fail(HNAV_ERROR_SOLVER,
+                    "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
+                    "max_steps steps of the solver",
+                    t_s);
+    const char* names[] = {"derivatives", "outputs", "indicators", "events"};
+    const char* what = names[int(trouble.function)];
+    if (trouble.function == Function::event && trouble.answer == Answer::ok)
+        return fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the events of the plant do not end at t = %.9g s",
+                    t_s, filter.stamp_of(trouble.t_s));
+    const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
+                         : trouble.answer == Answer::broken ? "failed in"
+                                                            : "had no answer for";
+    return fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the plant %s its %s at t = %.9g s%s%s", t_s, answer,
+                what, filter.stamp_of(trouble.t_s), colon(), plant->said());
 }
 
-hnav_status advance(hnav_observer* o, double t_s, bool look_ahead) {
-    return advance_by(o, t_s, [=] { return look_ahead ? o->filter.advance(t_s) : o->filter.commit(t_s); });
-}
+void ObserverObject::destroy() { destroy_object(this); }
 
-// A row whose samples have been pushed.
-hnav_status advance_row(hnav_observer* o, double t_s) {
-    return advance_by(o, t_s, [=] { return o->filter.advance_row(t_s); });
+void ObserverObject::reset() {
+    filter.reset();
+    dropped = 0;
+    push_start(this);
 }
 
 } // namespace hnav
 
 extern "C" {
 
-hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_options* options, const hnav_plant* plant,
+hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_options* options, const hnav_plant* plant,
                                  const hnav_observer_statistics* known, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
     caller.clear();
-    if (!observer) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "observer is null");
-    *observer = nullptr;
+    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
+    *filter = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!plant) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant is null");
     if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
@@ -262,41 +236,18 @@ hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_o
         made->destroy();
         return caller.fail(hnav::status_of(why), "%s", why.text);
     }
-    return hnav::make_observer(observer, *options, made, *made, statistics_of(hnav::take_in(*known)),
+    return hnav::make_observer(filter, *options, made, *made, statistics_of(hnav::take_in(*known)),
                                hnav::fingerprint(hnav::observer_options, options), caller);
 }
 
-void hnav_observer_destroy(hnav_observer* observer) { hnav::destroy_object(observer); }
-
-hnav_status hnav_observer_reset(hnav_observer* observer) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    observer->filter.reset();
-    observer->dropped = 0;
-    push_start(observer);
-    return HNAV_OK;
+hnav_status hnav_observer_push_input(hnav_filter* filter, int32_t input, double t_s, double value) {
+    REQUIRE_OBJECT(ObserverObject, object, filter);
+    return push(object, "input", input, object->problem->known, input, t_s, value);
 }
 
-const char* hnav_observer_message(const hnav_observer* observer) { return observer ? observer->message : "observer is null"; }
-
-hnav_status hnav_observer_push_input(hnav_observer* observer, int32_t input, double t_s, double value) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    return push(observer, "input", input, observer->problem->known, input, t_s, value);
-}
-
-hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor, double t_s, double value) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    return push(observer, "sensor", sensor, observer->problem->sensors, observer->filter.model().sensor_channel(sensor), t_s,
-                value);
-}
-
-hnav_status hnav_observer_advance(hnav_observer* observer, double t_s) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    return hnav::advance(observer, t_s, true);
-}
-
-hnav_status hnav_observer_commit(hnav_observer* observer, double t_s) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
-    return hnav::advance(observer, t_s, false);
+hnav_status hnav_observer_push(hnav_filter* filter, int32_t sensor, double t_s, double value) {
+    REQUIRE_OBJECT(ObserverObject, object, filter);
+    return push(object, "sensor", sensor, object->problem->sensors, object->filter.model().sensor_channel(sensor), t_s, value);
 }
 
 } // extern "C"

@@ -1,8 +1,8 @@
-// The object behind hnav_observer: a plant, what is known of it, and Filter<observer::Model> over both.
+// The observer behind hnav_filter: a plant, what is known of it, and Filter<observer::Model> over both.
 #pragma once
 
 #include "base/memory.hpp"
-#include "c_api/message.hpp"
+#include "c_api/filter_object.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/observer.h"
 #include "hybrid/filter.hpp"
@@ -12,14 +12,18 @@
 
 #include <optional>
 
-struct hnav_observer : hnav::KeptMessage<512> {
-    using Filter = hnav::Filter<hnav::observer::Model>;
+namespace hnav {
 
-    hnav_observer() = default;
-    hnav_observer(const hnav_observer&) = delete;
-    hnav_observer& operator=(const hnav_observer&) = delete;
-    ~hnav_observer() {
-        hnav::release_block(block);
+struct ObserverObject final : hnav_filter {
+    static constexpr Product of_product = Product::observer;
+    static constexpr const char* whom = "observers";
+    using FilterOfModel = Filter<observer::Model>;
+
+    ObserverObject() : hnav_filter(Product::observer) {}
+    ObserverObject(const ObserverObject&) = delete;
+    ObserverObject& operator=(const ObserverObject&) = delete;
+    ~ObserverObject() {
+        release_block(block);
         if (plant) plant->destroy();
     }
 
@@ -27,22 +31,77 @@ struct hnav_observer : hnav::KeptMessage<512> {
     double number(int place) const { return filter.newest().x()[place]; }
     // Instants that were used or wait to be.
     double instants() const { return number(layout().events) + filter.waiting(); }
-    const hnav::observer::Layout& layout() const { return filter.model().layout(); }
+    const observer::Layout& layout() const { return filter.model().layout(); }
+    // Moves on, and counts what was dropped on the way.
+    template <class Move>
+    Outcome moved(Move&& move) {
+        trouble = {};
+        const double before = instants();
+        const Outcome outcome = move();
+        dropped += static_cast<std::uint64_t>(before - instants());
+        return outcome;
+    }
+    // ": " and what the plant said of its last failure; "" when it said nothing.
+    const char* colon() const { return *plant->said() ? ": " : ""; }
 
-    hnav::observer::Plant* plant = nullptr;
+    observer::Plant* plant = nullptr;
     void* block = nullptr; // of problem and work
-    std::optional<hnav::observer::Problem> problem;
-    std::optional<hnav::observer::Workspace> work;
-    hnav::observer::Trouble trouble{};
-    hnav::StiffSolver stiff;
-    hnav::observer::DerivativeProof proof{};
-    Filter filter;
+    std::optional<observer::Problem> problem;
+    std::optional<observer::Workspace> work;
+    observer::Trouble trouble{};
+    StiffSolver stiff;
+    observer::DerivativeProof proof{};
+    FilterOfModel filter;
     std::optional<double> start_s; // when it is given
     std::uint64_t dropped = 0;
     std::uint64_t own_number = 0; // no other observer of this process has it
-};
 
-namespace hnav {
+    void destroy() override;
+    void reset() override;
+    hnav_status take(int, double, const double*) override { return no_fixed_sensors(); }
+    hnav_status take_imu(double, const double*, const double*) override { return no_fixed_sensors(); }
+    Outcome advance(double t_s) override {
+        return moved([&] { return filter.advance(t_s); });
+    }
+    Outcome commit(double t_s) override {
+        return moved([&] { return filter.commit(t_s); });
+    }
+    double now_s() const override { return filter.now_s(); }
+    hnav_status no_estimate(double t_s) const override;
+
+    hnav_status attitude(hnav_attitude*) const override { return unsupported("attitude"); }
+    hnav_status rate(double*) const override { return unsupported("rate"); }
+    hnav_status gyro_bias(double*, double*) const override { return unsupported("gyroscope"); }
+    hnav_status covariance(double* P) const override;
+    hnav_status innovation(int, hnav_innovation*) const override { return no_fixed_sensors(); }
+    void diagnostics(hnav_diagnostics* out) const override;
+    void health(hnav_health* out) const override;
+
+    const char* cannot_save() const override;
+    std::size_t state_size() const override { return filter.state_size(); }
+    void save(void* buffer) const override { filter.save(buffer); }
+    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter.load(buffer, bytes); }
+    std::size_t snapshot_size() const override;
+    void take_snapshot(void* buffer) const override;
+    bool restore_snapshot(const void* buffer, std::size_t bytes) override;
+    bool release_snapshot(const void* buffer, std::size_t bytes) const override;
+
+    int nx() const override { return filter.nx(); }
+    void get_x(double* x) const override;
+    void nominal_x(double* x) const override { filter.model().nominal(x); }
+    hnav_status derivative(const double* x, double* dx) const override;
+    hnav_status derivative_along(const double*, const double*, double*) const override {
+        return unsupported("directional derivative");
+    }
+    double next_event_s() const override;
+    Outcome jump(double t_s, const double* x_minus, double* x_plus) override;
+    void show(double t_s, const double* x) override { filter.show(t_s, x); }
+
+private:
+    hnav_status no_fixed_sensors() const {
+        return fail(HNAV_ERROR_UNSUPPORTED, "the sensors of an observer are those of its plant: hnav_observer_push and its kin");
+    }
+};
 
 // As they were before they told of events.
 template <>
@@ -54,13 +113,10 @@ inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hna
 
 // Makes the observer of a plant, which it takes over, whatever comes of it. prover: the instance of the plant that is asked for
 // the proof.
-hnav_status make_observer(hnav_observer** observer, const hnav_observer_options& options, observer::Plant* plant,
+hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
                           const CallersMessage& caller);
 
 hnav_status status_of(const observer::Refusal& why);
-
-hnav_status advance(hnav_observer* observer, double t_s, bool look_ahead);
-hnav_status advance_row(hnav_observer* observer, double t_s);
 
 } // namespace hnav

@@ -1,4 +1,5 @@
 // The C boundary of the observer: what it answers, arrays, saved states.
+#include "c_api/health.hpp"
 #include "c_api/observer.hpp"
 #include "c_api/sized.hpp"
 
@@ -6,11 +7,12 @@
 #include <cmath>
 #include <cstring>
 
+using hnav::ObserverObject;
 using hnav::observer::Layout;
 
 namespace {
 
-hnav_status check_sensor(const hnav_observer* o, int sensor) {
+hnav_status check_sensor(const ObserverObject* o, int sensor) {
     const int count = o->problem->sensors;
     if (sensor >= 0 && sensor < count) return HNAV_OK;
     return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no sensor %d: there are %d", sensor, count);
@@ -18,7 +20,7 @@ hnav_status check_sensor(const hnav_observer* o, int sensor) {
 
 double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
 
-void write_row(const hnav_observer& o, const double* sensors, bool used, const hnav_observer_run_output& out, std::size_t i) {
+void write_row(const ObserverObject& o, const double* sensors, bool used, const hnav_observer_run_output& out, std::size_t i) {
     const int N = o.problem->N, m = o.problem->sensors;
     o.filter.model().estimate(o.filter.shown(), row(out.x, i, N), row(out.sigma, i, N), row(out.covariance, i, N * N));
     if (out.parts || out.plant_events) {
@@ -41,13 +43,13 @@ void write_row(const hnav_observer& o, const double* sensors, bool used, const h
 }
 
 // A value of NaN is no sample; any: there is one.
-hnav_status push_row(hnav_observer* o, const hnav_observer_run_input& in, std::size_t i, bool* any) {
+hnav_status push_row(ObserverObject* o, hnav_filter* handle, const hnav_observer_run_input& in, std::size_t i, bool* any) {
     const auto push = [&](auto* push_one, const double* values, int count) {
         for (int k = 0; values && k < count; ++k) {
             const double value = values[i * count + k];
             if (std::isnan(value)) continue;
             *any = true;
-            if (const hnav_status status = push_one(o, k, in.t_s[i], value)) return status;
+            if (const hnav_status status = push_one(handle, k, in.t_s[i], value)) return status;
         }
         return HNAV_OK;
     };
@@ -62,48 +64,105 @@ struct SnapshotHead {
 
 // Of a snapshot of this observer act takes the head, what stands behind it and its bytes, and answers whether that is whole.
 template <class Act>
-hnav_status with_snapshot(const hnav_observer* o, const void* buffer, std::size_t bytes, Act&& act) {
+bool with_snapshot(const ObserverObject* o, const void* buffer, std::size_t bytes, Act&& act) {
     SnapshotHead head{};
     if (bytes > sizeof head) std::memcpy(&head, buffer, sizeof head);
-    if (bytes <= sizeof head || head.observer != o->own_number)
-        return o->fail(HNAV_ERROR_STATE_CORRUPT,
-                       "these %zu bytes are no snapshot of this observer: a snapshot ends with the observer that it was taken of",
-                       bytes);
-    if (act(head, static_cast<const unsigned char*>(buffer) + sizeof head, bytes - sizeof head)) return HNAV_OK;
-    return o->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no whole snapshot", bytes);
+    if (bytes <= sizeof head || head.observer != o->own_number) return false;
+    return act(head, static_cast<const unsigned char*>(buffer) + sizeof head, bytes - sizeof head);
 }
 
 // What the plant has remembered is held by the snapshot too, or no more.
-bool hold_states(const hnav_observer* o, const unsigned char* snapshot, std::size_t bytes, int by) {
+bool hold_states(const ObserverObject* o, const unsigned char* snapshot, std::size_t bytes, int by) {
     const Layout& at = o->layout();
     return o->filter.visit_snapshot(snapshot, bytes, [&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) o->plant->hold(s.x() + i * at.part_numbers + at.memory, by);
     });
 }
 
+// To the time of a row, whose samples, if it has any, have been pushed.
+hnav_status advance_row(ObserverObject* o, double t_s, bool any) {
+    if (const hnav_status status = hnav::check_time(o, t_s)) return status;
+    const double at_s = hnav::clock_time(t_s);
+    return hnav::advanced(o, t_s, any ? o->moved([&] { return o->filter.advance_row(at_s); }) : o->advance(at_s));
+}
+
 } // namespace
+
+namespace hnav {
+
+hnav_status ObserverObject::covariance(double* P) const {
+    filter.model().estimate(filter.shown(), nullptr, nullptr, P);
+    return HNAV_OK;
+}
+
+void ObserverObject::diagnostics(hnav_diagnostics* out) const {
+    out->gamma_used = out->gamma_margin = out->mean_nis = out->gyro_vibration_rad_s = out->accel_vibration_m_s2 = std::nan("");
+    out->newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : std::nan("");
+    out->late = filter.refused.late;
+    out->non_finite = filter.refused.non_finite;
+    out->corrections = static_cast<std::uint64_t>(number(layout().corrections));
+    out->solver_rhs_evals = filter.propagator().rhs_evals();
+    out->solver_steps = filter.propagator().steps();
+    out->started = number(layout().begun) != 0;
+    out->waiting = filter.waiting();
+}
+
+void ObserverObject::health(hnav_health* out) const {
+    for (hnav_sensor_health& h : out->sensor) h = sensor_without_samples();
+    out->stamps_left_out = filter.stamps().left_out();
+    out->clock_jumps = filter.stamps().jumps();
+}
+
+const char* ObserverObject::cannot_save() const {
+    return plant->memory_lasts()
+               ? nullptr
+               : "the plant cannot write down what it remembers (canSerializeFMUstate): its observer cannot be saved, but for a "
+                 "snapshot in this process; export the plant with it";
+}
+
+std::size_t ObserverObject::snapshot_size() const { return sizeof(SnapshotHead) + filter.snapshot_size(); }
+
+void ObserverObject::take_snapshot(void* buffer) const {
+    const std::size_t inside = filter.snapshot_size();
+    const SnapshotHead head{own_number, dropped};
+    auto* place = static_cast<unsigned char*>(buffer) + sizeof head;
+    std::memcpy(buffer, &head, sizeof head);
+    filter.take_snapshot(place);
+    hold_states(this, place, inside, 1);
+}
+
+bool ObserverObject::restore_snapshot(const void* buffer, std::size_t bytes) {
+    return with_snapshot(this, buffer, bytes, [this](const SnapshotHead& head, const unsigned char* snapshot, std::size_t size) {
+        const bool whole = filter.restore_snapshot(snapshot, size);
+        if (whole) dropped = head.dropped;
+        return whole;
+    });
+}
+
+bool ObserverObject::release_snapshot(const void* buffer, std::size_t bytes) const {
+    return with_snapshot(this, buffer, bytes, [this](const SnapshotHead&, const unsigned char* snapshot, std::size_t size) {
+        return hold_states(this, snapshot, size, -1);
+    });
+}
+
+} // namespace hnav
 
 extern "C" {
 
-hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, double* sigma) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+hnav_status hnav_observer_estimate(const hnav_filter* handle, double* x, double* sigma) {
+    REQUIRE_OBJECT(const ObserverObject, observer, handle);
     observer->filter.model().estimate(observer->filter.shown(), x, sigma, nullptr);
     return HNAV_OK;
 }
 
-hnav_status hnav_observer_posterior(const hnav_observer* observer, double* x, double* sigma) {
-    if (!observer) return HNAV_ERROR_NULL_ARGUMENT;
+hnav_status hnav_observer_posterior(const hnav_filter* handle, double* x, double* sigma) {
+    REQUIRE_OBJECT(const ObserverObject, observer, handle);
     observer->filter.model().estimate(observer->filter.newest(), x, sigma, nullptr);
     return HNAV_OK;
 }
 
-hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P) {
-    REQUIRE(observer, P);
-    observer->filter.model().estimate(observer->filter.shown(), nullptr, nullptr, P);
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sensor, hnav_observer_innovation_of* out) {
+hnav_status hnav_observer_innovation(const hnav_filter* handle, int32_t sensor, hnav_observer_innovation_of* out) {
+    REQUIRE_OBJECT(const ObserverObject, observer, handle);
     REQUIRE_STRUCT(observer, out, hnav_observer_innovation_of);
     if (const hnav_status status = check_sensor(observer, sensor)) return status;
     const auto number = [&](Layout::OfSensor what) { return observer->number(observer->layout().of_sensor(sensor, what)); };
@@ -119,7 +178,8 @@ hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sens
     return HNAV_OK;
 }
 
-hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info) {
+hnav_status hnav_observer_get_info(const hnav_filter* handle, hnav_observer_info* info) {
+    REQUIRE_OBJECT(const ObserverObject, observer, handle);
     REQUIRE_STRUCT(observer, info, hnav_observer_info);
     const auto& filter = observer->filter;
     const Layout& at = observer->layout();
@@ -159,7 +219,8 @@ hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_
     return HNAV_OK;
 }
 
-hnav_status hnav_observer_proof(const hnav_observer* observer, hnav_plant_block block, hnav_observer_block_proof* proof) {
+hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block block, hnav_observer_block_proof* proof) {
+    REQUIRE_OBJECT(const ObserverObject, observer, handle);
     REQUIRE_STRUCT(observer, proof, hnav_observer_block_proof);
     using hnav::observer::functions;
     using hnav::observer::variables;
@@ -178,9 +239,10 @@ hnav_status hnav_observer_proof(const hnav_observer* observer, hnav_plant_block 
     return HNAV_OK;
 }
 
-hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
+hnav_status hnav_observer_run(hnav_filter* handle, size_t n, const hnav_observer_run_input* input,
                               const hnav_observer_run_output* output, size_t* rows_done) {
     if (rows_done) *rows_done = 0;
+    REQUIRE_OBJECT(ObserverObject, observer, handle);
     REQUIRE_STRUCT(observer, input, hnav_observer_run_input);
     REQUIRE_STRUCT(observer, output, hnav_observer_run_output);
     if (n > 0) {
@@ -192,10 +254,9 @@ hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_obse
     char first_drop[sizeof observer->message] = "";
     for (size_t i = 0; i < n; ++i) {
         bool any = false;
-        hnav_status status = push_row(observer, in, i, &any);
+        hnav_status status = push_row(observer, handle, in, i, &any);
         const std::uint64_t dropped = observer->dropped;
-        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE)
-            status = any ? hnav::advance_row(observer, in.t_s[i]) : hnav::advance(observer, in.t_s[i], true);
+        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = advance_row(observer, in.t_s[i], any);
         if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
         if (status == HNAV_ERROR_SOLVER && !*first_drop) std::strcpy(first_drop, observer->message);
         write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
@@ -203,63 +264,6 @@ hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_obse
     }
     if (*first_drop) std::strcpy(observer->message, first_drop);
     return HNAV_OK;
-}
-
-hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes) {
-    REQUIRE(observer, bytes);
-    *bytes = observer->filter.state_size();
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes) {
-    REQUIRE(observer, buffer);
-    if (!observer->plant->memory_lasts())
-        return observer->fail(
-            HNAV_ERROR_UNSUPPORTED,
-            "the plant cannot write down what it remembers (canSerializeFMUstate): its observer cannot be saved, but for a "
-            "snapshot in this process; export the plant with it");
-    if (const hnav_status status = hnav::save_status(*observer, bytes, observer->filter.state_size())) return status;
-    observer->filter.save(buffer);
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes) {
-    REQUIRE(observer, buffer);
-    return hnav::load_status(*observer, observer->filter.load(buffer, bytes), "observer", bytes, observer->filter.state_size());
-}
-
-hnav_status hnav_observer_snapshot_size(const hnav_observer* observer, size_t* bytes) {
-    REQUIRE(observer, bytes);
-    *bytes = sizeof(SnapshotHead) + observer->filter.snapshot_size();
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_take_snapshot(const hnav_observer* observer, void* buffer, size_t bytes) {
-    REQUIRE(observer, buffer);
-    const std::size_t inside = observer->filter.snapshot_size();
-    const SnapshotHead head{observer->own_number, observer->dropped};
-    if (const hnav_status status = hnav::save_status(*observer, bytes, sizeof head + inside)) return status;
-    auto* place = static_cast<unsigned char*>(buffer) + sizeof head;
-    std::memcpy(buffer, &head, sizeof head);
-    observer->filter.take_snapshot(place);
-    hold_states(observer, place, inside, 1);
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_restore_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
-    REQUIRE(observer, buffer);
-    return with_snapshot(observer, buffer, bytes, [=](const SnapshotHead& head, const unsigned char* snapshot, size_t size) {
-        const bool whole = observer->filter.restore_snapshot(snapshot, size);
-        if (whole) observer->dropped = head.dropped;
-        return whole;
-    });
-}
-
-hnav_status hnav_observer_release_snapshot(hnav_observer* observer, const void* buffer, size_t bytes) {
-    REQUIRE(observer, buffer);
-    return with_snapshot(observer, buffer, bytes, [=](const SnapshotHead&, const unsigned char* snapshot, size_t size) {
-        return hold_states(observer, snapshot, size, -1);
-    });
 }
 
 } // extern "C"

@@ -41,7 +41,7 @@ std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t sta
     return hnav::hash(plan.parameter, plan.sizes.parameters * sizeof(std::uint32_t), sum);
 }
 
-hnav_status open(hnav_observer** observer, const hnav_observer_options& options, const char* folder,
+hnav_status open(hnav_filter** filter, const hnav_observer_options& options, const char* folder,
                  const hnav_observer_statistics& known, hnav::observer::Plan& plan, const hnav::CallersMessage& caller) {
     using hnav::observer::FmuPlant;
     hnav::observer::Refusal why;
@@ -54,15 +54,15 @@ hnav_status open(hnav_observer** observer, const hnav_observer_options& options,
     FmuPlant* prover = plan.once ? plant : FmuPlant::open(folder, plan, options.start_time_s, why);
     if (!prover) prover = plant;
     const std::uint64_t fingerprint = fingerprint_of(plan, hnav::fingerprint(hnav::observer_options, &options));
-    const hnav_status status = hnav::make_observer(observer, options, plant, *prover, plan.statistics(), fingerprint, caller);
+    const hnav_status status = hnav::make_observer(filter, options, plant, *prover, plan.statistics(), fingerprint, caller);
     if (prover != plant) prover->destroy();
     return status;
 }
 
 #else
 
-hnav_status open(hnav_observer**, const hnav_observer_options&, const char*, const hnav_observer_statistics&,
-                 hnav::observer::Plan&, const hnav::CallersMessage& caller) {
+hnav_status open(hnav_filter**, const hnav_observer_options&, const char*, const hnav_observer_statistics&, hnav::observer::Plan&,
+                 const hnav::CallersMessage& caller) {
     return caller.fail(HNAV_ERROR_UNSUPPORTED, "this library was built without the headers of FMI (HNAV_FMI_HEADERS)");
 }
 
@@ -72,18 +72,18 @@ hnav_status open(hnav_observer**, const hnav_observer_options&, const char*, con
 
 extern "C" {
 
-hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder, char* message,
+hnav_status hnav_observer_open(hnav_filter** filter, const hnav_observer_options* options, const char* folder, char* message,
                                size_t message_size) {
     const auto none = hnav_sized<hnav_observer_statistics>();
-    return hnav_observer_open_known(observer, options, folder, &none, message, message_size);
+    return hnav_observer_open_known(filter, options, folder, &none, message, message_size);
 }
 
-hnav_status hnav_observer_open_known(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+hnav_status hnav_observer_open_known(hnav_filter** filter, const hnav_observer_options* options, const char* folder,
                                      const hnav_observer_statistics* known, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
     caller.clear();
-    if (!observer) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "observer is null");
-    *observer = nullptr;
+    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
+    *filter = nullptr;
     if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
     if (!folder) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "folder is null");
     if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
@@ -91,7 +91,7 @@ hnav_status hnav_observer_open_known(hnav_observer** observer, const hnav_observ
     if (const hnav_status status = caller.check_options(options, hnav::observer_options)) return status;
     auto* plan = hnav::make_object<hnav::observer::Plan>();
     if (!plan) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a plan");
-    const hnav_status status = open(observer, *options, folder, hnav::take_in(*known), *plan, caller);
+    const hnav_status status = open(filter, *options, folder, hnav::take_in(*known), *plan, caller);
     hnav::destroy_object(plan);
     return status;
 }

@@ -27,7 +27,7 @@ struct Options {
         return o;
     }
 
-    const hnav_option_info* row(int i) const { return ahrs ? hnav_ahrs_option(i) : hnav_hrekf_option(i); }
+    const hnav_option_info* row(int i) const { return ahrs ? hnav_option("ahrs", i) : hnav_option("hrekf", i); }
 
     void change_field(Input& in) {
         const int which = in.byte();

@@ -13,8 +13,8 @@ hnav_ins_error_options options_from(Input& in, int head) {
     options.window = 1 + in.choice(8);
     if (!(head & 2)) return options;
     int rows = 0;
-    while (hnav_ins_error_option(rows)) ++rows;
-    const hnav_option_info* info = hnav_ins_error_option(in.choice(rows));
+    while (hnav_option("ins_error", rows)) ++rows;
+    const hnav_option_info* info = hnav_option("ins_error", in.choice(rows));
     auto* field = reinterpret_cast<unsigned char*>(&options) + info->offset;
     if (info->kind == HNAV_OPTION_REAL) {
         const double value = in.number();

@@ -38,11 +38,11 @@ struct Total {
 
 // What a filter of options of one kind can be made with: a few rows changed to any value that their range allows.
 template <class Options>
-void change_options(Random& random, const hnav_option_info* (*row)(int32_t), Options* options) {
+void change_options(Random& random, const char* list, Options* options) {
     int rows = 0;
-    while (row(rows)) ++rows;
+    while (hnav_option(list, rows)) ++rows;
     for (int changes = random.choice(6); changes > 0; --changes) {
-        const hnav_option_info* info = row(random.choice(rows));
+        const hnav_option_info* info = hnav_option(list, random.choice(rows));
         const bool real = info->kind == HNAV_OPTION_REAL;
         const double min = std::max(info->min, -1e3), max = std::min(info->max, real ? 1e3 : 64.0);
         for (int i = 0; i < info->count; ++i) {
@@ -60,8 +60,8 @@ public:
         options_.ahrs = seed % 2 == 0;
         options_.hrekf_options = hnav_hrekf_defaults(random_.once_in(4) ? HNAV_PRESET_PAPER : HNAV_PRESET_DEFAULT);
         options_.ahrs_options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
-        if (random_.once_in(2)) change_options(random_, hnav_ahrs_option, &options_.ahrs_options);
-        if (random_.once_in(2)) change_options(random_, hnav_hrekf_option, &options_.hrekf_options);
+        if (random_.once_in(2)) change_options(random_, "ahrs", &options_.ahrs_options);
+        if (random_.once_in(2)) change_options(random_, "hrekf", &options_.hrekf_options);
         // Every solver as often as any other, whatever the preset.
         options_.hrekf_options.solver = options_.ahrs_options.solver = static_cast<int>(seed / 2 % 4);
         hnav_status status;

@@ -12,6 +12,7 @@
 #include "base/saved_state.hpp"
 #include "hybrid/event_queue.hpp"
 #include "hybrid/model_concept.hpp"
+#include "hybrid/outcome.hpp"
 #include "hybrid/propagator.hpp"
 #include "hybrid/stamps.hpp"
 
@@ -20,8 +21,6 @@
 #include <limits>
 
 namespace hnav {
-
-enum class Outcome { ok, late, full, backwards, diverged };
 
 template <class Model>
 class Filter {

@@ -46,8 +46,10 @@ public:
         Rows<k> B = forward<k>(right);
         for (int i = 0; i < n; ++i) B.row(i) *= inverse_d_[i];
         HNAV_UNROLL
-        for (int i = n - 2; i >= 0; --i) HNAV_UNROLL
-        for (int j = i + 1; j < n; ++j) B.row(i) -= L_[j][i] * B.row(j);
+        for (int i = n - 2; i >= 0; --i) {
+            HNAV_UNROLL
+            for (int j = i + 1; j < n; ++j) B.row(i) -= L_[j][i] * B.row(j);
+        }
         return B;
     }
 
@@ -82,8 +84,10 @@ private:
     template <int k>
     Rows<k> forward(Rows<k> B) const {
         HNAV_UNROLL
-        for (int i = 1; i < n; ++i) HNAV_UNROLL
-        for (int j = 0; j < i; ++j) B.row(i) -= L_[i][j] * B.row(j);
+        for (int i = 1; i < n; ++i) {
+            HNAV_UNROLL
+            for (int j = 0; j < i; ++j) B.row(i) -= L_[i][j] * B.row(j);
+        }
         return B;
     }
 

@@ -37,10 +37,10 @@ struct Given {
     // The message of a refusal, "" for none.
     std::string refusal(hnav_status expected) const {
         char message[320] = "";
-        hnav_observer* o = nullptr;
+        hnav_filter* o = nullptr;
         const auto k = known();
         EXPECT_EQ(hnav_observer_create(&o, &options, &plant, &k, message, sizeof message), expected) << message;
-        hnav_observer_destroy(o);
+        hnav_filter_destroy(o);
         return message;
     }
 };
@@ -55,9 +55,9 @@ public:
     }
     Observer(const Observer&) = delete;
     Observer& operator=(const Observer&) = delete;
-    ~Observer() { hnav_observer_destroy(o_); }
+    ~Observer() { hnav_filter_destroy(o_); }
 
-    operator hnav_observer*() const { return o_; }
+    operator hnav_filter*() const { return o_; }
     hnav_observer_info info() const {
         auto info = hnav_sized<hnav_observer_info>();
         EXPECT_EQ(hnav_observer_get_info(o_, &info), HNAV_OK);
@@ -75,7 +75,7 @@ public:
     }
     Numbers P() const {
         Numbers P(N_ * N_);
-        EXPECT_EQ(hnav_observer_covariance(o_, P.data()), HNAV_OK);
+        EXPECT_EQ(hnav_filter_covariance(o_, P.data()), HNAV_OK);
         return P;
     }
     // e' P^-1 e
@@ -103,15 +103,15 @@ public:
     }
     Bytes saved() const {
         size_t bytes = 0;
-        EXPECT_EQ(hnav_observer_state_size(o_, &bytes), HNAV_OK);
+        EXPECT_EQ(hnav_filter_state_size(o_, &bytes), HNAV_OK);
         Bytes state(bytes);
-        EXPECT_EQ(hnav_observer_save(o_, state.data(), bytes), HNAV_OK);
+        EXPECT_EQ(hnav_filter_save(o_, state.data(), bytes), HNAV_OK);
         return state;
     }
-    std::string message() const { return hnav_observer_message(o_); }
+    std::string message() const { return hnav_filter_message(o_); }
 
 private:
-    hnav_observer* o_ = nullptr;
+    hnav_filter* o_ = nullptr;
     int N_ = 0;
 };
 

@@ -706,7 +706,7 @@ TEST(BadInput, NullObjectsAreAnswered) {
 TEST(BadInput, EveryOptionOutsideItsRangeIsRefusedByName) {
     hnav_filter* f;
     char message[256];
-    for (int32_t k = 0; const hnav_option_info* row = hnav_hrekf_option(k); ++k) {
+    for (int32_t k = 0; const hnav_option_info* row = hnav_option("hrekf", k); ++k) {
         std::vector<double> impossible = {row->max * (row->max > 0 ? 1.01 : 0.99) + 1, row->min - 1};
         if (row->kind == HNAV_OPTION_REAL) impossible.push_back(not_a_number);
         if (row->min_is_open) impossible.push_back(row->min);

@@ -584,8 +584,8 @@ TEST(InsErrorFilter, EveryImpossibleOptionIsRefusedByName) {
     const hnav_ins_error_model view = m.view();
     char message[320];
     hnav_ins_error_filter* filter;
-    for (int32_t i = 0; hnav_ins_error_option(i); ++i) {
-        const hnav_option_info* row = hnav_ins_error_option(i);
+    for (int32_t i = 0; hnav_option("ins_error", i); ++i) {
+        const hnav_option_info* row = hnav_option("ins_error", i);
         hnav_ins_error_options o = hnav_ins_error_defaults();
         char* field = reinterpret_cast<char*>(&o) + row->offset;
         if (row->kind == HNAV_OPTION_REAL) {

@@ -20,9 +20,9 @@ using Shown = Eigen::Matrix<double, shown_numbers, 1>;
 constexpr double deg = M_PI / 180, interval_s = 0.01;
 
 struct Destroy {
-    void operator()(hnav_ins* ins) const { hnav_ins_destroy(ins); }
+    void operator()(hnav_filter* ins) const { hnav_filter_destroy(ins); }
 };
-using Ins = std::unique_ptr<hnav_ins, Destroy>;
+using Ins = std::unique_ptr<hnav_filter, Destroy>;
 
 // It knows where it is, how it stands and how fast it goes.
 Ins made(double latitude_rad, double longitude_rad, hnav_solver solver = HNAV_SOLVER_CLOSED_FORM) {
@@ -37,56 +37,56 @@ Ins made(double latitude_rad, double longitude_rad, hnav_solver solver = HNAV_SO
     options.solver = solver;
     options.solver_rtol = 1e-10;
     options.solver_atol = 1e-10;
-    hnav_ins* ins = nullptr;
+    hnav_filter* ins = nullptr;
     EXPECT_EQ(hnav_ins_create(&ins, &options, nullptr, 0), HNAV_OK);
     return Ins(ins);
 }
 
 // A sample at k times the interval; beside some of them a fix between two samples, off from where the body is taken to be.
-void push(hnav_ins* ins, int k) {
+void push(hnav_filter* ins, int k) {
     const double t = k * interval_s;
     const double rate[3] = {0.3 * std::sin(3 * t), -0.2 * std::cos(2 * t), 0.4}, sigma[3] = {0.2, 0.2, 0.3};
     const double force[3] = {1 + std::sin(t), 0.5 * std::cos(4 * t), -9.8}, velocity[3] = {30, 20.5, 0.2};
-    ASSERT_EQ(hnav_ins_push_imu(ins, t, rate, force), HNAV_OK);
+    ASSERT_EQ(hnav_filter_push_imu(ins, t, rate, force), HNAV_OK);
     if (k % 20 == 19) {
-        ASSERT_EQ(hnav_ins_push_velocity(ins, t + 0.4 * interval_s, velocity, sigma), HNAV_OK);
+        ASSERT_EQ(hnav_filter_push_velocity(ins, t + 0.4 * interval_s, velocity, sigma), HNAV_OK);
     }
 }
 
-Numbers derivative(hnav_ins* ins, const Numbers& x) {
+Numbers derivative(hnav_filter* ins, const Numbers& x) {
     Numbers dx;
-    EXPECT_EQ(hnav_ins_derivative(ins, 0, x.data(), dx.data()), HNAV_OK);
+    EXPECT_EQ(hnav_filter_derivative(ins, 0, x.data(), dx.data()), HNAV_OK);
     return dx;
 }
 
 // Runge and Kutta's fourth order.
-Numbers flown(hnav_ins* ins, const Numbers& x, double h) {
+Numbers flown(hnav_filter* ins, const Numbers& x, double h) {
     const Numbers a = derivative(ins, x), b = derivative(ins, x + h / 2 * a), c = derivative(ins, x + h / 2 * b),
                   d = derivative(ins, x + h * c);
     return x + h / 6 * (a + 2 * b + 2 * c + d);
 }
 
 // Flows to t_s from *now_s with jumps at the events between.
-void go(hnav_ins* ins, double* now_s, double t_s, Numbers* x) {
+void go(hnav_filter* ins, double* now_s, double t_s, Numbers* x) {
     for (;;) {
         double event_s;
-        ASSERT_EQ(hnav_ins_next_event_s(ins, &event_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_next_event_s(ins, &event_s), HNAV_OK);
         const double end_s = std::fmin(event_s, t_s);
         *x = flown(ins, *x, end_s - *now_s);
         *now_s = end_s;
         if (event_s > t_s) break;
-        ASSERT_EQ(hnav_ins_jump(ins, event_s, x->data(), x->data()), HNAV_OK) << hnav_ins_message(ins);
+        ASSERT_EQ(hnav_filter_jump(ins, event_s, x->data(), x->data()), HNAV_OK) << hnav_filter_message(ins);
     }
-    ASSERT_EQ(hnav_ins_show(ins, t_s, x->data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_show(ins, t_s, x->data()), HNAV_OK);
 }
 
-Numbers state_of(hnav_ins* ins) {
+Numbers state_of(hnav_filter* ins) {
     Numbers x;
-    EXPECT_EQ(hnav_ins_get_x(ins, x.data()), HNAV_OK);
+    EXPECT_EQ(hnav_filter_get_x(ins, x.data()), HNAV_OK);
     return x;
 }
 
-hnav_navigation navigation(hnav_ins* ins) {
+hnav_navigation navigation(hnav_filter* ins) {
     auto n = hnav_sized<hnav_navigation>();
     EXPECT_EQ(hnav_ins_navigation(ins, &n), HNAV_OK);
     return n;
@@ -115,7 +115,7 @@ TEST(InsHybrid, AnIntegratorOutsideFindsTheSame) {
             const double end_s = (k + 0.7) * interval_s;
             push(inside.get(), k);
             push(outside.get(), k);
-            ASSERT_EQ(hnav_ins_advance(inside.get(), end_s), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(inside.get(), end_s), HNAV_OK);
             go(outside.get(), &now_s, end_s, &x);
         }
         const hnav_navigation a = navigation(inside.get()), b = navigation(outside.get());
@@ -129,10 +129,10 @@ TEST(InsHybrid, AnIntegratorOutsideFindsTheSame) {
             EXPECT_NEAR(a.euler_rad[i], b.euler_rad[i], close);
             EXPECT_NEAR(a.gyro_bias_rad_s[i], b.gyro_bias_rad_s[i], close);
         }
-        auto seen = hnav_sized<hnav_ins_diagnostics>();
-        ASSERT_EQ(hnav_ins_get_diagnostics(outside.get(), &seen), HNAV_OK);
-        EXPECT_EQ(seen.used[HNAV_INS_IMU], 1000u);
-        EXPECT_EQ(seen.used[HNAV_INS_VELOCITY], 50u);
+        auto seen = hnav_sized<hnav_diagnostics>();
+        ASSERT_EQ(hnav_filter_diagnostics(outside.get(), &seen), HNAV_OK);
+        EXPECT_EQ(seen.used[HNAV_SENSOR_GYRO], 1000u);
+        EXPECT_EQ(seen.used[HNAV_SENSOR_VELOCITY], 50u);
     }
 }
 
@@ -141,11 +141,11 @@ TEST(InsHybrid, SigmasAndFlagsStayAsAtTheLastEvent) {
     const Ins ins = under_way(0.8, 0.2, &x);
     double before[225], after[225];
     const hnav_navigation now = navigation(ins.get());
-    ASSERT_EQ(hnav_ins_covariance(ins.get(), before), HNAV_OK);
+    ASSERT_EQ(hnav_filter_covariance(ins.get(), before), HNAV_OK);
     x = flown(ins.get(), x, 0.5);
-    ASSERT_EQ(hnav_ins_show(ins.get(), 1.8, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_show(ins.get(), 1.8, x.data()), HNAV_OK);
     const hnav_navigation later = navigation(ins.get());
-    ASSERT_EQ(hnav_ins_covariance(ins.get(), after), HNAV_OK);
+    ASSERT_EQ(hnav_filter_covariance(ins.get(), after), HNAV_OK);
     EXPECT_EQ(later.t_s, 1.8);
     EXPECT_GT(std::fabs(later.latitude_rad - now.latitude_rad), 1e-7);
     EXPECT_GT(std::fabs(later.euler_rad[2] - now.euler_rad[2]), 0.1);
@@ -169,7 +169,7 @@ TEST(InsHybrid, DerivativesOfTheFlowArePerturbations) {
     for (int k = 0; k < 10; ++k) {
         const Numbers seed = Numbers::Unit(k);
         Numbers along;
-        ASSERT_EQ(hnav_ins_derivative_along(ins.get(), 1.3, at.data(), seed.data(), along.data()), HNAV_OK);
+        ASSERT_EQ(hnav_filter_derivative_along(ins.get(), 1.3, at.data(), seed.data(), along.data()), HNAV_OK);
         EXPECT_LT(test::distance(along, Numbers(expected.col(k))), 1e-10) << k;
     }
     EXPECT_GT(std::fabs(expected(5, 2)), 1e-6); // gravity falls off
@@ -191,7 +191,7 @@ TEST(InsHybrid, DerivativesOfWhatIsShownArePerturbationsNearThePoleToo) {
         x.tail<4>() *= 0.97;
         const auto show = [&](const Numbers& steps) {
             const Numbers at = x + steps.cwiseProduct(sizes);
-            EXPECT_EQ(hnav_ins_show(ins.get(), 1.3, at.data()), HNAV_OK);
+            EXPECT_EQ(hnav_filter_show(ins.get(), 1.3, at.data()), HNAV_OK);
             return shown(navigation(ins.get()));
         };
         const auto expected = perturbation_jacobian<shown_numbers, 10>(show, Numbers(Numbers::Zero()), 1.0);
@@ -215,24 +215,24 @@ TEST(InsHybrid, RefusesStatesThatAreNone) {
     const Ins ins = made(0.8, 0.2);
     Numbers x = state_of(ins.get()), out;
     int32_t nx = 0;
-    EXPECT_EQ(hnav_ins_nx(ins.get(), &nx), HNAV_OK);
+    EXPECT_EQ(hnav_filter_nx(ins.get(), &nx), HNAV_OK);
     EXPECT_EQ(nx, 10);
-    EXPECT_EQ(hnav_ins_nominal_x(ins.get(), out.data()), HNAV_OK);
+    EXPECT_EQ(hnav_filter_nominal_x(ins.get(), out.data()), HNAV_OK);
     EXPECT_EQ(out, Numbers(Numbers::Ones()));
     EXPECT_EQ(derivative(ins.get(), x), Numbers(Numbers::Zero())); // nothing flows before the start
     auto along = hnav_sized<hnav_navigation_along>();
     EXPECT_EQ(hnav_ins_navigation_along(ins.get(), x.data(), &along), HNAV_OK);
     EXPECT_EQ(along.q_nb[0], 0);
     x[3] = std::nan("");
-    EXPECT_EQ(hnav_ins_show(ins.get(), 0, x.data()), HNAV_ERROR_NON_FINITE);
-    EXPECT_NE(std::strstr(hnav_ins_message(ins.get()), "x[3]"), nullptr);
+    EXPECT_EQ(hnav_filter_show(ins.get(), 0, x.data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_NE(std::strstr(hnav_filter_message(ins.get()), "x[3]"), nullptr);
     x[3] = 1e60;
-    EXPECT_EQ(hnav_ins_jump(ins.get(), 0, x.data(), out.data()), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_filter_jump(ins.get(), 0, x.data(), out.data()), HNAV_ERROR_OUT_OF_RANGE);
     x = Numbers::Zero();
-    EXPECT_EQ(hnav_ins_jump(ins.get(), 0, x.data(), out.data()), HNAV_ERROR_OUT_OF_RANGE);
-    EXPECT_EQ(hnav_ins_show(ins.get(), std::nan(""), state_of(ins.get()).data()), HNAV_ERROR_NON_FINITE);
-    EXPECT_EQ(hnav_ins_derivative(ins.get(), std::nan(""), state_of(ins.get()).data(), out.data()), HNAV_ERROR_NON_FINITE);
-    EXPECT_EQ(hnav_ins_derivative(nullptr, 0, x.data(), out.data()), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_filter_jump(ins.get(), 0, x.data(), out.data()), HNAV_ERROR_OUT_OF_RANGE);
+    EXPECT_EQ(hnav_filter_show(ins.get(), std::nan(""), state_of(ins.get()).data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_filter_derivative(ins.get(), std::nan(""), state_of(ins.get()).data(), out.data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_filter_derivative(nullptr, 0, x.data(), out.data()), HNAV_ERROR_NULL_ARGUMENT);
 }
 
 } // namespace

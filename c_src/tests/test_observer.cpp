@@ -115,14 +115,14 @@ std::vector<Sample> samples_of_linear(double duration_s, unsigned seed = 3) {
     return samples;
 }
 
-hnav_status push(hnav_observer* o, const Sample& s) {
+hnav_status push(hnav_filter* o, const Sample& s) {
     return s.input ? hnav_observer_push_input(o, s.index, s.t_s, s.value) : hnav_observer_push(o, s.index, s.t_s, s.value);
 }
 
-void go_through(hnav_observer* o, const std::vector<Sample>& samples) {
+void go_through(hnav_filter* o, const std::vector<Sample>& samples) {
     for (const Sample& s : samples) {
         ASSERT_EQ(push(o, s), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(o, s.t_s), HNAV_OK) << hnav_observer_message(o);
+        ASSERT_EQ(hnav_filter_advance(o, s.t_s), HNAV_OK) << hnav_filter_message(o);
     }
 }
 
@@ -172,7 +172,7 @@ TEST(Observer, OfALinearPlantIsAKalmanFilter) {
         ASSERT_EQ(push(observer, s), HNAV_OK);
         exact.use(s);
     }
-    ASSERT_EQ(hnav_observer_advance(observer, 20.3), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 20.3), HNAV_OK);
     exact.flow(20.3);
     for (int i = 0; i < 3; ++i) {
         const double sigma = std::sqrt(exact.P(i, i));
@@ -187,7 +187,7 @@ TEST(Observer, TimesThatAreAskedForDoNotChangeTheEstimate) {
     const auto samples = samples_of_linear(5);
     Observer reference(given);
     go_through(reference, samples);
-    ASSERT_EQ(hnav_observer_advance(reference, 5.5), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(reference, 5.5), HNAV_OK);
     for (const double step : {0.0037, 0.02, 0.31, 5.5}) {
         Given roomy = given;
         roomy.options.queue_capacity = 1000;
@@ -195,9 +195,9 @@ TEST(Observer, TimesThatAreAskedForDoNotChangeTheEstimate) {
         std::size_t next = 0;
         for (double t = step; next < samples.size(); t += step) {
             while (next < samples.size() && samples[next].t_s <= t) ASSERT_EQ(push(observer, samples[next++]), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(observer, std::min(t, 5.5)), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, std::min(t, 5.5)), HNAV_OK);
         }
-        ASSERT_EQ(hnav_observer_advance(observer, 5.5), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, 5.5), HNAV_OK);
         EXPECT_EQ(observer.x(), reference.x());
         EXPECT_EQ(observer.P(), reference.P());
     }
@@ -230,7 +230,7 @@ TEST(Observer, ArraysAreTheSameStepsBitForBit) {
         if (!std::isnan(y[k])) {
             ASSERT_EQ(hnav_observer_push(steps, 0, t[k], y[k]), HNAV_OK);
         }
-        ASSERT_EQ(hnav_observer_advance(steps, t[k]), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(steps, t[k]), HNAV_OK);
         EXPECT_EQ(steps.x(), Numbers(&x[2 * k], &x[2 * k] + 2));
         EXPECT_EQ(steps.sigma(), Numbers(&sigma[2 * k], &sigma[2 * k] + 2));
         EXPECT_EQ(std::isnan(nis[k]), std::isnan(y[k]));
@@ -257,11 +257,11 @@ TEST(Observer, LateSamplesWithinTheHorizonGiveTheSameBits) {
             continue;
         }
         ASSERT_EQ(push(late, s), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(late, s.t_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(late, s.t_s), HNAV_OK);
     }
     for (const Sample& s : waiting) ASSERT_EQ(push(late, s), HNAV_OK);
-    for (hnav_observer* o : {static_cast<hnav_observer*>(late), static_cast<hnav_observer*>(in_order)})
-        ASSERT_EQ(hnav_observer_advance(o, 4.1), HNAV_OK);
+    for (hnav_filter* o : {static_cast<hnav_filter*>(late), static_cast<hnav_filter*>(in_order)})
+        ASSERT_EQ(hnav_filter_advance(o, 4.1), HNAV_OK);
     EXPECT_EQ(late.x(), in_order.x());
     EXPECT_EQ(late.P(), in_order.P());
     EXPECT_EQ(hnav_observer_push(late, 1, 3.2, 0), HNAV_ERROR_LATE_SAMPLE);
@@ -277,7 +277,7 @@ TEST(Observer, GoesOnFromASavedStateBitForBit) {
     go_through(whole, samples);
     go_through(saved, first);
     const Bytes state = saved.saved();
-    ASSERT_EQ(hnav_observer_load(loaded, state.data(), state.size()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_load(loaded, state.data(), state.size()), HNAV_OK);
     EXPECT_EQ(loaded.saved(), state);
     go_through(loaded, rest);
     EXPECT_EQ(loaded.x(), whole.x());
@@ -287,10 +287,10 @@ TEST(Observer, GoesOnFromASavedStateBitForBit) {
     Given other = given;
     other.sensor_sigma[0] = 0.06;
     Observer stranger(other);
-    EXPECT_EQ(hnav_observer_load(stranger, state.data(), state.size()), HNAV_ERROR_STATE_CORRUPT);
-    EXPECT_EQ(hnav_observer_load(loaded, state.data(), state.size() - 8), HNAV_ERROR_SIZE);
+    EXPECT_EQ(hnav_filter_load(stranger, state.data(), state.size()), HNAV_ERROR_STATE_CORRUPT);
+    EXPECT_EQ(hnav_filter_load(loaded, state.data(), state.size() - 8), HNAV_ERROR_SIZE);
 
-    ASSERT_EQ(hnav_observer_reset(saved), HNAV_OK);
+    ASSERT_EQ(hnav_filter_reset(saved), HNAV_OK);
     go_through(saved, samples);
     EXPECT_EQ(saved.saved(), whole.saved());
 }
@@ -308,7 +308,7 @@ TEST(Observer, StatesItsErrorsOfVanDerPol) {
         for (int k = 0; k < 200; ++k) {
             truth.step(0.05);
             ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * (k + 1), truth.x[0] + truth.random.normal(0.05)), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(observer, 0.05 * (k + 1)), HNAV_OK) << observer.message();
+            ASSERT_EQ(hnav_filter_advance(observer, 0.05 * (k + 1)), HNAV_OK) << observer.message();
             if (k < 20) continue;
             nees += observer.nees(truth.x);
             nis += observer.innovation(0).nis;
@@ -328,9 +328,9 @@ TEST(Observer, OwnDerivativesAndDifferencesAgree) {
     VanDerPol truth(5);
     for (int k = 0; k < 100; ++k) {
         truth.step(0.05);
-        for (hnav_observer* o : {static_cast<hnav_observer*>(a), static_cast<hnav_observer*>(b)}) {
+        for (hnav_filter* o : {static_cast<hnav_filter*>(a), static_cast<hnav_filter*>(b)}) {
             ASSERT_EQ(hnav_observer_push(o, 0, 0.05 * k, truth.x[0]), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(o, 0.05 * k), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(o, 0.05 * k), HNAV_OK);
         }
         for (int i = 0; i < 2; ++i) EXPECT_NEAR(a.x()[i], b.x()[i], 1e-7);
     }
@@ -359,7 +359,7 @@ TEST(Observer, LearnsAParameter) {
             const double t_s = 2.0 * k;
             ASSERT_EQ(hnav_observer_push(observer, 0, t_s, 20 + (start - 20) * std::exp(-rate * t_s) + random.normal(0.5)),
                       HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, t_s), HNAV_OK);
         }
         EXPECT_NEAR(observer.x()[1], rate, 5 * observer.sigma()[1]);
         EXPECT_LT(observer.sigma()[1], 3e-4);
@@ -393,12 +393,12 @@ TEST(Observer, LearnsAnUnknownInput) {
         for (int k = 0; k <= 200; ++k) {
             const double t_s = 0.05 * k;
             ASSERT_EQ(hnav_observer_push(observer, 0, t_s, 0.5 * (0.5 - 1.5) * t_s * t_s + random.normal(0.01)), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, t_s), HNAV_OK);
         }
         EXPECT_NEAR(observer.x()[2], -1.5, 4 * observer.sigma()[2]);
         EXPECT_LT(observer.sigma()[2], 0.3);
         // Alone, the force decays to nothing, or stays.
-        ASSERT_EQ(hnav_observer_advance(observer, 1010), HNAV_OK) << observer.message();
+        ASSERT_EQ(hnav_filter_advance(observer, 1010), HNAV_OK) << observer.message();
         EXPECT_NEAR(observer.x()[2], tau > 0 ? 0 : -1.5, tau > 0 ? 1e-3 : 1);
     }
 }
@@ -418,7 +418,7 @@ TEST(Observer, TimeOfThePlantIsTimeOfTheSamples) {
     Observer observer(g);
     ASSERT_EQ(hnav_observer_push(observer, 0, 99, 5), HNAV_OK); // before the start: not used
     for (const double t_s : {101.0, 103.5, 117.25}) {
-        ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, t_s), HNAV_OK);
         EXPECT_NEAR(observer.x()[0], std::sin(t_s), 1e-5);
     }
     EXPECT_EQ(observer.info().corrections, 0u);
@@ -436,7 +436,7 @@ TEST(Observer, AGateInflatesWhatIsFarOffOnceReady) {
     const auto sample = [&](int k, double error) {
         truth.step(0.05);
         EXPECT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.x[0] + truth.random.normal(0.05) + error), HNAV_OK);
-        EXPECT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK);
+        EXPECT_EQ(hnav_filter_advance(observer, 0.05 * k), HNAV_OK);
     };
     sample(0, 0);
     EXPECT_FALSE(observer.info().ready);
@@ -486,11 +486,11 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
         for (const bool in_outputs : {false, true}) {
             Hostile context;
             Observer observer(hostile_plant(&context)), undisturbed(hostile_plant(&context));
-            const auto step = [&](hnav_observer* o, double t_s) {
+            const auto step = [&](hnav_filter* o, double t_s) {
                 EXPECT_EQ(hnav_observer_push(o, 0, t_s, 2), HNAV_OK);
-                return hnav_observer_advance(o, t_s);
+                return hnav_filter_advance(o, t_s);
             };
-            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(undisturbed)})
+            for (hnav_filter* o : {static_cast<hnav_filter*>(observer), static_cast<hnav_filter*>(undisturbed)})
                 for (double t_s : {0.0, 0.1, 0.2}) ASSERT_EQ(step(o, t_s), HNAV_OK);
             const Numbers before = observer.x();
             (in_outputs ? context.outputs : context.derivatives) = kind;
@@ -498,7 +498,7 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
             EXPECT_NE(observer.message().find(in_outputs ? "outputs" : "derivatives"), std::string::npos) << observer.message();
             EXPECT_EQ(observer.info().dropped, 1u);
             context = {};
-            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(undisturbed)})
+            for (hnav_filter* o : {static_cast<hnav_filter*>(observer), static_cast<hnav_filter*>(undisturbed)})
                 ASSERT_EQ(step(o, 0.4), HNAV_OK);
             EXPECT_EQ(observer.x(), undisturbed.x()) << "kind " << kind;
         }
@@ -564,7 +564,7 @@ TEST(Observer, AStiffPlantIsCrossedByAnImplicitSolver) {
         Observer observer(g);
         for (int k = 0; k < 5; ++k) {
             ASSERT_EQ(hnav_observer_push(observer, 0, k, 1), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(observer, k + 0.5), HNAV_OK) << observer.message();
+            ASSERT_EQ(hnav_filter_advance(observer, k + 0.5), HNAV_OK) << observer.message();
             EXPECT_NEAR(observer.x()[0], std::cos(k + 0.5), 1e-5) << "rate " << rate;
             EXPECT_NEAR(observer.sigma()[0], 0.1, 1e-5) << "rate " << rate;
         }
@@ -585,7 +585,7 @@ TEST(Observer, AnIntervalThatTakesTooManyStepsIsGivenUp) {
     Observer observer(g);
     ASSERT_EQ(hnav_observer_push(observer, 0, 0, 1), HNAV_OK);
     ASSERT_EQ(hnav_observer_push(observer, 0, 1, 1), HNAV_OK);
-    EXPECT_EQ(hnav_observer_advance(observer, 1), HNAV_ERROR_SOLVER);
+    EXPECT_EQ(hnav_filter_advance(observer, 1), HNAV_ERROR_SOLVER);
     EXPECT_NE(observer.message().find("more than max_steps steps of the solver"), std::string::npos) << observer.message();
 }
 
@@ -610,16 +610,16 @@ TEST(Observer, RandomCallsLeaveASoundEstimate) {
             const int index = static_cast<int>(any_of({-1, 0, 1, 2}));
             if (k % 3 == 0) hnav_observer_push_input(observer, index, t_s, std::fabs(value) > 1e8 ? 0 : value);
             else hnav_observer_push(observer, index, t_s, value);
-            hnav_observer_advance(observer, any_of({t_s, t_s, t_s, NAN, t_s + 1}));
+            hnav_filter_advance(observer, any_of({t_s, t_s, t_s, NAN, t_s + 1}));
             for (const double x : observer.x()) ASSERT_TRUE(std::isfinite(x)) << "seed " << seed << " call " << k;
             for (const double sigma : observer.sigma()) ASSERT_TRUE(sigma >= 0 && std::isfinite(sigma)) << "seed " << seed;
             ASSERT_TRUE(std::isfinite(observer.number_of(1, [](const auto& i) { return i.mean_nis; })));
         }
-        ASSERT_EQ(hnav_observer_reset(observer), HNAV_OK);
+        ASSERT_EQ(hnav_filter_reset(observer), HNAV_OK);
         for (const Sample& s : samples)
-            for (hnav_observer* o : {static_cast<hnav_observer*>(observer), static_cast<hnav_observer*>(fresh)}) {
+            for (hnav_filter* o : {static_cast<hnav_filter*>(observer), static_cast<hnav_filter*>(fresh)}) {
                 push(o, s);
-                hnav_observer_advance(o, s.t_s);
+                hnav_filter_advance(o, s.t_s);
             }
         EXPECT_EQ(observer.P(), fresh.P());
     }
@@ -634,7 +634,7 @@ TEST(Observer, AsksNoMoreThanSevenTimesForAnInterval) {
     for (int k = 0; k <= 100; ++k) {
         truth.step(0.05);
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.x[0]), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, 0.05 * k), HNAV_OK);
     }
     EXPECT_EQ(observer.info().steps, 100u);
     EXPECT_LE(observer.info().flow_evaluations, 700u);
@@ -671,7 +671,7 @@ TEST(Observer, AStiffIntervalAllocatesNothing) {
     heap::counting = true;
     for (int k = 0; k < 3; ++k) {
         EXPECT_EQ(hnav_observer_push(observer, 0, k, 1), HNAV_OK);
-        EXPECT_EQ(hnav_observer_advance(observer, k), HNAV_OK);
+        EXPECT_EQ(hnav_filter_advance(observer, k), HNAV_OK);
     }
     heap::counting = false;
     // Version 7 of SUNDIALS writes the text of an error to the heap, and gives it back: that the explicit method has given up, once.
@@ -727,16 +727,16 @@ TEST(Observer, AnswersBadCallsAndGoesOn) {
     EXPECT_EQ(hnav_observer_push(observer, 0, NAN, 1), HNAV_ERROR_NON_FINITE);
     EXPECT_EQ(hnav_observer_push(observer, 0, 0, INFINITY), HNAV_ERROR_NON_FINITE);
     EXPECT_EQ(hnav_observer_push(observer, 0, 1e13, 1), HNAV_ERROR_OUT_OF_RANGE);
-    EXPECT_EQ(hnav_observer_advance(observer, NAN), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_filter_advance(observer, NAN), HNAV_ERROR_NON_FINITE);
     EXPECT_EQ(hnav_observer_proof(observer, static_cast<hnav_plant_block>(6), nullptr), HNAV_ERROR_NULL_ARGUMENT);
-    EXPECT_EQ(hnav_observer_covariance(observer, nullptr), HNAV_ERROR_NULL_ARGUMENT);
-    EXPECT_EQ(hnav_observer_advance(nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_filter_covariance(observer, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_filter_advance(nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(observer.info().non_finite, 2u);
     // Before any sample the start is shown.
     EXPECT_EQ(observer.x(), (Numbers{1, 0, 0.3}));
     EXPECT_FALSE(observer.info().begun);
     go_through(observer, samples_of_linear(1));
     EXPECT_TRUE(observer.info().begun);
-    EXPECT_EQ(hnav_observer_advance(observer, 0.5), HNAV_ERROR_TIME_BACKWARDS);
+    EXPECT_EQ(hnav_filter_advance(observer, 0.5), HNAV_ERROR_TIME_BACKWARDS);
     EXPECT_EQ(hnav_observer_push(observer, 0, 0.5, 1), HNAV_ERROR_LATE_SAMPLE);
 }

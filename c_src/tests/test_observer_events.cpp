@@ -30,9 +30,9 @@ struct Errors {
     }
 };
 
-void use(hnav_observer* o, double t_s, double y) {
+void use(hnav_filter* o, double t_s, double y) {
     ASSERT_EQ(hnav_observer_push(o, 0, t_s, y), HNAV_OK);
-    ASSERT_EQ(hnav_observer_advance(o, t_s), HNAV_OK) << hnav_observer_message(o);
+    ASSERT_EQ(hnav_filter_advance(o, t_s), HNAV_OK) << hnav_filter_message(o);
 }
 
 Errors balls(unsigned first_seed, int runs) {
@@ -80,7 +80,7 @@ TEST(ObserverEvents, TheCovarianceGoesThroughABounceByItsClosedForm) {
     const double T = 0.7, bounce_s = std::sqrt(2 / gravity), speed = -gravity * bounce_s;
     Given given = ball({1, 0}, {0.02, 0.1}, 0);
     Observer observer(given);
-    ASSERT_EQ(hnav_observer_advance(observer, T), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, T), HNAV_OK);
     Eigen::Matrix2d before, Xi, after;
     before << 1, bounce_s, 0, 1;
     Xi << -restitution, 0, -gravity * (1 + restitution) / speed, -restitution;
@@ -98,7 +98,7 @@ TEST(ObserverEvents, TheCovarianceGoesThroughABounceByItsClosedForm) {
 
 TEST(ObserverEvents, TheCovarianceAfterABounceIsThatOfTwentyThousandSamples) {
     Observer observer(ball({1, 0}, {0.02, 0.1}, 0));
-    ASSERT_EQ(hnav_observer_advance(observer, 0.7), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 0.7), HNAV_OK);
     Random random(1);
     const int n = 20000;
     Eigen::MatrixXd X(n, 2);
@@ -334,7 +334,7 @@ TEST(ObserverEvents, TimesThatAreAskedForDoNotChangeTheEstimate) {
         Observer reference(c.given());
         const double end_s = c.interval_s * (c.samples.size() + 3);
         for (std::size_t k = 0; k < c.samples.size(); ++k) use(reference, c.interval_s * (k + 1), c.samples[k]);
-        ASSERT_EQ(hnav_observer_advance(reference, end_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(reference, end_s), HNAV_OK);
         EXPECT_GT(reference.info().splits, 0u);
         for (const double step : {0.0037, 0.03, 0.31, end_s}) {
             Observer observer(c.given());
@@ -342,9 +342,9 @@ TEST(ObserverEvents, TimesThatAreAskedForDoNotChangeTheEstimate) {
             for (double t = step; next < c.samples.size(); t += step) {
                 for (; next < c.samples.size() && c.interval_s * (next + 1) <= t; ++next)
                     ASSERT_EQ(hnav_observer_push(observer, 0, c.interval_s * (next + 1), c.samples[next]), HNAV_OK);
-                ASSERT_EQ(hnav_observer_advance(observer, std::min(t, end_s)), HNAV_OK);
+                ASSERT_EQ(hnav_filter_advance(observer, std::min(t, end_s)), HNAV_OK);
             }
-            ASSERT_EQ(hnav_observer_advance(observer, end_s), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, end_s), HNAV_OK);
             EXPECT_EQ(observer.x(), reference.x());
             EXPECT_EQ(observer.P(), reference.P());
         }
@@ -360,8 +360,8 @@ TEST(ObserverEvents, LateSamplesWithinTheHorizonGiveTheSameBits) {
             use(late, t(k + 1), c.samples[k + 1]);
             ASSERT_EQ(hnav_observer_push(late, 0, t(k), c.samples[k]), HNAV_OK);
         }
-        ASSERT_EQ(hnav_observer_advance(in_order, t(c.samples.size())), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(late, t(c.samples.size())), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(in_order, t(c.samples.size())), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(late, t(c.samples.size())), HNAV_OK);
         EXPECT_EQ(late.x(), in_order.x());
         EXPECT_EQ(late.P(), in_order.P());
     }
@@ -374,11 +374,11 @@ TEST(ObserverEvents, GoesOnFromASavedStateBitForBit) {
             for (std::size_t k = 0; k < c.samples.size(); ++k) use(whole, c.interval_s * (k + 1), c.samples[k]);
             for (std::size_t k = 0; k < cut; ++k) use(saved, c.interval_s * (k + 1), c.samples[k]);
             const Bytes state = saved.saved();
-            ASSERT_EQ(hnav_observer_load(loaded, state.data(), state.size()), HNAV_OK);
+            ASSERT_EQ(hnav_filter_load(loaded, state.data(), state.size()), HNAV_OK);
             EXPECT_EQ(loaded.saved(), state);
             for (std::size_t k = cut; k < c.samples.size(); ++k) use(loaded, c.interval_s * (k + 1), c.samples[k]);
             EXPECT_EQ(loaded.saved(), whole.saved());
-            ASSERT_EQ(hnav_observer_reset(saved), HNAV_OK);
+            ASSERT_EQ(hnav_filter_reset(saved), HNAV_OK);
             for (std::size_t k = 0; k < c.samples.size(); ++k) use(saved, c.interval_s * (k + 1), c.samples[k]);
             EXPECT_EQ(saved.saved(), whole.saved());
         }
@@ -390,26 +390,26 @@ TEST(ObserverEvents, ASnapshotIsGoneBackToAsOftenAsWantedBitForBit) {
         const std::size_t cut = c.samples.size() / 2;
         for (std::size_t k = 0; k < cut; ++k) use(o, c.interval_s * (k + 1), c.samples[k]);
         std::size_t bytes = 0;
-        ASSERT_EQ(hnav_observer_snapshot_size(o, &bytes), HNAV_OK);
+        ASSERT_EQ(hnav_filter_snapshot_size(o, &bytes), HNAV_OK);
         Bytes snapshot(bytes), end;
-        EXPECT_EQ(hnav_observer_take_snapshot(o, snapshot.data(), bytes - 1), HNAV_ERROR_SIZE);
-        ASSERT_EQ(hnav_observer_take_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+        EXPECT_EQ(hnav_filter_take_snapshot(o, snapshot.data(), bytes - 1), HNAV_ERROR_SIZE);
+        ASSERT_EQ(hnav_filter_take_snapshot(o, snapshot.data(), bytes), HNAV_OK);
         for (int time = 0; time < 3; ++time) {
             for (std::size_t k = cut; k < c.samples.size(); ++k) use(o, c.interval_s * (k + 1), c.samples[k]);
             if (time == 0) end = o.saved();
             EXPECT_EQ(o.saved(), end);
-            if (time == 1) EXPECT_EQ(hnav_observer_reset(o), HNAV_OK);
-            ASSERT_EQ(hnav_observer_restore_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+            if (time == 1) EXPECT_EQ(hnav_filter_reset(o), HNAV_OK);
+            ASSERT_EQ(hnav_filter_restore_snapshot(o, snapshot.data(), bytes), HNAV_OK);
         }
         const Bytes before = o.saved();
         for (const std::size_t wrong : {std::size_t{0}, std::size_t{16}, std::size_t{24}, bytes - 8}) {
-            EXPECT_EQ(hnav_observer_restore_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
-            EXPECT_EQ(hnav_observer_release_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
+            EXPECT_EQ(hnav_filter_restore_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
+            EXPECT_EQ(hnav_filter_release_snapshot(o, snapshot.data(), wrong), HNAV_ERROR_STATE_CORRUPT);
         }
-        EXPECT_EQ(hnav_observer_restore_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
+        EXPECT_EQ(hnav_filter_restore_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
         EXPECT_NE(other.message().find("ends with the observer that it was taken of"), std::string::npos);
-        EXPECT_EQ(hnav_observer_release_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
-        EXPECT_EQ(hnav_observer_release_snapshot(o, snapshot.data(), bytes), HNAV_OK);
+        EXPECT_EQ(hnav_filter_release_snapshot(other, snapshot.data(), bytes), HNAV_ERROR_STATE_CORRUPT);
+        EXPECT_EQ(hnav_filter_release_snapshot(o, snapshot.data(), bytes), HNAV_OK);
         EXPECT_EQ(o.saved(), before);
     }
 }
@@ -440,7 +440,7 @@ TEST(ObserverEvents, TheFirstSampleMayBeginIt) {
         EXPECT_NEAR(observer.x()[0], h, 0.03) << k;
     }
     EXPECT_EQ(observer.info().projected, 0u);
-    ASSERT_EQ(hnav_observer_advance(observer, 100.7), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 100.7), HNAV_OK);
     EXPECT_EQ(observer.info().plant_events, 1u);
     EXPECT_GT(observer.x()[0], 0.3);
 }
@@ -464,7 +464,7 @@ TEST(ObserverEvents, TimeBringsEventsToo) {
     given.plant.next_event_s = [](void*, double t_s) { return t_s < 0 ? 1 : std::floor(t_s + 0.5) + 1; };
     Observer observer(given);
     for (const double t_s : {0.25, 1.0, 1.5, 2.0, 3.75, 10.25}) {
-        ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK) << observer.message();
+        ASSERT_EQ(hnav_filter_advance(observer, t_s), HNAV_OK) << observer.message();
         const double phase = std::fmod(t_s, 2);
         EXPECT_NEAR(observer.x()[0], phase < 1 ? phase : 2 - phase, 1e-9) << t_s;
         EXPECT_NEAR(observer.sigma()[0], 0.1, 1e-6);
@@ -486,13 +486,13 @@ TEST(ObserverEvents, AnInputMayBeAnEvent) {
     };
     Observer observer(given);
     ASSERT_EQ(hnav_observer_push_input(observer, 0, 0.5, -1), HNAV_OK);
-    ASSERT_EQ(hnav_observer_advance(observer, 0.9), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 0.9), HNAV_OK);
     EXPECT_NEAR(observer.x()[0], 3 - 3 * std::exp(-0.9), 1e-6);
     ASSERT_EQ(hnav_observer_push_input(observer, 0, 1, 1), HNAV_OK);
-    ASSERT_EQ(hnav_observer_advance(observer, 1), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 1), HNAV_OK);
     EXPECT_EQ(observer.x()[0], 5);
     EXPECT_LT(observer.sigma()[0], 1e-5);
-    ASSERT_EQ(hnav_observer_advance(observer, 2), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 2), HNAV_OK);
     EXPECT_NEAR(observer.x()[0], -3 + 8 * std::exp(-1), 1e-6);
 }
 
@@ -585,7 +585,7 @@ TEST(ObserverEvents, AChatteringPlantIsFollowedOrDropped) {
     Observer observer(given);
     for (int k = 1; k <= 6; ++k) {
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.1 * k, 0), HNAV_OK);
-        const hnav_status status = hnav_observer_advance(observer, 0.1 * k);
+        const hnav_status status = hnav_filter_advance(observer, 0.1 * k);
         if (status == HNAV_OK) continue;
         EXPECT_EQ(status, HNAV_ERROR_SOLVER);
         EXPECT_NE(observer.message().find("do not end"), std::string::npos) << observer.message();
@@ -627,7 +627,7 @@ TEST(ObserverEvents, ABallThatComesToRestIsFollowed) {
         rests = rests || (truth.h < 0.003 && std::fabs(truth.v) < 0.15);
         if (rests) truth.h = truth.v = 0;
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * k, truth.h + truth.random.normal(0.02)), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(observer, 0.05 * k), HNAV_OK) << observer.message();
+        ASSERT_EQ(hnav_filter_advance(observer, 0.05 * k), HNAV_OK) << observer.message();
         EXPECT_LE(observer.info().parts, 4);
         EXPECT_LT(std::fabs(observer.x()[0] - truth.h), 0.15);
     }
@@ -647,7 +647,7 @@ TEST(ObserverEvents, AnEventThatFailsCostsItsSamplesAndNothingElse) {
     }
     broken.on = 0;
     ASSERT_EQ(hnav_observer_push(observer, 0, 0.6, 0.2), HNAV_OK);
-    EXPECT_EQ(hnav_observer_advance(observer, 0.6), HNAV_ERROR_SOLVER);
+    EXPECT_EQ(hnav_filter_advance(observer, 0.6), HNAV_ERROR_SOLVER);
     EXPECT_NE(observer.message().find("events"), std::string::npos) << observer.message();
     EXPECT_EQ(observer.info().dropped, 1u);
     broken.on = 1;
@@ -672,6 +672,6 @@ TEST(ObserverEvents, SaysWhatIsMissing) {
     Given old = ball();
     old.plant.size = offsetof(hnav_plant, n_indicators);
     Observer observer(old);
-    ASSERT_EQ(hnav_observer_advance(observer, 1), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 1), HNAV_OK);
     EXPECT_LT(observer.x()[0], -3);
 }

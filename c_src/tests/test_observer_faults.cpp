@@ -93,11 +93,11 @@ Outcome run(const Plant& p, unsigned seed, const Fault& fault) {
         }
         const Sample s = fault(k * p.interval_s, x[0] + random.normal(p.sigma));
         if (!std::isnan(s.value)) hnav_observer_push(observer, 0, s.t_s, s.value);
-        hnav_observer_advance(observer, s.t_s);
+        hnav_filter_advance(observer, s.t_s);
         const Numbers is = observer.x(), sigma = observer.sigma();
         double far = 0;
         for (int i = 0; i < 2; ++i) far = std::max(far, std::fabs(is[i] - x[i]) / sigma[i]);
-        if (far > 4 || hnav_observer_advance(observer, s.t_s) != HNAV_OK) last = k;
+        if (far > 4 || hnav_filter_advance(observer, s.t_s) != HNAV_OK) last = k;
         if (observer.info().ready && far > 5) ++out.lies;
         if (k > count - 10 / p.interval_s) out.nees += observer.nees(x) / 2 * p.interval_s / 10;
     }
@@ -157,7 +157,7 @@ TEST(ObserverFaults, AStepThatStaysIsBelieved) {
     Random random(3);
     for (int k = 1; k <= 500; ++k) {
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.02 * k, (k < 400 ? 0.0 : 2.0) + random.normal(0.01)), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(observer, 0.02 * k), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, 0.02 * k), HNAV_OK);
     }
     EXPECT_LE(observer.info().outliers, 3u);
     EXPECT_GE(observer.info().outliers, 1u);
@@ -183,7 +183,7 @@ TEST(ObserverFaults, ConstantSamplesWithoutNoiseAreNeitherStuckNorOutliers) {
     Observer observer(g);
     for (int k = 1; k <= 600; ++k) {
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.1 * k, 4.0 / 9), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(observer, 0.1 * k), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, 0.1 * k), HNAV_OK);
     }
     EXPECT_EQ(observer.info().outliers + observer.info().stuck, 0u);
     EXPECT_LT(observer.sigma()[0], 0.005);
@@ -223,7 +223,7 @@ TEST(ObserverFaults, ARowThatComesTwiceCountsOnce) {
         const double y = random.normal(0.01);
         for (Observer* o : {&once, &twice, &twice}) {
             ASSERT_EQ(hnav_observer_push(*o, 0, 0.02 * k, y), HNAV_OK);
-            ASSERT_EQ(hnav_observer_advance(*o, 0.02 * k), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(*o, 0.02 * k), HNAV_OK);
         }
     }
     EXPECT_EQ(once.x(), twice.x());
@@ -235,7 +235,7 @@ TEST(ObserverFaults, SlowSamplesAreAllUsed) {
     Observer observer(plant(true).given);
     for (const double t_s : {0.0, 60.0, 120.0, 180.0, 500.0, 560.0, 620.0}) {
         ASSERT_EQ(hnav_observer_push(observer, 0, t_s, 0.45), HNAV_OK);
-        ASSERT_EQ(hnav_observer_advance(observer, t_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(observer, t_s), HNAV_OK);
     }
     EXPECT_EQ(observer.info().corrections, 7u);
     EXPECT_EQ(observer.info().stamps_left_out, 0u);

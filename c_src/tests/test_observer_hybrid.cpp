@@ -46,13 +46,13 @@ Given spring_with_everything() {
 double sample(double t_s) { return std::cos(2 * t_s) * std::exp(-0.15 * t_s) + 0.02 * std::sin(40 * t_s); }
 
 // Runge and Kutta's fourth order.
-void flow(hnav_observer* o, double interval_s, Numbers* x) {
+void flow(hnav_filter* o, double interval_s, Numbers* x) {
     constexpr int steps = 50;
     const double h = interval_s / steps;
     const std::size_t n = x->size();
     const auto slope = [&](const Numbers& at) {
         Numbers dx(n);
-        EXPECT_EQ(hnav_observer_derivative(o, at.data(), dx.data()), HNAV_OK);
+        EXPECT_EQ(hnav_filter_derivative(o, 0, at.data(), dx.data()), HNAV_OK);
         return dx;
     };
     const auto moved = [&](const Numbers& dx, double by) {
@@ -156,10 +156,10 @@ TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
     const Given g = spring_with_everything();
     Observer inside(g), outside(g);
     int32_t nx = 0;
-    ASSERT_EQ(hnav_observer_nx(outside, &nx), HNAV_OK);
+    ASSERT_EQ(hnav_filter_nx(outside, &nx), HNAV_OK);
     Numbers x(nx), nominal(nx);
-    ASSERT_EQ(hnav_observer_get_x(outside, x.data()), HNAV_OK);
-    ASSERT_EQ(hnav_observer_nominal_x(outside, nominal.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_get_x(outside, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_nominal_x(outside, nominal.data()), HNAV_OK);
     for (const double size : nominal) EXPECT_GT(size, 0);
     constexpr double interval_s = 0.1;
     for (int k = 0; k < 30; ++k) {
@@ -167,12 +167,12 @@ TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
         ASSERT_EQ(hnav_observer_push(inside, 0, t_s, sample(t_s)), HNAV_OK);
         ASSERT_EQ(hnav_observer_push(outside, 0, t_s, sample(t_s)), HNAV_OK);
         double next_s = 0;
-        ASSERT_EQ(hnav_observer_next_event_s(outside, &next_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_next_event_s(outside, &next_s), HNAV_OK);
         EXPECT_EQ(next_s, t_s);
-        ASSERT_EQ(hnav_observer_advance(inside, end_s), HNAV_OK);
-        ASSERT_EQ(hnav_observer_jump(outside, t_s, x.data(), x.data()), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(inside, end_s), HNAV_OK);
+        ASSERT_EQ(hnav_filter_jump(outside, t_s, x.data(), x.data()), HNAV_OK);
         flow(outside, interval_s, &x);
-        ASSERT_EQ(hnav_observer_show(outside, end_s, x.data()), HNAV_OK);
+        ASSERT_EQ(hnav_filter_show(outside, end_s, x.data()), HNAV_OK);
         const Numbers sigma = inside.sigma(), shown = outside.sigma(), is = inside.x(), was = outside.x();
         for (std::size_t i = 0; i < sigma.size(); ++i) {
             EXPECT_NEAR(was[i], is[i], 1e-5 * sigma[i]);
@@ -185,47 +185,47 @@ TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
 TEST(ObserverHybrid, TheEstimateAfterASampleStaysWhileTimeGoesOn) {
     Observer o(spring_with_everything());
     ASSERT_EQ(hnav_observer_push(o, 0, 0, 0.9), HNAV_OK);
-    ASSERT_EQ(hnav_observer_advance(o, 0), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(o, 0), HNAV_OK);
     const Numbers x = o.x(), sigma = o.sigma();
-    ASSERT_EQ(hnav_observer_advance(o, 0.3), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(o, 0.3), HNAV_OK);
     Numbers after(4), its_sigma(4);
     ASSERT_EQ(hnav_observer_posterior(o, after.data(), its_sigma.data()), HNAV_OK);
     EXPECT_EQ(after, x);
     EXPECT_EQ(its_sigma, sigma);
     const Numbers ahead = o.x();
     EXPECT_NE(ahead, x);
-    ASSERT_EQ(hnav_observer_commit(o, 0.4), HNAV_OK);
+    ASSERT_EQ(hnav_filter_commit(o, 0.4), HNAV_OK);
     EXPECT_EQ(o.x(), x);
-    EXPECT_EQ(hnav_observer_commit(o, 0.2), HNAV_ERROR_TIME_BACKWARDS);
-    ASSERT_EQ(hnav_observer_advance(o, 0.4), HNAV_OK);
+    EXPECT_EQ(hnav_filter_commit(o, 0.2), HNAV_ERROR_TIME_BACKWARDS);
+    ASSERT_EQ(hnav_filter_advance(o, 0.4), HNAV_OK);
     EXPECT_NE(o.x(), ahead);
 }
 
 TEST(ObserverHybrid, NothingFlowsBeforeTheFirstSample) {
     Observer o(spring_with_everything());
     int32_t nx = 0;
-    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    ASSERT_EQ(hnav_filter_nx(o, &nx), HNAV_OK);
     Numbers x(nx), dx(nx, 1);
-    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
-    ASSERT_EQ(hnav_observer_derivative(o, x.data(), dx.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_get_x(o, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_derivative(o, 0, x.data(), dx.data()), HNAV_OK);
     EXPECT_EQ(dx, Numbers(nx, 0));
     double next_s = 0;
-    ASSERT_EQ(hnav_observer_next_event_s(o, &next_s), HNAV_OK);
+    ASSERT_EQ(hnav_filter_next_event_s(o, &next_s), HNAV_OK);
     EXPECT_TRUE(std::isinf(next_s));
 }
 
 TEST(ObserverHybrid, WhatCannotBeIsRefused) {
     Observer o(spring_with_everything());
     int32_t nx = 0;
-    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    ASSERT_EQ(hnav_filter_nx(o, &nx), HNAV_OK);
     Numbers x(nx), dx(nx);
-    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
-    EXPECT_EQ(hnav_observer_jump(o, NAN, x.data(), x.data()), HNAV_ERROR_NON_FINITE);
+    ASSERT_EQ(hnav_filter_get_x(o, x.data()), HNAV_OK);
+    EXPECT_EQ(hnav_filter_jump(o, NAN, x.data(), x.data()), HNAV_ERROR_NON_FINITE);
     x[3] = NAN;
-    EXPECT_EQ(hnav_observer_show(o, 0, x.data()), HNAV_ERROR_NON_FINITE);
+    EXPECT_EQ(hnav_filter_show(o, 0, x.data()), HNAV_ERROR_NON_FINITE);
     EXPECT_NE(o.message().find("x[3]"), std::string::npos) << o.message();
-    EXPECT_EQ(hnav_observer_get_x(o, nullptr), HNAV_ERROR_NULL_ARGUMENT);
-    EXPECT_EQ(hnav_observer_nx(nullptr, &nx), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_filter_get_x(o, nullptr), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(hnav_filter_nx(nullptr, &nx), HNAV_ERROR_NULL_ARGUMENT);
 
     // A plant that breaks costs the samples of the jump and no more.
     Given breaks = spring_with_everything();
@@ -234,9 +234,9 @@ TEST(ObserverHybrid, WhatCannotBeIsRefused) {
         return t_s > 1 ? -1 : 0;
     };
     Observer broken(breaks);
-    ASSERT_EQ(hnav_observer_get_x(broken, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_get_x(broken, x.data()), HNAV_OK);
     ASSERT_EQ(hnav_observer_push(broken, 0, 2, 0.5), HNAV_OK);
-    EXPECT_EQ(hnav_observer_jump(broken, 2, x.data(), x.data()), HNAV_ERROR_SOLVER);
+    EXPECT_EQ(hnav_filter_jump(broken, 2, x.data(), x.data()), HNAV_ERROR_SOLVER);
     EXPECT_EQ(broken.info().dropped, 1u);
 }
 
@@ -246,33 +246,33 @@ TEST(ObserverHybrid, EventsOfThePlantAreJumps) {
     Observer o(given);
     const double g = 9.81, e = 0.7, bounce_s = std::sqrt(2 / g), speed = -g * bounce_s;
     int32_t nx = 0, wants = 1;
-    ASSERT_EQ(hnav_observer_nx(o, &nx), HNAV_OK);
+    ASSERT_EQ(hnav_filter_nx(o, &nx), HNAV_OK);
     Numbers x(nx);
     double z = 0, next_s = 0;
     EXPECT_EQ(o.info().n_indicators, 1);
     EXPECT_EQ(o.info().crosses, 1);
-    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
-    ASSERT_EQ(hnav_observer_jump(o, 0, x.data(), x.data()), HNAV_OK); // the given start
-    ASSERT_EQ(hnav_observer_get_x(o, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_get_x(o, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_jump(o, 0, x.data(), x.data()), HNAV_OK); // the given start
+    ASSERT_EQ(hnav_filter_get_x(o, x.data()), HNAV_OK);
     flow(o, bounce_s, &x);
     ASSERT_EQ(hnav_observer_indicators(o, x.data(), &z), HNAV_OK);
     EXPECT_NEAR(z, 0, 1e-12);
     ASSERT_EQ(hnav_observer_step_done(o, x.data(), &wants), HNAV_OK);
     EXPECT_EQ(wants, 0);
     x[0] = -1e-12; // just beyond
-    ASSERT_EQ(hnav_observer_jump(o, bounce_s, x.data(), x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_jump(o, bounce_s, x.data(), x.data()), HNAV_OK);
     EXPECT_EQ(o.info().plant_events, 1u);
     EXPECT_NEAR(x[1], -e * speed, 1e-9);
     // Again: nothing is left to be done.
     Numbers again(nx);
-    ASSERT_EQ(hnav_observer_jump(o, bounce_s, x.data(), again.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_jump(o, bounce_s, x.data(), again.data()), HNAV_OK);
     EXPECT_EQ(again, x);
-    ASSERT_EQ(hnav_observer_next_event_s(o, &next_s), HNAV_OK);
+    ASSERT_EQ(hnav_filter_next_event_s(o, &next_s), HNAV_OK);
     EXPECT_TRUE(std::isinf(next_s));
     flow(o, 0.7 - bounce_s, &x);
-    ASSERT_EQ(hnav_observer_show(o, 0.7, x.data()), HNAV_OK);
+    ASSERT_EQ(hnav_filter_show(o, 0.7, x.data()), HNAV_OK);
     Observer inside(given);
-    ASSERT_EQ(hnav_observer_advance(inside, 0.7), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(inside, 0.7), HNAV_OK);
     for (int i = 0; i < 2; ++i) {
         EXPECT_NEAR(o.x()[i], inside.x()[i], 1e-9);
         EXPECT_NEAR(o.sigma()[i] / inside.sigma()[i], 1, 1e-6);

@@ -21,7 +21,7 @@ template <class Options>
 struct Kind {
     std::function<Options()> defaults;
     std::function<hnav_status(const Options*, char*)> create;
-    const hnav_option_info* (*row)(int32_t);
+    const char* list;
     const char* call; // that makes them
 
     Answer answer(const Options& options) const {
@@ -40,7 +40,7 @@ const Kind<hnav_ahrs_options> ahrs = {[] { return hnav_ahrs_defaults(HNAV_PRESET
                                           hnav_filter_destroy(filter);
                                           return status;
                                       },
-                                      hnav_ahrs_option, "hnav_ahrs_defaults"};
+                                      "ahrs", "hnav_ahrs_defaults"};
 
 const Kind<hnav_hrekf_options> hrekf = {[] { return hnav_hrekf_defaults(HNAV_PRESET_DEFAULT); },
                                         [](const hnav_hrekf_options* o, char* message) {
@@ -49,7 +49,7 @@ const Kind<hnav_hrekf_options> hrekf = {[] { return hnav_hrekf_defaults(HNAV_PRE
                                             hnav_filter_destroy(filter);
                                             return status;
                                         },
-                                        hnav_hrekf_option, "hnav_hrekf_defaults"};
+                                        "hrekf", "hnav_hrekf_defaults"};
 
 const Kind<hnav_ins_error_options> ins_error = {[] { return hnav_ins_error_defaults(); },
                                                 [](const hnav_ins_error_options* o, char* message) {
@@ -63,7 +63,7 @@ const Kind<hnav_ins_error_options> ins_error = {[] { return hnav_ins_error_defau
                                                     hnav_ins_error_filter_destroy(filter);
                                                     return status;
                                                 },
-                                                hnav_ins_error_option, "hnav_ins_error_defaults"};
+                                                "ins_error", "hnav_ins_error_defaults"};
 
 const Kind<hnav_magnetometer_options> magnetometer = {[] { return hnav_magnetometer_defaults(); },
                                                       [](const hnav_magnetometer_options* o, char* message) {
@@ -78,7 +78,7 @@ const Kind<hnav_magnetometer_options> magnetometer = {[] { return hnav_magnetome
                                                           return hnav_calibrate_magnetometer(100, field, nullptr, o, &calibration,
                                                                                              message, bytes);
                                                       },
-                                                      hnav_magnetometer_option, "hnav_magnetometer_defaults"};
+                                                      "magnetometer", "hnav_magnetometer_defaults"};
 
 const Kind<hnav_turntable_options> turntable = {[] { return hnav_turntable_defaults(); },
                                                 [](const hnav_turntable_options* o, char* message) {
@@ -87,7 +87,7 @@ const Kind<hnav_turntable_options> turntable = {[] { return hnav_turntable_defau
                                                     hnav_turntable_destroy(table);
                                                     return status;
                                                 },
-                                                hnav_turntable_option, "hnav_turntable_defaults"};
+                                                "turntable", "hnav_turntable_defaults"};
 
 const Kind<hnav_imu_mag_sensor_options> sensor = {[] { return hnav_imu_mag_sensor_defaults(); },
                                                   [](const hnav_imu_mag_sensor_options* o, char* message) {
@@ -97,7 +97,7 @@ const Kind<hnav_imu_mag_sensor_options> sensor = {[] { return hnav_imu_mag_senso
                                                       hnav_imu_mag_sensor_destroy(made);
                                                       return status;
                                                   },
-                                                  hnav_imu_mag_sensor_option, "hnav_imu_mag_sensor_defaults"};
+                                                  "imu_mag_sensor", "hnav_imu_mag_sensor_defaults"};
 
 const Kind<hnav_vehicle_options> vehicle = {[] { return hnav_vehicle_defaults(); },
                                             [](const hnav_vehicle_options* o, char* message) {
@@ -106,7 +106,7 @@ const Kind<hnav_vehicle_options> vehicle = {[] { return hnav_vehicle_defaults();
                                                 hnav_vehicle_destroy(made);
                                                 return status;
                                             },
-                                            hnav_vehicle_option, "hnav_vehicle_defaults"};
+                                            "vehicle", "hnav_vehicle_defaults"};
 
 const Kind<hnav_aid_sensor_options> aid_sensor = {[] { return hnav_aid_sensor_defaults(); },
                                                   [](const hnav_aid_sensor_options* o, char* message) {
@@ -116,7 +116,7 @@ const Kind<hnav_aid_sensor_options> aid_sensor = {[] { return hnav_aid_sensor_de
                                                       hnav_aid_sensor_destroy(made);
                                                       return status;
                                                   },
-                                                  hnav_aid_sensor_option, "hnav_aid_sensor_defaults"};
+                                                  "aid_sensor", "hnav_aid_sensor_defaults"};
 
 const Kind<hnav_aircraft_options> aircraft = {
     [] { return hnav_aircraft_defaults(); },
@@ -132,7 +132,7 @@ const Kind<hnav_aircraft_options> aircraft = {
         hnav_aircraft_destroy(made);
         return status;
     },
-    hnav_aircraft_option, "hnav_aircraft_defaults"};
+    "aircraft", "hnav_aircraft_defaults"};
 
 // The answer of a plant: what decays.
 int decay(void*, double, const double* x, const double*, const double*, double* dx) {
@@ -148,13 +148,13 @@ const Kind<hnav_observer_options> observer = {[] { return hnav_observer_defaults
                                                   plant.derivatives = plant.outputs = decay;
                                                   auto known = hnav_sized<hnav_observer_statistics>();
                                                   known.start_sigma = known.sensor_sigma = &one;
-                                                  hnav_observer* made;
+                                                  hnav_filter* made;
                                                   const hnav_status status =
                                                       hnav_observer_create(&made, o, &plant, &known, message, bytes);
-                                                  hnav_observer_destroy(made);
+                                                  hnav_filter_destroy(made);
                                                   return status;
                                               },
-                                              hnav_observer_option, "hnav_observer_defaults"};
+                                              "observer", "hnav_observer_defaults"};
 
 // Calls law with each kind.
 template <class Law>
@@ -231,27 +231,27 @@ TEST(Options, OfAPresetThatIsNotThereHaveNoStamp) {
 }
 
 TEST(Options, ArePresetsByName) {
-    ASSERT_NE(hnav_hrekf_preset(1), nullptr);
-    EXPECT_STREQ(hnav_hrekf_preset(1)->name, "paper");
-    EXPECT_EQ(hnav_hrekf_preset(1)->value, HNAV_PRESET_PAPER);
-    EXPECT_STREQ(hnav_ahrs_preset(0)->name, "default");
-    EXPECT_EQ(hnav_ahrs_preset(1), nullptr);
-    EXPECT_EQ(hnav_hrekf_preset(-1), nullptr);
+    ASSERT_NE(hnav_preset_of("hrekf", 1), nullptr);
+    EXPECT_STREQ(hnav_preset_of("hrekf", 1)->name, "paper");
+    EXPECT_EQ(hnav_preset_of("hrekf", 1)->value, HNAV_PRESET_PAPER);
+    EXPECT_STREQ(hnav_preset_of("ahrs", 0)->name, "default");
+    EXPECT_EQ(hnav_preset_of("ahrs", 1), nullptr);
+    EXPECT_EQ(hnav_preset_of("hrekf", -1), nullptr);
 }
 
 TEST(Options, HoldTheDefaultsThatTheirRowsState) {
     of_every_kind([](const auto& kind) {
         const auto options = kind.defaults();
-        for (int k = 0; const hnav_option_info* row = kind.row(k); ++k)
+        for (int k = 0; const hnav_option_info* row = hnav_option(kind.list, k); ++k)
             for (int i = 0; i < row->count; ++i)
                 EXPECT_EQ(hnav_option_value(row, &options, i), row->default_values[i]) << row->name;
-        EXPECT_EQ(kind.row(-1), nullptr);
+        EXPECT_EQ(hnav_option(kind.list, -1), nullptr);
     });
 }
 
 TEST(Options, AreWrittenAndReadByTheirRows) {
     hnav_turntable_options options = hnav_turntable_defaults();
-    for (int k = 0; const hnav_option_info* row = hnav_turntable_option(k); ++k) {
+    for (int k = 0; const hnav_option_info* row = hnav_option("turntable", k); ++k) {
         if (!std::strcmp(row->name, "pitch.amplitude_rad")) hnav_set_option_value(row, &options, 0, 0.25);
         if (!std::strcmp(row->name, "pitch.motion")) hnav_set_option_value(row, &options, 0, HNAV_MOTION_SINE);
     }
@@ -259,7 +259,7 @@ TEST(Options, AreWrittenAndReadByTheirRows) {
     EXPECT_EQ(options.pitch.motion, HNAV_MOTION_SINE);
 
     hnav_imu_mag_sensor_options many = hnav_imu_mag_sensor_defaults();
-    for (int k = 0; const hnav_option_info* row = hnav_imu_mag_sensor_option(k); ++k) {
+    for (int k = 0; const hnav_option_info* row = hnav_option("imu_mag_sensor", k); ++k) {
         if (std::strcmp(row->name, "mag.soft_iron")) continue;
         for (int i = 0; i < row->count; ++i) EXPECT_EQ(hnav_set_option_value(row, &many, i, i), HNAV_OK);
     }
@@ -268,7 +268,7 @@ TEST(Options, AreWrittenAndReadByTheirRows) {
 
 TEST(Options, HaveNoComponentBeyondTheLast) {
     hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
-    const hnav_option_info* row = hnav_ahrs_option(0);
+    const hnav_option_info* row = hnav_option("ahrs", 0);
     EXPECT_TRUE(std::isnan(hnav_option_value(row, &options, row->count)));
     EXPECT_TRUE(std::isnan(hnav_option_value(row, nullptr, 0)));
     EXPECT_TRUE(std::isnan(hnav_option_value(nullptr, &options, 0)));
@@ -279,7 +279,7 @@ TEST(Options, HaveNoComponentBeyondTheLast) {
 // One component outside its range after the other.
 template <class Options>
 void refuse_beyond(const Kind<Options>& kind) {
-    for (int k = 0; const hnav_option_info* row = kind.row(k); ++k) {
+    for (int k = 0; const hnav_option_info* row = hnav_option(kind.list, k); ++k) {
         const auto refused = [&](double value) {
             Options options = kind.defaults();
             hnav_set_option_value(row, &options, row->count - 1, value);

@@ -77,7 +77,7 @@ int decay(void*, double, const double* x, const double*, const double*, double* 
 }
 
 Call observer() {
-    return creation<hnav_observer>("observer", hnav_observer_destroy, [](hnav_observer** out, char* text, std::size_t size) {
+    return creation<hnav_filter>("observer", hnav_filter_destroy, [](hnav_filter** out, char* text, std::size_t size) {
         const double one = 1;
         auto plant = hnav_sized<hnav_plant>();
         plant.n_states = plant.n_outputs = 1;
@@ -177,16 +177,16 @@ Call smoother() {
 
 // The same for navigation.
 Call navigation_smoother() {
-    std::shared_ptr<hnav_ins> ins(
+    std::shared_ptr<hnav_filter> ins(
         [] {
-            hnav_ins* made = nullptr;
+            hnav_filter* made = nullptr;
             const auto options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
             EXPECT_EQ(hnav_ins_create(&made, &options, nullptr, 0), HNAV_OK);
             return made;
         }(),
-        hnav_ins_destroy);
+        hnav_filter_destroy);
     const std::vector<double> t_s{0, 0.01, 0.02}, zeros(9, 0.0), fix{0.8, 0.2, 100, 1, 1, 1};
-    const std::vector<int32_t> sensor{HNAV_INS_POSITION};
+    const std::vector<int32_t> sensor{HNAV_SENSOR_POSITION};
     return {"navigation smoother", [=](char* text, std::size_t size) {
                 auto input = hnav_sized<hnav_ins_run_input>();
                 input.t_s = t_s.data();
@@ -197,7 +197,7 @@ Call navigation_smoother() {
                 input.aid_value = fix.data();
                 const auto output = hnav_sized<hnav_ins_run_output>();
                 const hnav_status status = hnav_ins_smooth(ins.get(), t_s.size(), &input, &output);
-                std::snprintf(text, size, "%s", hnav_ins_message(ins.get()));
+                std::snprintf(text, size, "%s", hnav_filter_message(ins.get()));
                 return status;
             }};
 }

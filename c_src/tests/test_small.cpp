@@ -1,6 +1,6 @@
 // The small build: the answers of the library by the closed form, in the caller's memory, with nothing from the heap. The library
 // stands beside it, loaded from its file: both have the same names.
-#include "hnav/attitude.h"
+#include "hnav/hrekf.h"
 
 #include "counted_heap.hpp"
 

@@ -7,7 +7,7 @@ import textwrap
 from pathlib import Path
 
 INCLUDE = Path(__file__).resolve().parents[2] / "c_src" / "include" / "hnav"
-HEADERS = ("hnav", "attitude", "calibration", "ins", "ins_error", "observer", "simulation", "types")
+HEADERS = ("hnav", "filter", "ahrs", "hrekf", "ins", "ins_error", "observer", "calibration", "simulation", "types")
 
 # /* ---- title, which may begin a comment that goes on, or end at once.
 SECTION = re.compile(r"^/\* -{20,} ?(?P<title>[^\n*]*?)(?: \*/)?$", re.MULTILINE)

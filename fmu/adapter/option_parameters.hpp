@@ -10,6 +10,12 @@ namespace hnav::fmu {
 
 using OptionAt = const hnav_option_info* (*)(std::int32_t);
 
+// The rows of an option list, by its name.
+template <const char* list>
+const hnav_option_info* option_of(std::int32_t index) {
+    return hnav_option(list, index);
+}
+
 // The name of a parameter. A struct inside is in the option's name already, and a group of one is no branch of a tree.
 inline void write_name(OptionAt option_at, const hnav_option_info& option, Variable* v) {
     int in_group = 0;
@@ -42,12 +48,16 @@ inline Variable option_row(OptionAt option_at, const hnav_option_info& option, c
     return v;
 }
 
-// The presets of a filter, by the call that tells of them.
-template <const hnav_preset_info* (*preset_at)(std::int32_t)>
+// The presets of an option list.
+template <const char* list>
 Choices preset_choices() {
     int count = 0;
-    while (preset_at(count)) ++count;
-    return {[](const void*, int k) { return Choice{preset_at(k)->name, preset_at(k)->description}; }, nullptr, count};
+    while (hnav_preset_of(list, count)) ++count;
+    return {[](const void*, int k) {
+                const hnav_preset_info* preset = hnav_preset_of(list, k);
+                return Choice{preset->name, preset->description};
+            },
+            nullptr, count};
 }
 
 // Calls visit(option, component) in the order of the rows.

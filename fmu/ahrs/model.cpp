@@ -4,7 +4,9 @@
 namespace hnav::fmu {
 namespace {
 
-struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, hnav_ahrs_preset, hnav_ahrs_option, hnav_ahrs_create> {
+constexpr char list[] = "ahrs";
+
+struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, list, hnav_ahrs_create> {
     static constexpr ModelInfo info = {
         HNAV_FMU_NAME,
         "Attitude and heading from real gyroscopes, accelerometers and magnetometers: gyro bias and calibration, "

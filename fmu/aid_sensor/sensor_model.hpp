@@ -22,7 +22,7 @@ struct AidSensorMemory {
 template <hnav_aid_sensor_kind kind>
 const hnav_option_info* aid_sensor_option(std::int32_t index) {
     constexpr const char* groups[] = {"gnss", "baro", "wheel"};
-    for (std::int32_t k = 0; const hnav_option_info* row = hnav_aid_sensor_option(k); ++k)
+    for (std::int32_t k = 0; const hnav_option_info* row = hnav_option("aid_sensor", k); ++k)
         if ((!std::strcmp(row->group, groups[kind]) || !std::strcmp(row->group, "chance")) && index-- == 0) return row;
     return nullptr;
 }

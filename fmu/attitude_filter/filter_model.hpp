@@ -2,22 +2,14 @@
 #pragma once
 
 #include "adapter/estimate_model.hpp"
+#include "adapter/filter_calls.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
 #include "attitude_filter/outputs.hpp"
 
 namespace hnav::fmu {
 
-struct FilterCalls : LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, hnav_filter_snapshot_size,
-                                   hnav_filter_take_snapshot, hnav_filter_restore_snapshot> {
-    static constexpr auto reset = hnav_filter_reset;
-    static constexpr auto get_x = hnav_filter_get_x;
-    static constexpr auto nominal_x = hnav_filter_nominal_x;
-    static constexpr auto derivative = hnav_filter_derivative;
-    static constexpr auto next_event_s = hnav_filter_next_event_s;
-    static constexpr auto jump = hnav_filter_jump;
-    static constexpr auto show = hnav_filter_show;
-};
+using AttitudeCalls = FilterCalls<hnav_filter_snapshot_size, hnav_filter_take_snapshot, hnav_filter_restore_snapshot>;
 
 struct FilterMemory : EstimateMemory<Inputs::sensors> {
     double start_s;
@@ -28,8 +20,8 @@ struct FilterMemory : EstimateMemory<Inputs::sensors> {
 };
 
 template <class Kind>
-class FilterModel final : public EstimateModel<FilterCalls, FilterMemory> {
-    using Base = EstimateModel<FilterCalls, FilterMemory>;
+class FilterModel final : public EstimateModel<AttitudeCalls, FilterMemory> {
+    using Base = EstimateModel<AttitudeCalls, FilterMemory>;
 
 public:
     void describe(Table& table) override {

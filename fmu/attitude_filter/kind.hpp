@@ -13,18 +13,17 @@
 namespace hnav::fmu {
 
 // The options of a filter and the calls of the C API about them.
-template <class Options_, Options_ (*defaults_)(hnav_preset), const hnav_preset_info* (*preset_)(std::int32_t),
-          const hnav_option_info* (*option_)(std::int32_t),
+template <class Options_, Options_ (*defaults_)(hnav_preset), const char* list,
           hnav_status (*create_)(hnav_filter**, const Options_*, char*, std::size_t)>
 struct KindOf {
     using Options = Options_;
-    static constexpr auto option = option_;
+    static constexpr OptionAt option = option_of<list>;
     static constexpr auto create = create_;
 
     // choice: of presets.
-    static Options defaults(int choice) { return defaults_(static_cast<hnav_preset>(preset_(choice)->value)); }
+    static Options defaults(int choice) { return defaults_(static_cast<hnav_preset>(hnav_preset_of(list, choice)->value)); }
 
-    static Choices presets() { return preset_choices<preset_>(); }
+    static Choices presets() { return preset_choices<list>(); }
 };
 
 } // namespace hnav::fmu

@@ -4,7 +4,9 @@
 namespace hnav::fmu {
 namespace {
 
-struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, hnav_hrekf_preset, hnav_hrekf_option, hnav_hrekf_create> {
+constexpr char list[] = "hrekf";
+
+struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, list, hnav_hrekf_create> {
     static constexpr ModelInfo info = {"Hrekf",
                                        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, "
                                        "accelerometer and magnetometer",

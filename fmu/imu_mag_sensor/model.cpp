@@ -7,6 +7,8 @@
 namespace hnav::fmu {
 namespace {
 
+constexpr char option_list[] = "imu_mag_sensor";
+
 constexpr int sensors = 3;
 enum Group { reading_group, parameter_group };
 
@@ -25,7 +27,7 @@ public:
         table.add(rows::time());
         describe_truth(table);
         const hnav_imu_mag_sensor_options defaults = hnav_imu_mag_sensor_defaults();
-        at_.options = add_options(table, hnav_imu_mag_sensor_option, &defaults);
+        at_.options = add_options(table, option_of<option_list>, &defaults);
         describe_sensor(table, HNAV_SENSOR_GYRO, "gyro",
                         {"rate", "rad/s", "deg/s", "rad2/s", "Angular rate, newest sample delivered"});
         describe_sensor(table, HNAV_SENSOR_ACCEL, "accel",
@@ -35,7 +37,7 @@ public:
 
     bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_imu_mag_sensor_options options = hnav_imu_mag_sensor_defaults();
-        take_options(hnav_imu_mag_sensor_option, at_.options, values, &options);
+        take_options(option_of<option_list>, at_.options, values, &options);
         if (!make(why, hnav_imu_mag_sensor_create, &options, start_s)) return false;
         const double periods_s[] = {options.gyro.period_s, options.accel.period_s, options.mag.period_s};
         std::memcpy(memory_.period_s, periods_s, sizeof periods_s);

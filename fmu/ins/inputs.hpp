@@ -6,6 +6,8 @@
 
 namespace hnav::fmu {
 
+inline constexpr char option_list[] = "ins";
+
 // In the order in which samples of one communication point are taken: the force before the rate that takes it along.
 enum InsInput { in_accel, in_gyro, in_position, in_velocity, in_pressure, in_speed, in_heading, in_mag, ins_inputs };
 
@@ -29,13 +31,13 @@ struct InsInputs {
                "Heading of body x, clockwise from north");
         vector(table, in_mag, "mag", "field", "T", "uT", "Magnetic field in sensor axes; another unit does as well");
         reset = table.add(rows::reset_command());
-        Variable v = rows::choice("preset", preset_choices<hnav_ins_preset_info>(),
+        Variable v = rows::choice("preset", preset_choices<option_list>(),
                                   "Grade of the sensors; parameters that differ from their start values override it");
         v.basic = true;
         preset = table.add(v);
         describe_sampling(table);
-        const hnav_ins_options defaults = hnav_ins_defaults(static_cast<hnav_ins_preset>(hnav_ins_preset_info(0)->value));
-        options = add_options(table, hnav_ins_option, &defaults);
+        const hnav_ins_options defaults = hnav_ins_defaults(static_cast<hnav_ins_preset>(hnav_preset_of("ins", 0)->value));
+        options = add_options(table, option_of<option_list>, &defaults);
     }
 
 private:

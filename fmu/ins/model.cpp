@@ -1,5 +1,6 @@
 // The Ins FMU: position, velocity and attitude, aligned from any heading.
 #include "adapter/estimate_model.hpp"
+#include "adapter/filter_calls.hpp"
 #include "adapter/state_rows.hpp"
 #include "ins/inputs.hpp"
 #include "ins/outputs.hpp"
@@ -7,15 +8,7 @@
 namespace hnav::fmu {
 namespace {
 
-struct InsCalls : LibraryObject<hnav_ins, hnav_ins_destroy, hnav_ins_message, hnav_ins_state_size, hnav_ins_save, hnav_ins_load> {
-    static constexpr auto reset = hnav_ins_reset;
-    static constexpr auto get_x = hnav_ins_get_x;
-    static constexpr auto nominal_x = hnav_ins_nominal_x;
-    static constexpr auto derivative = hnav_ins_derivative;
-    static constexpr auto next_event_s = hnav_ins_next_event_s;
-    static constexpr auto jump = hnav_ins_jump;
-    static constexpr auto show = hnav_ins_show;
-};
+using InsCalls = FilterCalls<hnav_filter_state_size, hnav_filter_save, hnav_filter_load>;
 
 struct InsMemory : EstimateMemory<ins_inputs> {
     double force[3]; // of the newest sample of the accelerometer
@@ -32,9 +25,9 @@ public:
     }
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
-        const hnav_preset_info* preset = hnav_ins_preset_info(static_cast<std::int32_t>(values[in_.preset]));
+        const hnav_preset_info* preset = hnav_preset_of("ins", static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
-        take_options(hnav_ins_option, in_.options, values, &options);
+        take_options(option_of<option_list>, in_.options, values, &options);
         for (int s = 0; s < ins_inputs; ++s)
             if (!check_period(InsInputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, hnav_ins_create, &options)) return false;
@@ -58,14 +51,14 @@ public:
         return memory_.sampled.lost([](int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; });
     }
 
-    bool advance(double t_s, Message* why) override { return done(hnav_ins_advance(object_, t_s), why); }
+    bool advance(double t_s, Message* why) override { return done(hnav_filter_advance(object_, t_s), why); }
 
     void refresh(double* values, unsigned groups) override { out_.refresh(object_, groups, memory_.sampled.missed, values); }
 
     // ------------------------------------------------------------------------------------------------ Model Exchange
 
     bool derivatives_along(double t_s, const double* x, const double* seed, double* out) const override {
-        return hnav_ins_derivative_along(object_, t_s, x, seed, out) == HNAV_OK;
+        return hnav_filter_derivative_along(object_, t_s, x, seed, out) == HNAV_OK;
     }
     void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
@@ -87,13 +80,13 @@ private:
             memory_.has_force = 1;
             return HNAV_OK;
         // A rate takes the newest force along: the library wants both at once.
-        case in_gyro: return memory_.has_force != 0 ? hnav_ins_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;
-        case in_position: return hnav_ins_push_position(object_, t_s, value[0], value[1], value[2], value + 3);
-        case in_velocity: return hnav_ins_push_velocity(object_, t_s, value, value + 3);
-        case in_pressure: return hnav_ins_push_pressure(object_, t_s, value[0], value[1]);
-        case in_speed: return hnav_ins_push_speed(object_, t_s, value[0], value[1]);
-        case in_heading: return hnav_ins_push_heading(object_, t_s, value[0], value[1]);
-        default: return hnav_ins_push_mag(object_, t_s, value);
+        case in_gyro: return memory_.has_force != 0 ? hnav_filter_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;
+        case in_position: return hnav_filter_push_position(object_, t_s, value[0], value[1], value[2], value + 3);
+        case in_velocity: return hnav_filter_push_velocity(object_, t_s, value, value + 3);
+        case in_pressure: return hnav_filter_push_pressure(object_, t_s, value[0], value[1]);
+        case in_speed: return hnav_filter_push_speed(object_, t_s, value[0], value[1]);
+        case in_heading: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
+        default: return hnav_filter_push_mag(object_, t_s, value);
         }
     }
 

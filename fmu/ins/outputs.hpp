@@ -15,17 +15,17 @@ public:
         describe_biases(table);
         describe_readiness(table);
         describe_observed(table);
-        describe_sensor<HNAV_INS_POSITION, 3>(table, "gnss", "m");
-        describe_sensor<HNAV_INS_VELOCITY, 3>(table, "gnssvel", "m/s");
-        describe_sensor<HNAV_INS_PRESSURE, 1>(table, "baro", "m");
-        describe_sensor<HNAV_INS_SPEED, 1>(table, "wheel", "m/s");
-        describe_sensor<HNAV_INS_HEADING, 1>(table, "aid", "rad");
-        describe_sensor<HNAV_INS_MAG, 2>(table, "mag", "");
+        describe_sensor<HNAV_SENSOR_POSITION, 3>(table, "gnss", "m");
+        describe_sensor<HNAV_SENSOR_VELOCITY, 3>(table, "gnssvel", "m/s");
+        describe_sensor<HNAV_SENSOR_PRESSURE, 1>(table, "baro", "m");
+        describe_sensor<HNAV_SENSOR_SPEED, 1>(table, "wheel", "m/s");
+        describe_sensor<HNAV_SENSOR_HEADING, 1>(table, "aid", "rad");
+        describe_sensor<HNAV_SENSOR_MAG, 2>(table, "mag", "");
         describe_counts(table);
     }
 
     // missed: samples that the clocks of the FMU lost.
-    void refresh(const hnav_ins* ins, unsigned groups, double missed, double* values) const {
+    void refresh(const hnav_filter* ins, unsigned groups, double missed, double* values) const {
         navigation_.refresh(groups, values, [&](hnav_navigation* n) {
             n->size = sizeof *n;
             hnav_ins_navigation(ins, n);
@@ -35,20 +35,23 @@ public:
             o->size = sizeof *o;
             hnav_ins_observed(ins, o);
         });
-        for (int s = 0; s < HNAV_INS_SENSOR_COUNT; ++s)
-            innovation_[s].refresh(groups, values, [&](hnav_ins_innovation* i) {
-                *i = hnav_sized<hnav_ins_innovation>();
-                hnav_ins_last_innovation(ins, static_cast<hnav_ins_sensor>(s), i); // stays zero before the first
+        for (int s = 0; s < HNAV_SENSOR_COUNT; ++s)
+            innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
+                *i = hnav_sized<hnav_innovation>();
+                hnav_filter_innovation(ins, static_cast<hnav_sensor>(s), i); // stays zero before the first
             });
         counts_.refresh(groups, values, [&](Counts* c) {
-            c->size = sizeof(hnav_ins_diagnostics);
-            hnav_ins_get_diagnostics(ins, c);
+            c->size = sizeof(hnav_diagnostics);
+            hnav_filter_diagnostics(ins, c);
+            auto health = hnav_sized<hnav_health>();
+            hnav_filter_health(ins, &health);
+            c->times_lost = health.times_lost;
             c->missed = missed;
         });
     }
 
     // Derivatives along a direction of the state, of the rows that flow.
-    void along(const hnav_ins* ins, const double* seed, double* rows) const {
+    void along(const hnav_filter* ins, const double* seed, double* rows) const {
         auto a = hnav_sized<hnav_navigation_along>();
         if (hnav_ins_navigation_along(ins, seed, &a) != HNAV_OK) return;
         rows[place_] = a.latitude_rad;
@@ -64,7 +67,8 @@ private:
     enum Group { navigation_group, observed_group, innovation_group, count_group };
     static constexpr double anywhere_m = 1e7, any_speed_m_s = 1e4, any_bias = 1e3; // of what is not known
 
-    struct Counts : hnav_ins_diagnostics {
+    struct Counts : hnav_diagnostics {
+        std::uint64_t times_lost;
         double missed;
     };
 
@@ -169,7 +173,7 @@ private:
     template <int sensor, int dimension>
     void describe_sensor(Table& table, const char* name, const char* unit) {
         using namespace rows;
-        using I = hnav_ins_innovation;
+        using I = hnav_innovation;
         auto& innovation = innovation_[sensor];
         const Variable v = output(Name("innov", name), unit, "", "Innovation of the last sample used: measured minus expected");
         const auto value = [](const I& i, double* rows) { std::memcpy(rows, i.value, dimension * sizeof(double)); };
@@ -180,7 +184,7 @@ private:
             output(Name("nis", name), "", "", "Normalised innovation squared of that sample; its expectation is the dimension"));
         describe_used<sensor>(table, name);
         counts_.add(table, output(Name("count", name, "_inflated"), Type::integer, "Of these, with inflated noise or left out"),
-                    [](const Counts& c, double* row) { *row = static_cast<double>(c.inflated[sensor]); });
+                    [](const Counts& c, double* row) { *row = static_cast<double>(c.gated[sensor]); });
     }
 
     template <int sensor>
@@ -191,8 +195,8 @@ private:
 
     void describe_counts(Table& table) {
         using namespace rows;
-        describe_used<HNAV_INS_IMU>(table, "imu");
-        describe_used<HNAV_INS_REST>(table, "rest");
+        describe_used<HNAV_SENSOR_GYRO>(table, "imu");
+        describe_used<HNAV_SENSOR_REST>(table, "rest");
         counts_.add<&Counts::late>(table,
                                    output("count.late", Type::integer, "Samples refused: older than the committed estimate"));
         counts_.add<&Counts::non_finite>(table, output("count.non_finite", Type::integer, "Samples refused for their numbers"));
@@ -216,7 +220,7 @@ private:
     int place_ = 0, velocity_ = 0, q_ = 0, euler_ = 0, heading_ = 0; // rows
     Outputs<hnav_navigation, navigation_group, 32> navigation_;
     Outputs<hnav_observed, observed_group> observed_;
-    Outputs<hnav_ins_innovation, innovation_group> innovation_[HNAV_INS_SENSOR_COUNT];
+    Outputs<hnav_innovation, innovation_group> innovation_[HNAV_SENSOR_COUNT];
     Outputs<Counts, count_group, 32> counts_;
 };
 

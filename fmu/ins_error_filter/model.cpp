@@ -23,7 +23,7 @@ public:
 
     bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_ins_error_options options = hnav_ins_error_defaults();
-        take_options(hnav_ins_error_option, at_.options, values, &options);
+        take_options(option_of<option_list>, at_.options, values, &options);
         const hnav_aircraft_model model = at_.parameters.model(values);
         const hnav_aircraft_options plant_options = at_.parameters.options(values);
         clear();

@@ -7,6 +7,8 @@
 
 namespace hnav::fmu {
 
+inline constexpr char option_list[] = "ins_error";
+
 using namespace rows;
 using aircraft::add_each, aircraft::states, aircraft::controls, aircraft::nx, aircraft::nu;
 
@@ -66,7 +68,7 @@ private:
     void describe_parameters(Table& table) {
         sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample; the period is interval"));
         const hnav_ins_error_options defaults = hnav_ins_error_defaults();
-        options = add_options(table, hnav_ins_error_option, &defaults);
+        options = add_options(table, option_of<option_list>, &defaults);
         parameters.describe(table);
     }
 

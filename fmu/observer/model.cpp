@@ -1,5 +1,6 @@
 // The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
 #include "adapter/estimate_model.hpp"
+#include "adapter/filter_calls.hpp"
 #include "observer/variables.hpp"
 
 #include <algorithm>
@@ -10,32 +11,21 @@ namespace {
 using namespace observer;
 
 // A plant with events may be unable to write down what it remembers: then states are snapshots, good for this observer alone.
-bool keeps_states(const hnav_observer* o) {
+bool keeps_states(const hnav_filter* o) {
     double nothing;
-    return hnav_observer_save(o, &nothing, 0) == HNAV_ERROR_UNSUPPORTED;
+    return hnav_filter_save(o, &nothing, 0) == HNAV_ERROR_UNSUPPORTED;
 }
-hnav_status size_of_state(const hnav_observer* o, std::size_t* bytes) {
-    return keeps_states(o) ? hnav_observer_snapshot_size(o, bytes) : hnav_observer_state_size(o, bytes);
+hnav_status size_of_state(const hnav_filter* o, std::size_t* bytes) {
+    return keeps_states(o) ? hnav_filter_snapshot_size(o, bytes) : hnav_filter_state_size(o, bytes);
 }
-hnav_status save_state(const hnav_observer* o, void* buffer, std::size_t bytes) {
-    return keeps_states(o) ? hnav_observer_take_snapshot(o, buffer, bytes) : hnav_observer_save(o, buffer, bytes);
+hnav_status save_state(const hnav_filter* o, void* buffer, std::size_t bytes) {
+    return keeps_states(o) ? hnav_filter_take_snapshot(o, buffer, bytes) : hnav_filter_save(o, buffer, bytes);
 }
-hnav_status load_state(hnav_observer* o, const void* buffer, std::size_t bytes) {
-    return keeps_states(o) ? hnav_observer_restore_snapshot(o, buffer, bytes) : hnav_observer_load(o, buffer, bytes);
+hnav_status load_state(hnav_filter* o, const void* buffer, std::size_t bytes) {
+    return keeps_states(o) ? hnav_filter_restore_snapshot(o, buffer, bytes) : hnav_filter_load(o, buffer, bytes);
 }
 
-struct ObserverCalls
-    : LibraryObject<hnav_observer, hnav_observer_destroy, hnav_observer_message, size_of_state, save_state, load_state> {
-    static constexpr auto reset = hnav_observer_reset;
-    static constexpr auto get_x = hnav_observer_get_x;
-    static constexpr auto nominal_x = hnav_observer_nominal_x;
-    static constexpr auto next_event_s = hnav_observer_next_event_s;
-    static constexpr auto jump = hnav_observer_jump;
-    static constexpr auto show = hnav_observer_show;
-    static hnav_status derivative(const hnav_observer* o, double, const double* x, double* dx) {
-        return hnav_observer_derivative(o, x, dx);
-    }
-};
+using ObserverCalls = FilterCalls<size_of_state, save_state, load_state>;
 
 constexpr int max_channels = 62; // known inputs and sensors together
 
@@ -116,14 +106,14 @@ public:
     bool advance(double t_s, Message* why) override {
         memory_.now_s = t_s;
         memory_.behind = 1;
-        return goes_on(hnav_observer_commit(object_, t_s), why);
+        return goes_on(hnav_filter_commit(object_, t_s), why);
     }
 
     bool look_ahead(unsigned groups, Message* why) override {
         constexpr unsigned ahead = 1u << estimate_group | 1u << covariance_group | 1u << indicator_group;
         if (memory_.behind == 0 || !(groups & ahead)) return true;
         memory_.behind = 0;
-        return goes_on(hnav_observer_advance(object_, memory_.now_s), why);
+        return goes_on(hnav_filter_advance(object_, memory_.now_s), why);
     }
 
     // ------------------------------------------------------------------------------------------------ outputs
@@ -179,7 +169,7 @@ public:
     // One of an observer that is gone went with it.
     void release(const void* saved, std::size_t bytes) override {
         if (object_ && is_snapshot(saved, bytes))
-            hnav_observer_release_snapshot(object_, static_cast<const char*>(saved) + sizeof memory_, bytes - sizeof memory_);
+            hnav_filter_release_snapshot(object_, static_cast<const char*>(saved) + sizeof memory_, bytes - sizeof memory_);
     }
 
 private:
@@ -224,7 +214,7 @@ private:
         auto info = hnav_sized<hnav_observer_info>();
         auto seen = hnav_sized<hnav_observer_innovation_of>();
         const auto has_sensor = [&](int i) { return hnav_observer_innovation(object_, i, &seen) != HNAV_ERROR_OUT_OF_RANGE; };
-        hnav_observer_nx(object_, &nx);
+        hnav_filter_nx(object_, &nx);
         hnav_observer_get_info(object_, &info);
         return nx == at_.sizes.nx && info.n_estimated == at_.sizes.estimated() && info.n_indicators == at_.sizes.indicators &&
                has_sensor(at_.sizes.sensors - 1) && !has_sensor(at_.sizes.sensors);
@@ -232,7 +222,7 @@ private:
 
     bool make_observer(const double* values, double start_s, Message* why) {
         hnav_observer_options options = hnav_observer_defaults();
-        for (int k = 0; const hnav_option_info* info = hnav_observer_option(k); ++k)
+        for (int k = 0; const hnav_option_info* info = hnav_option("observer", k); ++k)
             if (at_.row(option, k) >= 0) hnav_set_option_value(info, &options, 0, values[at_.row(option, k)]);
         options.start_time_s = start_s;
         double starts[max_index]{}, start_sigmas[max_index]{}, noises[max_index]{}, sensor_sigmas[max_index]{},
@@ -259,7 +249,7 @@ private:
     // Samples that lead to no estimate are dropped and counted: the simulation goes on.
     bool goes_on(hnav_status status, Message* why) override {
         if (status != HNAV_ERROR_SOLVER) return done(status, why);
-        if (!trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_observer_message(object_));
+        if (!trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_filter_message(object_));
         return true;
     }
 
@@ -311,7 +301,7 @@ private:
     // The index of an element counts through all of P, row by row.
     void show_covariance(double* values) const {
         double P[max_index * max_index];
-        hnav_observer_covariance(object_, P);
+        hnav_filter_covariance(object_, P);
         at_.each(1u << covariance_group, values, [&P](Role, int i, double* value) { *value = P[i]; });
     }
 

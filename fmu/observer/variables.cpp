@@ -79,7 +79,7 @@ Role role_of(const char* word) {
 }
 
 Type type_of_option(int index) {
-    const hnav_option_info* option = hnav_observer_option(index);
+    const hnav_option_info* option = hnav_option("observer", index);
     if (option && option->kind == HNAV_OPTION_INTEGER) return Type::integer;
     return option && option->kind == HNAV_OPTION_CHOICE ? Type::enumeration : Type::real;
 }

@@ -12,6 +12,8 @@
 namespace hnav::fmu {
 namespace {
 
+constexpr char option_list[] = "turntable";
+
 enum Group { truth_group };
 
 // The table itself has no history.
@@ -31,7 +33,7 @@ public:
         constexpr auto on_q = DependsOn::first_states;
         table.add(time());
         const hnav_turntable_options defaults = hnav_turntable_defaults();
-        options_ = add_options(table, hnav_turntable_option, &defaults);
+        options_ = add_options(table, option_of<option_list>, &defaults);
         q_ = truth_.add<&hnav_truth::q_nb>(
             table, flow("truth.q", "", "", on_q, "Attitude, body to north-east-down of true north, scalar first"));
         table.row(q_).start = 1;
@@ -48,7 +50,7 @@ public:
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
         hnav_turntable_options options = hnav_turntable_defaults();
-        take_options(hnav_turntable_option, options_, values, &options);
+        take_options(option_of<option_list>, options_, values, &options);
         if (!make(why, hnav_turntable_create, &options)) return false;
         memory_.piece_s = start_s;
         memory_.model_exchange = model_exchange;

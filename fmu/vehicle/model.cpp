@@ -12,6 +12,8 @@
 namespace hnav::fmu {
 namespace {
 
+constexpr char option_list[] = "vehicle";
+
 enum Group { truth_group };
 constexpr int states = HNAV_VEHICLE_STATES;
 constexpr double grid_s = 0.03125;
@@ -33,7 +35,7 @@ public:
         constexpr auto on_x = DependsOn::all_states;
         table.add(time());
         const hnav_vehicle_options defaults = hnav_vehicle_defaults();
-        options_ = add_options(table, hnav_vehicle_option, &defaults);
+        options_ = add_options(table, option_of<option_list>, &defaults);
         describe_way(table);
         truth_.add<&T::latitude_rad>(table, flow("truth.latitude", "rad", "deg", on_x, "Latitude"));
         truth_.add<&T::longitude_rad>(table, flow("truth.longitude", "rad", "deg", on_x, "Longitude"));
@@ -58,7 +60,7 @@ public:
 
     bool initialise(const double* values, double start_s, bool, Message* why) override {
         hnav_vehicle_options options = hnav_vehicle_defaults();
-        take_options(hnav_vehicle_option, options_, values, &options);
+        take_options(option_of<option_list>, options_, values, &options);
         hnav_way_point way[way_points];
         const std::size_t points = take_way(values, way);
         if (options.kind == HNAV_VEHICLE_WAY ? !make(why, hnav_vehicle_create_along, &options, start_s, &way[0], points)

@@ -46,8 +46,7 @@ if TYPE_CHECKING:
     from hnav.filters.plant import Plant
     from hnav.io.readers import read
     from hnav.io.recordings import Recording
-    from hnav.reports.recording_page import report_run
-    from hnav.reports.recording_picture import plot_run
+    from hnav.reports.runs import plot_run, report_run
 
 __version__ = "0.2.0"
 __all__ = [
@@ -105,11 +104,11 @@ _HOME = {
     "Run": "filters.attitude_answers",
     "calibrate_magnetometer": "filters.calibration",
     "declination_rad": "filters.declination",
-    "plot_run": "reports.recording_picture",
+    "plot_run": "reports.runs",
     "read": "io.readers",
     "read_calibration": "filters.calibration",
     "read_plan": "filters.observer_plan",
-    "report_run": "reports.recording_page",
+    "report_run": "reports.runs",
     "write_calibration": "filters.calibration",
 }
 

@@ -56,7 +56,7 @@ def test_ones_own_file_comes_first_with_the_figures_of_the_filter_and_a_page(tmp
     done = run_demo(file, "--out", tmp_path / "pages")
     assert done.returncode == 0, done.stderr
     data = read(file)
-    said = rows(summary(run_recording(data, "ahrs", "c", {}, gates=True)))
+    said = rows(summary(run_recording(data, "ahrs", "c", {})))
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     assert lines == [repr(data), *(f"{name} {value}" for name, value in said), f"page: {tmp_path / 'pages' / 'still.html'}"]
     assert pages(done) == list((tmp_path / "pages").iterdir())

@@ -50,7 +50,7 @@ def test_the_reference_holds_every_call_of_the_headers(site):
 
 def test_the_reference_holds_the_names_of_the_package(site):
     page = (site / "api_python.html").read_text()
-    names = ("Filter.push_imu", "Filter.run", "Run.report", "Options", "Recording.from_dataframe", "read")
+    names = ("FilterObject.push_imu", "Filter.run", "RunBase.report", "Options", "Recording.from_dataframe", "read")
     assert [name for name in names if not re.search(rf'id="hnav\.[\w.]*\b{re.escape(name)}"', page)] == []
 
 

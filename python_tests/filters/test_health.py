@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hnav import Filter
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.attitude_options import FILTERS
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings
 from motion import tilted_motion
 

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 import hnav
 from driven import push_aid
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_options import ins_option_table
+from hnav.native.library import SENSORS
 from hnav.reference import earth
 from studies.ins.experiment import experiment, figures, judged, wrapped
 from studies.ins.faults import outcomes
@@ -98,7 +98,7 @@ def test_aids_that_are_received_late_change_nothing_once_they_are_there(drive):
         )
         for aids in (samples.aids, late)
     ]
-    before_the_next = np.searchsorted(samples.t_s, valid[sensor == INS_SENSORS.index("position")]) - 1
+    before_the_next = np.searchsorted(samples.t_s, valid[sensor == SENSORS.index("position")]) - 1
     rows = before_the_next[before_the_next > 10]
     assert PHASES[runs[0].phase[rows[-1]]] == "navigating"
     np.testing.assert_array_equal(runs[0].q_nb[rows], runs[1].q_nb[rows])
@@ -118,7 +118,7 @@ def test_copies_and_pickles_go_on_bit_for_bit(drive):
 def test_aids_leave_out_what_is_missing_and_refuse_other_shapes():
     aids = hnav.Aids().velocity([0.0, 1, 2], [[1, 2, np.nan], [np.nan, 0, 0], [1, 1, 1]], 0.1).speed([0.5], [3.0], 0.2)
     t, received, sensor, value = aids.arrays()
-    assert [INS_SENSORS[s] for s in sensor] == ["velocity", "speed", "velocity"]
+    assert [SENSORS[s] for s in sensor] == ["velocity", "speed", "velocity"]
     np.testing.assert_array_equal(t, [0, 0.5, 2])
     np.testing.assert_array_equal(received, t)
     np.testing.assert_array_equal(value[1], [3, 0.2, 0, 0, 0, 0])
@@ -247,8 +247,8 @@ def test_health_names_a_wild_sample_a_stamp_ahead_and_what_is_missing():
     ins = hnav.Ins("industrial", **FAST)
     ins.run(t, rate, samples.force_b_m_s2, samples.aids)
     health = ins.health()
-    assert health.unit["gyro"].state == "outlier" and health.unit["gyro"].outliers == health.unit["gyro"].left_out - 1 == 1
-    assert health.unit["accel"].state == health.sensor["velocity"].state == "ok" and health.sensor["mag"].state == "missing"
+    assert health.sensor["gyro"].state == "outlier" and health.sensor["gyro"].outliers == health.sensor["gyro"].left_out - 1 == 1
+    assert health.sensor["accel"].state == health.sensor["velocity"].state == "ok" and health.sensor["mag"].state == "missing"
     assert (health.stamps_left_out, health.clock_jumps, health.times_lost) == (1, 0, 0)
 
 
@@ -305,7 +305,7 @@ def test_fixes_that_state_centimetres_are_believed_until_they_state_metres():
 def test_a_velocity_that_lies_far_off_does_not_tilt_a_start(kind, spoilt):
     samples, truth = vehicle(kind, "industrial", 12, 9.0)
     valid, received, sensor, value = samples.aids.arrays()
-    value[np.flatnonzero(sensor == INS_SENSORS.index("velocity"))[spoilt], :3] += [3.0, -4.0, 3.0]
+    value[np.flatnonzero(sensor == SENSORS.index("velocity"))[spoilt], :3] += [3.0, -4.0, 3.0]
     run = navigate(replace(samples, aids=fixes(valid, sensor, value, received)), hnav.Ins("industrial", **FAST))
     first = np.flatnonzero(run.phase >= PHASES.index("any_heading"))[0]
     down_b = truth.attitude_e[first].inv().apply(earth.axes_at(earth.place_of(truth.position_e[first]))[:, 2])
@@ -366,7 +366,7 @@ def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
 @pytest.mark.parametrize("gains_m_s2", [0.03, 0.1, 0.3])
 def test_a_gentle_departure_loses_no_alignment(gains_m_s2):
     ins, run, velocity = after_a_rest(lambda t: np.clip(gains_m_s2 * t, 0, 10))
-    assert ins.diagnostics().times_lost == 0
+    assert ins.health().times_lost == 0
     later = run.t_s > 40 + 0.5 / gains_m_s2 + 3
     off = np.abs(run.velocity_n_m_s - velocity)[later] / run.sigma_velocity_m_s[later]
     assert np.sqrt(np.mean(off**2)) < 2
@@ -425,7 +425,7 @@ def test_a_compass_that_motion_contradicts_spoils_nothing(drive, off_deg, reads)
     error = wrapped(run.heading_rad - truth.heading_rad())
     assert abs(error[-1]) < np.radians(1)
     assert not (run.ready[:, 1] & (abs(error) > np.radians(5))).any()
-    inflated = ins.diagnostics().inflated["heading"]
+    inflated = ins.diagnostics().gated["heading"]
     assert (inflated > 100) == (reads == "disagree")
 
 
@@ -520,7 +520,7 @@ def test_a_velocity_that_lies_far_off_right_after_the_start_tilts_nothing():
     valid, _, sensor, value = samples.aids.arrays()
     whole = navigate(samples, hnav.Ins("consumer", **FAST))
     begin_s = whole.t_s[np.argmax(np.isfinite(whole.q_nb[:, 0]))]
-    hit = np.flatnonzero((sensor == INS_SENSORS.index("velocity")) & (valid > begin_s))[0]
+    hit = np.flatnonzero((sensor == SENSORS.index("velocity")) & (valid > begin_s))[0]
     value[hit, :3] += [3, -3, 0]
     spoilt = navigate(replace(samples, aids=fixes(valid, sensor, value)), hnav.Ins("consumer", **FAST))
     later = whole.t_s > begin_s + 2

@@ -8,10 +8,10 @@ import pytest
 
 import hnav
 from driven import push_aid
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_recording import NavigationRun, inertial_rows
 from hnav.io.recordings import Recording
+from hnav.native.library import SENSORS
 from studies.ins.experiment import wrapped
 from studies.ins.vehicles import fixes, vehicle
 
@@ -33,14 +33,14 @@ def with_fields(samples, change, late_s=0.0):
     """The aids with other fields, received later; none: without them."""
     valid, _, sensor, value = samples.aids.arrays()
     aids = fixes(valid, sensor, value)
-    rows = sensor == INS_SENSORS.index("mag")
+    rows = sensor == SENSORS.index("mag")
     return aids.mag(valid[rows], change(value[rows, :3]), valid[rows] + late_s) if change else aids
 
 
 def fields_until(samples, until_s, late_s):
     """The aids, without fields after a time from the begin on."""
     valid, _, sensor, _ = samples.aids.arrays()
-    seen = valid[sensor == INS_SENSORS.index("mag")] - samples.t_s[0] <= until_s
+    seen = valid[sensor == SENSORS.index("mag")] - samples.t_s[0] <= until_s
     return with_fields(samples, lambda m: np.where(seen[:, None], m, np.nan), late_s)
 
 
@@ -95,7 +95,7 @@ def test_what_is_known_by_motion_is_not_spoilt(driving):
     ins = hnav.Ins("industrial", **FAST)
     ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids)
     seen = ins.diagnostics()
-    assert seen.used["mag"] > 500 and seen.inflated["mag"] < 0.1 * seen.used["mag"]
+    assert seen.used["mag"] > 500 and seen.gated["mag"] < 0.1 * seen.used["mag"]
     assert 0 < ins.observed().by_field < 2
     assert ins.innovation("mag").dimension == 2
 
@@ -106,7 +106,7 @@ FALSE_S = (20.0, 30.0)
 def while_false(samples, change):
     """The fields of the seconds FALSE_S are changed: by m (n x 3) and how far the time has gone, 0 to 1 (n x 1)."""
     valid, _, sensor, _ = samples.aids.arrays()
-    seconds = valid[sensor == INS_SENSORS.index("mag")] - samples.t_s[0]
+    seconds = valid[sensor == SENSORS.index("mag")] - samples.t_s[0]
     gone = (seconds - FALSE_S[0]) / (FALSE_S[1] - FALSE_S[0])
     inside = (gone > 0) & (gone < 1)
     return lambda m: np.where(inside[:, None], change(m, gone[:, None]), m)
@@ -130,7 +130,7 @@ def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_headi
         ins = hnav.Ins("industrial", **FAST)
         aids = with_fields(samples, changed)
         runs.append(ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids))
-        left_out.append(ins.diagnostics().inflated["mag"])
+        left_out.append(ins.diagnostics().gated["mag"])
     assert left_out[0] > 60 and left_out[1] == 0
     off = wrapped(runs[0].heading_rad - runs[1].heading_rad) / runs[1].sigma_rotation_rad[:, 2]
     off = off[np.isfinite(off)]
@@ -143,10 +143,10 @@ def test_a_field_that_stays_another_is_believed_after_a_while(hovering):
     for longest_s in (5.0, 1e3):
         ins = hnav.Ins("consumer", gate_longest_s=longest_s, **FAST)
         seconds = samples.aids.arrays()[0] - samples.t_s[0]
-        seconds = seconds[samples.aids.arrays()[2] == INS_SENSORS.index("mag")]
+        seconds = seconds[samples.aids.arrays()[2] == SENSORS.index("mag")]
         aids = with_fields(samples, lambda m, late=seconds > 30: np.where(late[:, None], 3 * m, m))
         ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids)
-        used.append(ins.diagnostics().inflated["mag"])
+        used.append(ins.diagnostics().gated["mag"])
     assert used[0] < 80 and used[1] > 250
 
 
@@ -231,7 +231,7 @@ def test_hindsight_with_a_magnetometer_is_no_worse(request, grade, of):
 def test_a_recording_brings_its_field_along(driving):
     samples, _ = driving
     valid, _, sensor, value = samples.aids.arrays()
-    rows = sensor == INS_SENSORS.index("mag")
+    rows = sensor == SENSORS.index("mag")
     field = np.full((len(samples.t_s), 3), np.nan)
     field[np.searchsorted(samples.t_s, valid[rows])] = value[rows, :3]
     recording = Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, field)
@@ -242,7 +242,7 @@ def test_a_recording_brings_its_field_along(driving):
 def test_late_fields_of_a_recording_are_waited_for(driving):
     samples, _ = driving
     valid, _, sensor, value = samples.aids.arrays()
-    rows = sensor == INS_SENSORS.index("mag")
+    rows = sensor == SENSORS.index("mag")
     field, measured_s = np.full((len(samples.t_s), 3), np.nan), np.full(len(samples.t_s), np.nan)
     arrived = np.searchsorted(samples.t_s, valid[rows] + LATE_S)
     fits = arrived < len(samples.t_s)

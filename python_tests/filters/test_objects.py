@@ -17,9 +17,9 @@ from hnav import (
     LinearModel,
     Options,
 )  # fmt: skip
-from hnav.filters import attitude_answers, calibration, ins_error
-from hnav.filters.attitude_answers import SENSOR_STATES
+from hnav.filters import attitude_answers, calibration, filter_answers, ins_error
 from hnav.filters.attitude_options import FILTERS, option_table, parse_setting
+from hnav.filters.filter_answers import SENSOR_STATES
 from hnav.native.library import ffi
 from hnav.native.options import OptionInfo, OptionSet
 from hnav.simulation import imu_mag_sensor, turntable
@@ -213,9 +213,9 @@ def test_results_are_equal_when_their_numbers_are(started):
 
 def test_the_results_have_the_fields_of_the_structs():
     told = {
-        attitude_answers.Attitude: "hnav_attitude", attitude_answers.Posterior: "hnav_posterior", attitude_answers.Innovation: "hnav_innovation",
-        attitude_answers.Field: "hnav_field", attitude_answers.Diagnostics: "hnav_diagnostics", attitude_answers.Health: "hnav_health",
-        attitude_answers.SensorHealth: "hnav_sensor_health", ins_error.InsErrorInfo: "hnav_ins_error_info",
+        filter_answers.Attitude: "hnav_attitude", attitude_answers.Posterior: "hnav_posterior", filter_answers.Innovation: "hnav_innovation",
+        attitude_answers.Field: "hnav_field", filter_answers.Diagnostics: "hnav_diagnostics", filter_answers.Health: "hnav_health",
+        filter_answers.SensorHealth: "hnav_sensor_health", ins_error.InsErrorInfo: "hnav_ins_error_info",
         calibration.MagnetometerCalibration: "hnav_magnetometer_calibration", turntable.Truth: "hnav_truth",
         imu_mag_sensor.Reading: "hnav_reading",
     }  # fmt: skip

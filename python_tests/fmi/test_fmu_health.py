@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hnav import Filter, HnavError
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.fmi.engines import run_recording
 from hnav.fmi.fmus import Fmu, fmu_path, items_of
 from motion import tilted_motion

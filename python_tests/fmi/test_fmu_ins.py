@@ -10,10 +10,10 @@ from fmpy import simulate_fmu
 
 import hnav
 from hnav.errors import HnavError
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_options import INS_PRESETS, InsOptions, ins_option_table
 from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.native.library import SENSORS
 from hnav.reference import earth
 from importing import assert_fits_the_standard
 from studies.ins.vehicles import vehicle
@@ -34,7 +34,7 @@ def driven_by(magnetometer):
     fixes = {}
     for t, kind, values in zip(received, sensor, value):
         row = int(np.searchsorted(samples.t_s, t - 1e-9))
-        fixes.setdefault(row, {})[KINDS[INS_SENSORS[kind]]] = (float(samples.t_s[min(row, LENGTH)]), values)
+        fixes.setdefault(row, {})[KINDS[SENSORS[kind]]] = (float(samples.t_s[min(row, LENGTH)]), values)
     return samples, fixes
 
 
@@ -123,11 +123,11 @@ def expected(ins):
     now, seen = ins.navigation(), ins.diagnostics()
     vectors = [float(x) for field in VECTORS.values() for x in getattr(now, field)]
     counts = [
-        seen.used["imu"],
+        seen.used["gyro"],
         seen.used["position"],
         seen.used["velocity"],
         seen.used["mag"],
-        seen.inflated["position"],
+        seen.gated["position"],
         seen.late,
     ]
     phase = PHASES.index(now.phase)
@@ -209,7 +209,7 @@ def test_an_importers_solver_finds_what_co_simulation_finds_through_every_phase(
                 assert fmu.get("align.heading_ready") == now.heading_ready
         seen = ins.diagnostics()
         assert phases == {"levelling", "any_heading", "navigating"} and seen.used["position"] > 50
-        for name, sensor in (("imu", "imu"), ("gnss", "position"), ("gnssvel", "velocity")):
+        for name, sensor in (("imu", "gyro"), ("gnss", "position"), ("gnssvel", "velocity")):
             assert fmu.get(f"count.{name}_used") == seen.used[sensor]
 
 

@@ -10,9 +10,9 @@ from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters import run_files
 from hnav.filters.attitude_options import Options
+from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import calibrate_magnetometer, write_calibration
 from hnav.filters.run_files import write_pieces
-from hnav.fmi.engines import LibraryRun
 from hnav.io.readers import pieces, read
 from hnav.io.readers.pieces import long_table
 from hnav.io.recordings import ARRAYS, Recording, RecordingError

@@ -68,10 +68,10 @@ def test_a_file_names_its_fmu(little_fmu):
 
 def opened(folder) -> str:
     """What the library says of a folder with a plan; empty if it takes it."""
-    observer, message = ffi.new("hnav_observer **"), ffi.new("char[]", 320)
+    observer, message = ffi.new("hnav_filter **"), ffi.new("char[]", 320)
     options = ffi.new("hnav_observer_options *", library().hnav_observer_defaults())
     library().hnav_observer_open(observer, options, str(folder).encode(), message, len(message))
-    library().hnav_observer_destroy(observer[0])
+    library().hnav_filter_destroy(observer[0])
     return ffi.string(message).decode()
 
 

@@ -75,5 +75,5 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
             np.testing.assert_allclose(
                 ins.covariance() / np.outer(sigma, sigma), twin.P[:15, :15] / np.outer(sigma, sigma), atol=1e-7
             )
-    left_out = ins.diagnostics().inflated["mag"]
+    left_out = ins.diagnostics().gated["mag"]
     assert left_out == pytest.approx(10 * min(other_s, 4.0) + (40 if other_s > 4.0 else 0), abs=3)

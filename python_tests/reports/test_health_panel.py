@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.fmi.engines import run_recording
 from hnav.reports import plots
 from hnav.reports.recording_picture import draw_recordings

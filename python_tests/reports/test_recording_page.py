@@ -42,7 +42,7 @@ def recording() -> Recording:
 
 def filtered(recording: Recording, **options):
     return Filter("ahrs", gyro_hold="forward", **options).run(
-        recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla, gates=True
+        recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla
     )
 
 

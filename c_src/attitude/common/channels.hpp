@@ -1,7 +1,7 @@
 // The sensors of an attitude filter as channels of its events.
 #pragma once
 
-#include "hnav/attitude.h"
+#include "hnav/filter.h"
 #include "hybrid/event.hpp"
 
 namespace hnav {
@@ -13,7 +13,7 @@ enum Channel : int {
     accel = HNAV_SENSOR_ACCEL,
     mag = HNAV_SENSOR_MAG,
     heading = HNAV_SENSOR_HEADING,
-    channel_count = HNAV_SENSOR_COUNT
+    channel_count
 };
 
 // A reading: rate, force or field in body axes; or what an aid tells, and its sigma.

@@ -16,9 +16,6 @@ extern "C" {
 
 HNAV_API hnav_magnetometer_options hnav_magnetometer_defaults(void);
 
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_magnetometer_option(int32_t index);
-
 typedef enum hnav_magnetometer_fit {
     HNAV_MAGNETOMETER_FULL = 0,          /* offset and matrix, rotation included */
     HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* none that force shows: matrix symmetric, which turns the field least */

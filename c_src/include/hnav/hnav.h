@@ -32,7 +32,9 @@
  *
  * This header includes all the others; each of them can be included alone.
  *   types.h        status codes, version, sensors, descriptions of options
- *   attitude.h     attitude and heading: the AHRS for real sensors, the HREKF of the paper
+ *   filter.h       the calls that all filters share: life, samples, estimate, saved states, hybrid view
+ *   ahrs.h         attitude and heading of real sensors
+ *   hrekf.h        the filter of the paper on alignment
  *   ins.h          position, velocity and attitude, aligned from any heading
  *   ins_error.h    linear models whose measurements have time-correlated errors, such as those of an INS
  *   observer.h     the states of a plant of one's own
@@ -42,8 +44,10 @@
 #ifndef HNAV_H
 #define HNAV_H
 
-#include "hnav/attitude.h"
+#include "hnav/ahrs.h"
 #include "hnav/calibration.h"
+#include "hnav/filter.h"
+#include "hnav/hrekf.h"
 #include "hnav/ins.h"
 #include "hnav/ins_error.h"
 #include "hnav/observer.h"

@@ -29,9 +29,6 @@ typedef struct hnav_ins_error_filter hnav_ins_error_filter;
 /* AUGMENTED, JOINT, no lag, Joseph. */
 HNAV_API hnav_ins_error_options hnav_ins_error_defaults(void);
 
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_ins_error_option(int32_t index);
-
 /* Row-major matrices, owned by the caller, copied by create. Sizes 1 to 32; nu may be 0. */
 typedef struct hnav_ins_error_model {
     size_t size;           /* of this struct; set by the caller */

@@ -5,13 +5,14 @@
  *     hnav_plant plant = {.size = sizeof plant, .n_states = 2, .n_outputs = 1, .context = &mine, .derivatives = f, .outputs = h};
  *     hnav_observer_statistics known = {.size = sizeof known, .start = x0, .start_sigma = sigma0, .noise = q, .sensor_sigma = r};
  *     hnav_observer_options options = hnav_observer_defaults();
- *     hnav_observer* observer;
+ *     hnav_filter* observer;
  *     hnav_observer_create(&observer, &options, &plant, &known, message, sizeof message);
  *     while (...) {
  *         hnav_observer_push(observer, 0, t_s, y);
- *         hnav_observer_advance(observer, t_s);
+ *         hnav_filter_advance(observer, t_s);
  *         hnav_observer_estimate(observer, x, sigma);
  *     }
+ *     hnav_filter_destroy(observer);
  *
  * What is estimated, X, has N numbers: the states, then the unknown inputs, then the parameters. Units are the plant's, times
  * seconds. Between samples SUNDIALS integrates the states and their transition matrix; the samples of an instant correct
@@ -24,19 +25,14 @@
 #ifndef HNAV_OBSERVER_H
 #define HNAV_OBSERVER_H
 
+#include "hnav/filter.h"
 #include "hnav/options/observer.h"
-#include "hnav/types.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef struct hnav_observer hnav_observer;
-
 HNAV_API hnav_observer_options hnav_observer_defaults(void);
-
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_observer_option(int32_t index);
 
 /* ------------------------------------------------------------------------------------------------ plant */
 
@@ -94,7 +90,7 @@ typedef struct hnav_observer_statistics {
  * null (NULL_ARGUMENT), numbers that are not finite (NON_FINITE) or impossible (OPTION), a plant without an answer at the start
  * (SOLVER), or one that remembers what it was asked (UNSUPPORTED). The plant is asked some hundred times: in three sigma of
  * its start. */
-HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_observer_options* options, const hnav_plant* plant,
+HNAV_API hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_options* options, const hnav_plant* plant,
                                           const hnav_observer_statistics* known, char* message, size_t message_size);
 /* The same for an FMU of FMI 2 or 3 in Model Exchange, unpacked into a folder, where a plan stands beside its modelDescription.xml:
  * observer.plan, a text that says which variables are states, inputs and sensors, and what is known of them (hnav.Plan of the
@@ -102,39 +98,24 @@ HNAV_API hnav_status hnav_observer_create(hnav_observer** observer, const hnav_o
  * program. One with events has to let its state be got and set. Proof and restarts use instances of their own. Refused besides: a plan that is damaged or
  * an FMU that cannot be loaded (OPTION, with its sentence), a library built without the headers of FMI (UNSUPPORTED). Memory that
  * the FMU takes is the FMU's. */
-HNAV_API hnav_status hnav_observer_open(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+HNAV_API hnav_status hnav_observer_open(hnav_filter** filter, const hnav_observer_options* options, const char* folder,
                                         char* message, size_t message_size);
 /* The same, where what known has that is not null stands in place of what the plan says. Lengths as the plan has them. */
-HNAV_API hnav_status hnav_observer_open_known(hnav_observer** observer, const hnav_observer_options* options, const char* folder,
+HNAV_API hnav_status hnav_observer_open_known(hnav_filter** filter, const hnav_observer_options* options, const char* folder,
                                               const hnav_observer_statistics* known, char* message, size_t message_size);
-/* Null is allowed. */
-HNAV_API void hnav_observer_destroy(hnav_observer* observer);
-/* Back to the start, no samples. */
-HNAV_API hnav_status hnav_observer_reset(hnav_observer* observer);
-/* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
-HNAV_API const char* hnav_observer_message(const hnav_observer* observer);
-
 /* ------------------------------------------------------------------------------------------------ samples */
 
 /* A known input has this value from t_s on; a sensor (output of the plant) reads it at t_s. Errors: OUT_OF_RANGE (no such
  * input or sensor, time), NON_FINITE, LATE_SAMPLE (dropped and counted), QUEUE_FULL. */
-HNAV_API hnav_status hnav_observer_push_input(hnav_observer* observer, int32_t input, double t_s, double value);
-HNAV_API hnav_status hnav_observer_push(hnav_observer* observer, int32_t sensor, double t_s, double value);
-
-/* Uses the samples up to t_s and shows the estimate there. Errors: TIME_BACKWARDS; SOLVER: the plant had no answer, or samples
- * led to no usable estimate; these samples were dropped and counted, the message says what the plant answered. */
-HNAV_API hnav_status hnav_observer_advance(hnav_observer* observer, double t_s);
-/* The same without the look-ahead, which asks the plant as often again: shows the estimate just after the newest used sample,
- * until hnav_observer_advance(observer, t_s) is called too. */
-HNAV_API hnav_status hnav_observer_commit(hnav_observer* observer, double t_s);
+HNAV_API hnav_status hnav_observer_push_input(hnav_filter* filter, int32_t input, double t_s, double value);
+HNAV_API hnav_status hnav_observer_push(hnav_filter* filter, int32_t sensor, double t_s, double value);
 
 /* ------------------------------------------------------------------------------------------------ estimate */
 
 /* At the time of the last advance; before the first sample that of the start. N each; null is not written. */
-HNAV_API hnav_status hnav_observer_estimate(const hnav_observer* observer, double* x, double* sigma);
-HNAV_API hnav_status hnav_observer_covariance(const hnav_observer* observer, double* P); /* N x N */
+HNAV_API hnav_status hnav_observer_estimate(const hnav_filter* filter, double* x, double* sigma);
 /* As estimate, just after the newest used sample: the same bits whatever times are asked for. */
-HNAV_API hnav_status hnav_observer_posterior(const hnav_observer* observer, double* x, double* sigma);
+HNAV_API hnav_status hnav_observer_posterior(const hnav_filter* filter, double* x, double* sigma);
 
 typedef struct hnav_observer_innovation_of {
     size_t size; /* of this struct; set by the caller */
@@ -146,7 +127,7 @@ typedef struct hnav_observer_innovation_of {
     uint64_t inflated; /* by the gate */
 } hnav_observer_innovation_of;
 /* Errors: OUT_OF_RANGE, NO_DATA before its first sample. */
-HNAV_API hnav_status hnav_observer_innovation(const hnav_observer* observer, int32_t sensor, hnav_observer_innovation_of* out);
+HNAV_API hnav_status hnav_observer_innovation(const hnav_filter* filter, int32_t sensor, hnav_observer_innovation_of* out);
 
 typedef struct hnav_observer_info {
     size_t size; /* of this struct; set by the caller */
@@ -177,7 +158,7 @@ typedef struct hnav_observer_info {
     uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
     uint64_t clock_jumps; /* stamps ran back: a new time base began */
 } hnav_observer_info;
-HNAV_API hnav_status hnav_observer_get_info(const hnav_observer* observer, hnav_observer_info* info);
+HNAV_API hnav_status hnav_observer_get_info(const hnav_filter* filter, hnav_observer_info* info);
 
 /* What became of the derivatives that the plant offers, block by block. */
 typedef enum hnav_plant_block {
@@ -196,7 +177,7 @@ typedef struct hnav_observer_block_proof {
     int32_t row, column; /* of the worst element: derivative or output, number of X */
     double told, measured; /* there: by the plant, by differences */
 } hnav_observer_block_proof;
-HNAV_API hnav_status hnav_observer_proof(const hnav_observer* observer, hnav_plant_block block, hnav_observer_block_proof* proof);
+HNAV_API hnav_status hnav_observer_proof(const hnav_filter* filter, hnav_plant_block block, hnav_observer_block_proof* proof);
 
 /* ------------------------------------------------------------------------------------------------ arrays */
 
@@ -219,56 +200,19 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double* plant_events; /* n: events that have been, the mean of the parts */
 } hnav_observer_run_output;
 
-/* A row that the plant has no answer for is dropped and counted, and the next one goes on; hnav_observer_message tells why the first
+/* A row that the plant has no answer for is dropped and counted, and the next one goes on; hnav_filter_message tells why the first
  * was. rows_done (may be null): less than n
  * only after an error: NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
-HNAV_API hnav_status hnav_observer_run(hnav_observer* observer, size_t n, const hnav_observer_run_input* input,
+HNAV_API hnav_status hnav_observer_run(hnav_filter* filter, size_t n, const hnav_observer_run_input* input,
                                        const hnav_observer_run_output* output, size_t* rows_done);
 
 /* ------------------------------------------------------------------------------------------------ hybrid view */
 
-/* For an integrator of the caller: it flows states x between samples, and samples act as jumps. x has nx numbers: the plant's states
- * and the unknown inputs, their rows of the transition matrix since the last jump (row-major, N columns), the noise that has entered
- * since (upper triangle of N x N, in units that change with jumps), and the time since. Events of the plant are jumps too, where one of
- * its indicators leaves its domain, above 0 or not, or next_event_s says so; the estimate is one part then: no
- * hypotheses, and no points where an event has no derivative. */
-HNAV_API hnav_status hnav_observer_nx(const hnav_observer* observer, int32_t* nx);
-/* Just after the newest used sample; their usual sizes, all above 0. */
-HNAV_API hnav_status hnav_observer_get_x(const hnav_observer* observer, double* x);
-HNAV_API hnav_status hnav_observer_nominal_x(const hnav_observer* observer, double* x);
-/* 0 before the estimate has begun. SOLVER: the plant has no answer there. */
-HNAV_API hnav_status hnav_observer_derivative(const hnav_observer* observer, const double* x, double* dx);
-/* Of the earliest sample that waits, or of the plant's next event that time brings; infinity without either. */
-HNAV_API hnav_status hnav_observer_next_event_s(const hnav_observer* observer, double* t_s);
 /* n_indicators of them (hnav_observer_info) at x; null: where it is shown. 1 before the estimate has begun. SOLVER: the plant has no answer
  * there. */
-HNAV_API hnav_status hnav_observer_indicators(const hnav_observer* observer, const double* x, double* z);
+HNAV_API hnav_status hnav_observer_indicators(const hnav_filter* filter, const double* x, double* z);
 /* A step of the integrator has come to x. wants_event: the plant has an event there, so jump is to be called. SOLVER: it failed. */
-HNAV_API hnav_status hnav_observer_step_done(hnav_observer* observer, const double* x, int32_t* wants_event);
-/* The plant's events at t_s, then the samples up to t_s act on x_minus, which the caller has brought there. Errors: NON_FINITE; SOLVER: these
- * samples were dropped, and x_plus is not written. x_plus may be x_minus. */
-HNAV_API hnav_status hnav_observer_jump(hnav_observer* observer, double t_s, const double* x_minus, double* x_plus);
-/* Brings what is shown to t_s and x. Error: NON_FINITE. */
-HNAV_API hnav_status hnav_observer_show(hnav_observer* observer, double t_s, const double* x);
-
-/* ------------------------------------------------------------------------------------------------ saved state */
-
-/* As for hnav_filter: numbers only; fits observers made with equal options, statistics and plant. Refused (UNSUPPORTED) for an FMU
- * with events that cannot serialise its state: take a snapshot. */
-HNAV_API hnav_status hnav_observer_state_size(const hnav_observer* observer, size_t* bytes);
-HNAV_API hnav_status hnav_observer_save(const hnav_observer* observer, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT, STATE_VERSION: the observer is as it was. */
-HNAV_API hnav_status hnav_observer_load(hnav_observer* observer, const void* buffer, size_t bytes);
-
-/* The same for this observer alone, while it lives, with any plant: an FMU that has to keep its states itself keeps those of a snapshot
- * until the snapshot is released, once. Restoring it works as often as wanted and works nothing out again. The size changes with
- * the samples that wait or may still be joined by late ones: ask for it each time.
- * Errors: SIZE (of take); STATE_CORRUPT: no snapshot of this observer, which is as it was. */
-HNAV_API hnav_status hnav_observer_snapshot_size(const hnav_observer* observer, size_t* bytes);
-HNAV_API hnav_status hnav_observer_take_snapshot(const hnav_observer* observer, void* buffer, size_t bytes);
-HNAV_API hnav_status hnav_observer_restore_snapshot(hnav_observer* observer, const void* buffer, size_t bytes);
-HNAV_API hnav_status hnav_observer_release_snapshot(hnav_observer* observer, const void* buffer, size_t bytes);
-
+HNAV_API hnav_status hnav_observer_step_done(hnav_filter* filter, const double* x, int32_t* wants_event);
 #ifdef __cplusplus
 }
 #endif

@@ -6,7 +6,7 @@
 #ifndef HNAV_SIMULATION_H
 #define HNAV_SIMULATION_H
 
-#include "hnav/attitude.h"
+#include "hnav/ahrs.h"
 #include "hnav/ins_error.h"
 #include "hnav/options/aid_sensor.h"
 #include "hnav/options/aircraft.h"
@@ -71,8 +71,6 @@ typedef struct hnav_aircraft_model {
 } hnav_aircraft_model;
 
 HNAV_API hnav_aircraft_options hnav_aircraft_defaults(void);
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_aircraft_option(int32_t index);
 
 /* Refused, with a message that names the entry: sizes out of range (SIZE), null (NULL_ARGUMENT) or non-finite
  * (NON_FINITE) entries; numbers out of range, an A that grows, dt/tau of 2 or more in Euler's form (all OPTION). */
@@ -149,8 +147,6 @@ HNAV_API hnav_status hnav_quaternion_derivative(const double* q_nb, const double
 typedef struct hnav_turntable hnav_turntable;
 
 HNAV_API hnav_turntable_options hnav_turntable_defaults(void);
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_turntable_option(int32_t index);
 
 /* On failure *table is null and the reason stands in message (may be null). */
 HNAV_API hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
@@ -192,8 +188,6 @@ HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const
 typedef struct hnav_imu_mag_sensor hnav_imu_mag_sensor;
 
 HNAV_API hnav_imu_mag_sensor_options hnav_imu_mag_sensor_defaults(void);
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_imu_mag_sensor_option(int32_t index);
 
 HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_imu_mag_sensor_options* options,
                                                 double start_s, char* message, size_t message_size);
@@ -261,8 +255,6 @@ typedef struct hnav_vehicle_truth {
 #define HNAV_VEHICLE_STATES 4
 
 HNAV_API hnav_vehicle_options hnav_vehicle_defaults(void);
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_vehicle_option(int32_t index);
 
 /* On failure *vehicle is null and the reason stands in message (may be null). start_s: of the motion. */
 HNAV_API hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
@@ -310,8 +302,6 @@ typedef struct hnav_aid_sensor hnav_aid_sensor;
 typedef enum hnav_aid_sensor_kind { HNAV_AID_GNSS = 0, HNAV_AID_BARO = 1, HNAV_AID_WHEEL = 2 } hnav_aid_sensor_kind;
 
 HNAV_API hnav_aid_sensor_options hnav_aid_sensor_defaults(void);
-/* Rows 0, 1, ...; null beyond the last. */
-HNAV_API const hnav_option_info* hnav_aid_sensor_option(int32_t index);
 
 /* Of the options those of the kind's group count. On failure *sensor is null and the reason stands in message (may be null). */
 HNAV_API hnav_status hnav_aid_sensor_create(hnav_aid_sensor** sensor, hnav_aid_sensor_kind kind,

@@ -90,7 +90,7 @@ extern "C" {
  *     hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
  *     options.declination_rad = 0.061;
  *
- * Programs that know the names at run time only, such as readers of settings, find them in the rows of hnav_..._option. */
+ * Programs that know the names at run time only, such as readers of settings, find them in the rows of hnav_option. */
 
 typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
 
@@ -120,6 +120,12 @@ typedef struct hnav_preset_info {
     int32_t value; /* of hnav_preset */
 } hnav_preset_info;
 
+/* Rows 0, 1, ... of an option list; null beyond the last, and for a list that is none. of: "ahrs", "hrekf", "ins", "ins_error", "observer",
+ * "magnetometer", "turntable", "imu_mag_sensor", "vehicle", "aid_sensor", "aircraft". */
+HNAV_API const hnav_option_info* hnav_option(const char* of, int32_t index);
+/* The presets of a list likewise. */
+HNAV_API const hnav_preset_info* hnav_preset_of(const char* of, int32_t index);
+
 /* One component of an option as a number, whatever its kind; NaN when the row has no such component or a pointer is null.
  * options: a struct of the options that the row is of. */
 HNAV_API double hnav_option_value(const hnav_option_info* row, const void* options, int32_t component);
@@ -133,22 +139,22 @@ HNAV_API hnav_status hnav_set_option_value(const hnav_option_info* row, void* op
  * outliers apart, because nothing better is known, and the sigma of the attitude grows by what they may have missed. */
 typedef enum hnav_sensor_state {
     HNAV_SENSOR_STATE_OK = 0,
-    HNAV_SENSOR_STATE_LATE = 1,      /* within the last second a sample was refused: older than the committed estimate */
-    HNAV_SENSOR_STATE_OUTLIER = 2,   /* within the last second a sample lay far from those beside it */
-    HNAV_SENSOR_STATE_STUCK = 3,     /* an axis repeats one value although the body moves */
+    HNAV_SENSOR_STATE_LATE = 1, /* within the last second a sample was refused: older than the committed estimate */
+    HNAV_SENSOR_STATE_OUTLIER = 2, /* within the last second a sample lay far from those beside it */
+    HNAV_SENSOR_STATE_STUCK = 3, /* an axis repeats one value although the body moves */
     HNAV_SENSOR_STATE_SATURATED = 4, /* an axis is at the end of its range */
-    HNAV_SENSOR_STATE_MISSING = 5    /* no sample yet, or none for a second and ten of its usual intervals */
+    HNAV_SENSOR_STATE_MISSING = 5 /* no sample yet, or none for a second and ten of its usual intervals */
 } hnav_sensor_state;
 
 typedef struct hnav_sensor_health {
-    double since_s;     /* time at which the state began; NaN when it has been so from the first */
-    uint64_t outliers;  /* samples so far */
+    double since_s; /* time at which the state began; NaN when it has been so from the first */
+    uint64_t outliers; /* samples so far */
     uint64_t stuck;
     uint64_t saturated;
     uint64_t late;
-    uint64_t left_out;  /* taken in and not used: outliers, stuck, saturated, stamps far ahead */
-    int32_t state;      /* hnav_sensor_state */
-    int32_t axes;       /* stuck or saturated now: bit 0 for x, 1 for y, 2 for z of the sensor's axes turned to the body */
+    uint64_t left_out; /* taken in and not used: outliers, stuck, saturated, stamps far ahead */
+    int32_t state; /* hnav_sensor_state */
+    int32_t axes; /* stuck or saturated now: bit 0 for x, 1 for y, 2 for z of the sensor's axes turned to the body */
 } hnav_sensor_health;
 
 #ifdef __cplusplus

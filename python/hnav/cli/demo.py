@@ -92,7 +92,7 @@ def show_own(file: Path, data: Recording, settings: dict[str, str], doubts: list
 
 def run_ahrs(data: Recording, settings: dict[str, str]) -> Result:
     with working(data.name):
-        return run_recording(data, RECOMMENDED, "c", settings, gates=True)
+        return run_recording(data, RECOMMENDED, "c", settings)
 
 
 # --------------------------------------------------------------------------------------------- recordings of devices

@@ -19,10 +19,11 @@ from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_readi
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_options import Options
+from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
 from hnav.filters.run_files import write_pieces, write_table
-from hnav.fmi.engines import LibraryRun, run_recording
+from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
@@ -113,7 +114,7 @@ class Outcome:
 
 def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]) -> Outcome:
     """A long table, never as a whole: memory does not grow with it. The file is the same. With a progress bar."""
-    run, tally = LibraryRun(options, gates=True), Tally()
+    run, tally = LibraryRun(options), Tally()
 
     def parts() -> Iterator[Run]:
         with bar() as progress:
@@ -144,7 +145,7 @@ def filtered(
         def show(done: int, total: int) -> None:
             progress.update(task, completed=done, total=total)
 
-        return run_recording(data, filter, engine, settings, preset, step, show, smooth, gates=True)
+        return run_recording(data, filter, engine, settings, preset, step, show, smooth)
 
 
 def write_page(file: Path, result: Result, data: Recording, doubts: list[str]) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from hnav.cli.console import bar, say, working
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.cli.words import UsageError
-from hnav.filters.ins_aids import INS_SENSORS
+from hnav.filters.ins_aids import AIDS
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_options import INS_PRESETS, InsOptions
@@ -120,7 +120,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
             # Plotly takes a while to load.
             from hnav.reports.navigation_page import write_navigation_report
 
-            write_navigation_report(whole(parts), wanted.report, data, lines_of(found), smoothed=wanted.smooth)
+            write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
     say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
     warn([*doubts, *of_run(told, run)])
 
@@ -194,7 +194,7 @@ def whole(parts: list[InsRun]) -> InsRun:
         for name, value in vars(parts[0]).items()
         if isinstance(value, np.ndarray)
     }
-    return InsRun(**arrays, options=parts[0].options)
+    return InsRun(**arrays, options=parts[0].options, smoothed=parts[0].smoothed)
 
 
 def of_navigation(found: list[Finding]) -> list[Finding]:
@@ -222,8 +222,8 @@ def of_run(told: Told, run: NavigationRun) -> list[str]:
     if seen.late:
         lines.append(f"warning: {seen.late} samples came too late: give a larger --set horizon_s=...")
     lines += [
-        f"warning: {name}: {seen.inflated[name]} of {seen.used[name]} samples were beyond the gate: see its sigmas, units and clock"
-        for name in INS_SENSORS[1:]
-        if seen.inflated[name] > 0.5 * seen.used[name] > 0
+        f"warning: {name}: {seen.gated[name]} of {seen.used[name]} samples were beyond the gate: see its sigmas, units and clock"
+        for name in AIDS
+        if seen.gated[name] > 0.5 * seen.used[name] > 0
     ]
     return lines

@@ -13,7 +13,7 @@ from hnav.cli.console import bar, say
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
-from hnav.filters.observer_findings import Finding, findings
+from hnav.filters.observer_findings import findings
 from hnav.filters.observer_plan import Plan, plant_of_file, read_plan
 from hnav.filters.plant import Plant
 from hnav.io.model_description import ModelDescription, Variable, read_model_description
@@ -144,9 +144,18 @@ def observe(observer: Observer, data: Path, out: Path | None, report: Path | Non
     found = findings(run, plan)
     if out is not None:
         made = plan.plant.name if isinstance(plan.plant, ModelDescription) else "functions"
-        write_files({out: sample_table([f"hnav {__version__}", f"observer of {made}", f"samples {data}"], table_of(run))})
+        write_files(
+            {
+                out: sample_table(
+                    [f"hnav {__version__}", f"observer of {made}", f"samples {data}"], {"t_s": run.t_s, **run.columns()}
+                )
+            }
+        )
     if report is not None:
-        write_page(observer, run, found, data, report)
+        # Plotly takes a while to load.
+        from hnav.reports.observer_page import report_observer
+
+        report_observer(run, report, data.name, found)
     unused = [name for name in columns if name not in wanted]
     missing = sorted(wanted - {*columns})
     if unused:
@@ -162,56 +171,16 @@ def observe(observer: Observer, data: Path, out: Path | None, report: Path | Non
     say(f"{len(t_s)} rows to {' and '.join(str(file) for file in (out, report) if file is not None)}")
 
 
-def write_page(observer: Observer, run: ObserverRun, found: list[Finding], data: Path, report: Path) -> None:
-    """The page about a run."""
-    # Plotly takes a while to load.
-    from hnav.reports.observer_page import write_observer_report
-
-    plan = observer.plan
-    fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
-    variables = {name: name for name in run.x} | {name: sensor.of for name, sensor in plan.sensors.items()}
-    units = {name: fmu.variables[of].unit for name, of in variables.items()} if fmu is not None else {}
-    doubts = observer.lies() + dropped(run)
-    sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
-    write_observer_report(
-        run, report, f"{fmu.name if fmu is not None else 'observer'} · {data.name}", units, sigmas, doubts, found
-    )
-
-
-def table_of(run: ObserverRun) -> dict[str, Array]:
-    """Columns by name."""
-    table = {"t_s": run.t_s, **run.x}
-    for prefix, rows in (("sigma", run.sigma), ("innovation", run.innovation), ("nis", run.nis)):
-        table |= {f"{prefix}.{name}": values for name, values in rows.items()}
-    events = {"parts": run.parts.astype(float), "plant_events": run.plant_events} if has_events(run) else {}
-    return table | events | {"ready": run.ready.astype(float)}
-
-
-def has_events(run: ObserverRun) -> bool:
-    """The plant has had some of its own, or may have."""
-    return bool((run.plant_events > 0).any() or (run.parts > 1).any())
-
-
 def summary(run: ObserverRun) -> list[str]:
     """What the run says of itself, a line for each sensor and each estimate."""
     lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
     lines += innovations(run)
-    if has_events(run):
+    if run.has_events:
         unclear = int((run.parts > 1).sum())
         lines.append(
             f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
         )
-    return lines + dropped(run)
-
-
-def dropped(run: ObserverRun) -> list[str]:
-    """A line about the instants that the plant had no answer for, if any."""
-    if not run.dropped:
-        return []
-    return [
-        f"{run.dropped} of {len(run.t_s)} instants were dropped, and the estimate stayed where it was; the first: {run.dropped_because}; "
-        "look at the model there, or begin nearer to the truth"
-    ]
+    return lines + run.dropped_in_words()
 
 
 def innovations(run: ObserverRun) -> list[str]:

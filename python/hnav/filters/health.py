@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.native.arrays import Array
 
 LONGEST_ROW_S = 1.0  # no row stands for more: what happened in a gap is not known

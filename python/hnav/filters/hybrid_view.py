@@ -12,7 +12,7 @@ from hnav.native.library import StatefulObject, ffi
 class HybridView(StatefulObject):
     """A filter whose states x' = derivative(t, x) flow between events and jump at them, x = jump(t, x).
 
-    Not to be mixed with advance and run. What the states are stands in the header of the filter: hnav/attitude.h, hnav/ins.h.
+    Not to be mixed with advance and run. What the states are stands in hnav/filter.h.
     """
 
     @property

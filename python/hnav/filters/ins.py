@@ -28,21 +28,12 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.filters.hybrid_view import HybridView
-from hnav.filters.ins_aids import INS_SENSORS, Aids
-from hnav.filters.ins_answers import (
-    INS_RUN_ARRAYS,
-    InsDiagnostics,
-    InsHealth,
-    InsInnovation,
-    InsRun,
-    Navigation,
-    Observed,
-    unfilled_run,
-)
+from hnav.filters.filter_object import FilterObject
+from hnav.filters.ins_aids import Aids
+from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsRun, Navigation, Observed, unfilled_run
 from hnav.filters.ins_options import InsOptions
 from hnav.native.arrays import Array, address, doubles, times
-from hnav.native.library import continued, ffi, new
+from hnav.native.library import ffi, new
 from hnav.native.options import complete
 
 if TYPE_CHECKING:
@@ -63,19 +54,18 @@ def _with_arguments_of(run: Callable[_Arguments, InsRun]) -> Callable[[Callable[
     return shown
 
 
-class Ins(HybridView):
-    """The navigation filter.
+class Ins(FilterObject):
+    """The navigation filter, the same as Filter("ins", ...).
 
         Ins("industrial", car_across_m_s=0.1)
         Ins(InsOptions("industrial"))
 
     options: a preset, with values as of InsOptions, or InsOptions. Raises HnavValueError for options that are impossible,
-    HnavRuntimeError when there is no memory. Samples are pushed with their times of validity, in any order within one
-    instant and between two calls of advance, and up to the option horizon_s late. Every call that fails leaves the
-    estimate as it was. Filters are copied and pickled with their state.
+    HnavRuntimeError when there is no memory.
     """
 
-    KIND = "ins"
+    _options: InsOptions
+    """Those it was made with."""
 
     def __init__(self, options: InsOptions | str = "consumer", **values: object):
         self._options = InsOptions(options, **values) if isinstance(options, str) else complete(InsOptions, options, values)
@@ -85,18 +75,6 @@ class Ins(HybridView):
     def options(self) -> InsOptions:
         """A copy of the options that the filter was made with."""
         return copy(self._options)
-
-    def __repr__(self) -> str:
-        return f"Ins({self._options!r})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return continued, (Ins, (self._options,), self.save())
-
-    def push_imu(self, t_s: float, rate_b_rad_s: npt.ArrayLike, force_b_m_s2: npt.ArrayLike) -> None:
-        """Rate and force of one instant: 3 each, in sensor axes. Raises HnavValueError for numbers that are not finite,
-        HnavRuntimeError for late samples and a full queue; the other push calls likewise."""
-        rate, force = doubles(rate_b_rad_s, (3,), "rate_b_rad_s"), doubles(force_b_m_s2, (3,), "force_b_m_s2")
-        self._call("push_imu", t_s, address(rate), address(force))
 
     def push_position(
         self, t_s: float, latitude_rad: float, longitude_rad: float, height_m: float, sigma_n_m: npt.ArrayLike
@@ -120,22 +98,6 @@ class Ins(HybridView):
     def push_rest(self, t_s: float, sigma_m_s: float) -> None:
         """The body is known to stand; sigma_m_s is of its velocity."""
         self._call("push_rest", t_s, sigma_m_s)
-
-    def push_heading(self, t_s: float, heading_rad: float, sigma_rad: float) -> None:
-        """Heading of body x, clockwise from north; the option declination_rad is added."""
-        self._call("push_heading", t_s, heading_rad, sigma_rad)
-
-    def push_mag(self, t_s: float, field_b: npt.ArrayLike) -> None:
-        """Field of a magnetometer (3), any unit, in sensor axes; tells of the heading alone, iron in the body is estimated."""
-        self._call("push_mag", t_s, address(doubles(field_b, (3,), "field_b")))
-
-    def advance(self, t_s: float) -> None:
-        """Uses the samples up to t_s and shows the estimate at t_s.
-
-        The same samples give the same bits whatever times are asked for. Raises HnavRuntimeError for a time before that of
-        the last advance, and when samples led to no usable estimate: those were dropped, the others used.
-        """
-        self._call("advance", t_s)
 
     def run(
         self,
@@ -166,10 +128,10 @@ class Ins(HybridView):
         )  # fmt: skip
         wanted = new("hnav_ins_run_output", every=every, **{name: address(getattr(run, name)) for name in INS_RUN_ARRAYS})
         if smooth:
-            self._call("smooth", len(t), given, wanted)
+            self._do("hnav_ins_smooth", len(t), given, wanted)
         else:
-            self._call("run", len(t), given, wanted, ffi.NULL)
-        run.options = self.options
+            self._do("hnav_ins_run", len(t), given, wanted, ffi.NULL)
+        run.options, run.smoothed = self.options, smooth
         return run
 
     @_with_arguments_of(run)
@@ -195,35 +157,16 @@ class Ins(HybridView):
 
     def navigation(self) -> Navigation:
         """The estimate at the time of the last advance."""
-        return Navigation.read(self._filled("hnav_navigation", "navigation"))
+        return Navigation.read(self._filled_by("hnav_ins_navigation", "hnav_navigation"))
 
     def covariance(self) -> Array:
         """15 x 15: of position, velocity (north, east, down), rotation about them, gyro bias, accelerometer bias. Raises
         HnavRuntimeError before there is a tilt."""
-        matrix = np.empty((15, 15))
-        self._call("covariance", address(matrix))
-        return matrix
+        return self._numbers("covariance", (15, 15))[0]
 
     def observed(self) -> Observed:
         """What has told the heading, and how much."""
-        return Observed.read(self._filled("hnav_observed", "observed"))
-
-    def innovation(self, sensor: str) -> InsInnovation:
-        """What the last used sample of an aid said; sensor: one of INS_SENSORS but imu.
-
-        Raises HnavValueError for other sensors, HnavRuntimeError when none of its samples has been used yet.
-        """
-        if sensor not in INS_SENSORS[1:]:
-            raise HnavValueError("option", f"sensor = {sensor}: choose one of {', '.join(INS_SENSORS[1:])}", "sensor")
-        return InsInnovation.read(self._filled("hnav_ins_innovation", "last_innovation", INS_SENSORS.index(sensor)))
-
-    def diagnostics(self) -> InsDiagnostics:
-        """Counts of samples and corrections."""
-        return InsDiagnostics.read(self._filled("hnav_ins_diagnostics", "get_diagnostics"))
-
-    def health(self) -> InsHealth:
-        """How the sensors do at the time of the last advance."""
-        return InsHealth.read(self._filled("hnav_ins_health", "get_health"))
+        return Observed.read(self._filled_by("hnav_ins_observed", "hnav_observed"))
 
 
 def _three(sigma: npt.ArrayLike) -> Array:

@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from hnav.errors import HnavValueError
 from hnav.native.arrays import Array, times
-from hnav.native.library import enumerators
+from hnav.native.library import SENSORS
 
-INS_SENSORS = enumerators("hnav_ins_sensor", "HNAV_INS_")[:-1]
-"""What samples are of: imu, and the aids rest, speed, pressure, velocity, position, heading."""
+AIDS = SENSORS[SENSORS.index("mag") :]
+"""What samples of aids are of: mag, heading, rest, speed, pressure, velocity, position."""
 
 
 @dataclass
@@ -74,7 +74,7 @@ class Aids:
         return self._add("rest", t_s, np.empty((len(np.atleast_1d(np.asarray(t_s))), 0)), sigma_m_s, received_s)
 
     def arrays(self) -> tuple[Array, Array, npt.NDArray[np.int32], Array]:
-        """Times of validity (m), times of arrival (m), places in INS_SENSORS (m), values (m x 6); in the order of arrival."""
+        """Times of validity (m), times of arrival (m), places in SENSORS (m), values (m x 6); in the order of arrival."""
         if not self._parts:
             return np.empty(0), np.empty(0), np.empty(0, np.int32), np.empty((0, 6))
         t, received, value = (np.concatenate([part[i] for part in self._parts]) for i in (0, 1, 3))
@@ -102,5 +102,5 @@ class Aids:
         if received.shape != t.shape:
             raise HnavValueError("size", f"received_s has the shape {received.shape}, expected {t.shape}", "received_s")
         whole = np.isfinite(table[:, list(needed)]).all(axis=1) & np.isfinite(t) & np.isfinite(received)
-        self._parts.append((t[whole], received[whole], INS_SENSORS.index(sensor), table[whole]))
+        self._parts.append((t[whole], received[whole], SENSORS.index(sensor), table[whole]))
         return self

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from hnav.filters.attitude_answers import SensorHealth
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_options import InsOptions
-from hnav.native.arrays import Array, BoolArray, ByteArray, Counted, Each, Named, Record
+from hnav.filters.run_base import RunBase
+from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
 from hnav.native.library import enumerators
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 PHASES = enumerators("hnav_ins_phase", "HNAV_INS_PHASE_")
 """Where the filter stands: waiting, levelling, any_heading, navigating; InsRun.phase counts them from 0."""
@@ -106,73 +102,9 @@ class Observed(Record):
     """By a magnetometer."""
 
 
-@dataclass(frozen=True, eq=False)
-class InsInnovation(Record):
-    """What the last used sample of an aid said."""
-
-    t_s: float
-    """The time of that sample."""
-    value: Array
-    """3, of which the first `dimension` count: measured minus expected."""
-    variance: Array
-    """3: of each."""
-    nis: float
-    """Normalised innovation squared: about `dimension` on average when model and noise are right."""
-    noise_scale: float
-    """Above 1: the gate inflated the noise."""
-    dimension: int
-    """1 to 3."""
-
-
-@dataclass(frozen=True, eq=False)
-class InsDiagnostics(Record):
-    """Counts since the start."""
-
-    newest_sample_s: float
-    """Time of the newest used sample; NaN if there was none."""
-    mean_nis: float
-    """Over dimension, of the last satellites and rests; above 1 the sigmas are too small."""
-    gyro_vibration_rad_s: float
-    """Root mean square of the rate between neighbouring samples."""
-    accel_vibration_m_s2: float
-    """Of the force."""
-    used: Annotated[dict[str, int], Counted(INS_SENSORS)]
-    """Samples used, by sensor."""
-    inflated: Annotated[dict[str, int], Counted(INS_SENSORS)]
-    """Of those, with inflated noise, or left out: while the heading is not known, or as another field."""
-    late: int
-    """Samples refused: older than the committed estimate."""
-    non_finite: int
-    """Samples refused for their numbers."""
-    times_lost: int
-    """The start or the search for the heading began anew."""
-    corrections: int
-    """Jumps of the estimate."""
-    solver_rhs_evals: int
-    """Evaluations of the differential equation by the solver."""
-    solver_steps: int
-    """Steps of the solver."""
-
-
-@dataclass(frozen=True, eq=False)
-class InsHealth(Record):
-    """How the sensors do, and how often the filter had to begin anew."""
-
-    unit: Annotated[dict[str, SensorHealth], Each(("gyro", "accel"), SensorHealth)]
-    """The two parts of the inertial unit."""
-    sensor: Annotated[dict[str, SensorHealth], Each(INS_SENSORS, SensorHealth)]
-    """By sensor; imu: what its stamps show."""
-    times_lost: int
-    """The start or the search for the heading began anew."""
-    clock_jumps: int
-    """Stamps ran back: a new time base began."""
-    stamps_left_out: int
-    """Samples whose stamp lay far ahead of all others."""
-
-
 @dataclass(repr=False)
-class InsRun:
-    """Arrays of a batch run, one row for each instant; NaN before there is a tilt."""
+class InsRun(RunBase):
+    """Arrays of a run of the INS, one row for each instant; NaN before there is a tilt."""
 
     t_s: Array
     """n: the instants."""
@@ -202,6 +134,8 @@ class InsRun:
     """n: the body stands."""
     options: InsOptions | None = field(default=None, kw_only=True)
     """Those of the filter."""
+    smoothed: bool = field(default=False, kw_only=True)
+    """Every row is from all samples."""
 
     @property
     def euler_rad(self) -> Array:
@@ -216,22 +150,18 @@ class InsRun:
         heading: Array = self.euler_rad[:, 2]
         return heading
 
-    def __repr__(self) -> str:
-        n = len(self.t_s)
-        if n == 0:
-            return "<InsRun: no rows>"
+    def in_one_line(self) -> str:
+        """Rows, length, phase, last heading, what is ready."""
+        if not len(self.t_s):
+            return "no rows"
         last = np.degrees(self.heading_rad[-1]) % 360
         known = [name for name, flag in zip(READY, self.ready[-1]) if flag]
-        return (
-            f"<InsRun: {n} rows in {self.t_s[-1] - self.t_s[0]:.6g} s, {PHASES[self.phase[-1]]}, last heading {last:.1f} deg, "
-            f"ready: {', '.join(known) or 'nothing'}>"
-        )
+        return f"{self.size_in_words()}, {PHASES[self.phase[-1]]}, last heading {last:.1f} deg, ready: {', '.join(known) or 'nothing'}"
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """The run as a table of pandas, indexed by t_s: a column for each component, its unit at the end of its name."""
-        import pandas as pd
-
-        return pd.DataFrame(ins_columns(self), index=pd.Index(self.t_s, name="t_s"))
+    def columns(self) -> dict[str, np.ndarray]:
+        """Those of the table; phase as a word."""
+        columns = {name: getattr(self, array)[:, i] for array, names in _COLUMNS.items() for i, name in enumerate(names)}
+        return {**columns, "phase": np.array(PHASES)[self.phase], "at_rest": self.at_rest}
 
 
 _AXES = ("north", "east", "down")
@@ -248,12 +178,6 @@ _COLUMNS = {
     "heading_second": ("heading_second_rad", "heading_second_share"),
     "ready": tuple(f"{name}_ready" for name in READY),
 }
-
-
-def ins_columns(run: InsRun) -> dict[str, np.ndarray]:
-    """The columns of a run by name, each n long; phase as a word."""
-    columns = {name: getattr(run, array)[:, i] for array, names in _COLUMNS.items() for i, name in enumerate(names)}
-    return {**columns, "phase": np.array(PHASES)[run.phase], "at_rest": run.at_rest}
 
 
 # The arrays of an InsRun, which the library fills, and the axes of each beside its rows.

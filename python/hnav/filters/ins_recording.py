@@ -15,7 +15,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_aids import AIDS, Aids
 from hnav.filters.ins_answers import InsRun
 from hnav.filters.ins_options import InsOptions
 from hnav.io.aids import AidSamples, arrived_within
@@ -142,8 +142,9 @@ class NavigationRun:
     def counts(self) -> dict[str, int]:
         """Used samples by what they are of, inflated ones, late ones, lost alignments."""
         seen = self.ins.diagnostics()
-        inflated = {f"{name}_inflated": seen.inflated[name] for name in INS_SENSORS}
-        return {**seen.used, **inflated, "late": seen.late, "non_finite": seen.non_finite, "times_lost": seen.times_lost}
+        used, inflated = {name: seen.used[name] for name in AIDS}, {f"{name}_inflated": seen.gated[name] for name in AIDS}
+        refused = {"late": seen.late, "non_finite": seen.non_finite, "times_lost": self.ins.health().times_lost}
+        return {"imu": seen.used["gyro"], **used, **inflated, **refused}
 
 
 def run_recording(recording: Recording, options: InsOptions, every: int = 1, smooth: bool = False) -> InsRun:

@@ -25,6 +25,7 @@ import numpy.typing as npt
 from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
 from hnav.filters.observer_plan import Estimated, Input, Plan, Sensor
 from hnav.filters.plant import Asked, Plant
+from hnav.filters.run_base import RunBase
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
 from hnav.native.arrays import Array, Record, address, times
@@ -52,12 +53,14 @@ class ObserverOptions(OptionSet):
         super().__init__("observer", None, values)
 
 
+NAMED = 3  # estimates in the line of a run
+
 # --------------------------------------------------------------------------------------------- results
 
 
-@dataclass
-class ObserverRun:
-    """Arrays of a run, one row for each instant, by the names of what is estimated and of the sensors."""
+@dataclass(repr=False)
+class ObserverRun(RunBase):
+    """Arrays of a run of an observer, one row for each instant, by the names of what is estimated and of the sensors."""
 
     t_s: Array
     """The instants."""
@@ -85,6 +88,36 @@ class ObserverRun:
     """Instants for which the plant had no answer."""
     dropped_because: str
     """What was said of the first of them; "" for none."""
+    plan: Plan
+    """That of the observer."""
+
+    def in_one_line(self) -> str:
+        """Rows, length, last estimate."""
+        last = [f"{name} {self.x[name][-1]:.4g} ± {self.sigma[name][-1]:.2g}" for name in self.x] if len(self.t_s) else []
+        named = ", ".join(last[:NAMED]) + (", ..." if len(last) > NAMED else "")
+        return f"{self.size_in_words()}, last {named or 'nothing'}, {'ready' if self.ready[-1:].any() else 'not ready'}"
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Those of the table: estimates by name, sigma.NAME, innovation.SENSOR, nis.SENSOR; parts and events of a plant that has events."""
+        table = dict(self.x)
+        for prefix, rows in (("sigma", self.sigma), ("innovation", self.innovation), ("nis", self.nis)):
+            table |= {f"{prefix}.{name}": values for name, values in rows.items()}
+        events = {"parts": self.parts.astype(float), "plant_events": self.plant_events} if self.has_events else {}
+        return table | events | {"ready": self.ready.astype(float)}
+
+    def dropped_in_words(self) -> list[str]:
+        """A line about the instants that the plant had no answer for, if any."""
+        if not self.dropped:
+            return []
+        return [
+            f"{self.dropped} of {len(self.t_s)} instants were dropped, and the estimate stayed where it was; the first: {self.dropped_because}; "
+            "look at the model there, or begin nearer to the truth"
+        ]
+
+    @property
+    def has_events(self) -> bool:
+        """The plant has had some of its own, or may have."""
+        return bool((self.plant_events > 0).any() or (self.parts > 1).any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +196,19 @@ class BlockProof(Record):
     """There, by differences."""
 
 
+def contradicted(proof: Mapping[str, BlockProof], plan: Plan) -> list[str]:
+    """A sentence for each block of derivatives that differences contradict; differences are used in its place."""
+    sentences = []
+    for name, block in proof.items():
+        if not block.exact:
+            of = [*plan.sensors] if name.startswith("outputs") else [f"der({state})" for state in plan.states]
+            pair = f"d {of[block.row]} / d {plan.estimated[block.column]}"
+            sentences.append(
+                f"{name.replace('_', ' ')}: the plant says {pair} = {block.told:.6g}, differences {block.measured:.6g}; differences are used"
+            )
+    return sentences
+
+
 # --------------------------------------------------------------------------------------------- the observer
 
 
@@ -176,7 +222,7 @@ class Observer(StatefulObject):
     plants that are impossible, HnavRuntimeError for a plant without an answer at its start.
     """
 
-    KIND = "observer"
+    KIND = "filter"
 
     def __init__(self, plan: Plan, options: ObserverOptions | None = None, **values: object):
         self.plan = plan
@@ -221,9 +267,9 @@ class Observer(StatefulObject):
             raise
         asked.raise_kept()
 
-    def _call(self, name: str, *arguments: Any) -> None:
+    def _do(self, function: str, *arguments: Any) -> None:
         try:
-            super()._call(name, *arguments)
+            super()._do(function, *arguments)
         except HnavError:
             if self._asked is not None:
                 self._asked.raise_kept()
@@ -242,12 +288,12 @@ class Observer(StatefulObject):
     def push(self, sensor: str, t_s: float, value: float) -> None:
         """A sample of a sensor, in its unit. Raises HnavRuntimeError for one that is late."""
         index, known = self._index(sensor, self.plan.sensors, "sensor"), self.plan.sensors[sensor]
-        self._call("push", index, t_s, known.factor * value + known.offset)
+        self._do("hnav_observer_push", index, t_s, known.factor * value + known.offset)
 
     def push_input(self, input: str, t_s: float, value: float) -> None:
         """A known input has this value, times its factor, from t_s on."""
         index, known = self._index(input, self.plan.inputs, "input"), self.plan.inputs[input]
-        self._call("push_input", index, t_s, known.factor * value + known.offset)
+        self._do("hnav_observer_push_input", index, t_s, known.factor * value + known.offset)
 
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate there. Raises HnavRuntimeError where the plant had no answer: those samples
@@ -257,7 +303,7 @@ class Observer(StatefulObject):
     def estimate(self) -> tuple[dict[str, float], dict[str, float]]:
         """The estimate at the time of the last advance, and its standard deviations, by name."""
         x, sigma = np.empty((2, len(self.names)))
-        self._call("estimate", address(x), address(sigma))
+        self._do("hnav_observer_estimate", address(x), address(sigma))
         return dict(zip(self.names, x.tolist())), dict(zip(self.names, sigma.tolist()))
 
     def covariance(self) -> Array:
@@ -268,7 +314,7 @@ class Observer(StatefulObject):
 
     def info(self) -> ObserverInfo:
         """Where the observer stands."""
-        return ObserverInfo.read(self._filled("hnav_observer_info", "get_info"))
+        return ObserverInfo.read(self._filled_by("hnav_observer_get_info", "hnav_observer_info"))
 
     def crosses_events(self) -> bool:
         """The plant has events of its own."""
@@ -278,22 +324,14 @@ class Observer(StatefulObject):
         """What became of the derivatives that the plant offers, by block; blocks that it does not offer are left out."""
         found = {}
         for index, name in enumerate(BLOCKS):
-            struct = self._filled("hnav_observer_block_proof", "proof", index)
+            struct = self._filled_by("hnav_observer_proof", "hnav_observer_block_proof", index)
             if struct.offered:
                 found[name] = BlockProof.read(struct)
         return found
 
     def lies(self) -> list[str]:
         """A sentence for each block of derivatives that differences contradict; differences are used in its place."""
-        sentences = []
-        for name, block in self.proof().items():
-            if not block.exact:
-                of = [*self.plan.sensors] if name.startswith("outputs") else [f"der({state})" for state in self.plan.states]
-                pair = f"d {of[block.row]} / d {self.names[block.column]}"
-                sentences.append(
-                    f"{name.replace('_', ' ')}: the plant says {pair} = {block.told:.6g}, differences {block.measured:.6g}; differences are used"
-                )
-        return sentences
+        return contradicted(self.proof(), self.plan)
 
     def run(
         self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None
@@ -318,11 +356,12 @@ class Observer(StatefulObject):
             parts=address(parts), plant_events=address(events),
         )  # fmt: skip
         before = self.info().dropped
-        self._call("run", n, given, wanted, ffi.NULL)
+        self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
         dropped = self.info().dropped - before
         if self._asked is not None:
             self._asked.raise_kept()
         return ObserverRun(
+            plan=plan,
             t_s=t,
             x=dict(zip(self.names, x.T)),
             sigma=dict(zip(self.names, sigma.T)),
@@ -335,7 +374,7 @@ class Observer(StatefulObject):
             plant_events=events,
             proof=self.proof(),
             dropped=dropped,
-            dropped_because=text(library().hnav_observer_message(self._handle)) if dropped else "",
+            dropped_because=text(library().hnav_filter_message(self._handle)) if dropped else "",
         )
 
     def export(

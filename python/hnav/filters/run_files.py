@@ -19,7 +19,8 @@ import numpy as np
 
 from hnav import __version__
 from hnav.errors import HnavValueError
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run
+from hnav.filters.attitude_answers import Run
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 from hnav.native.options import PresetOptions

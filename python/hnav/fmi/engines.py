@@ -6,20 +6,18 @@ tolerance.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 
 import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.filters.attitude import Filter
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES, Run, empty_run
+from hnav.filters import attitude_recording
 from hnav.filters.attitude_options import FILTERS, Options
-from hnav.fmi.results import Progress, Result
+from hnav.filters.attitude_recording import Progress
+from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
-CHUNK = 20000  # rows that the library runs between two reports of progress
 
 
 def run_recording(
@@ -31,10 +29,9 @@ def run_recording(
     step_s: float | None = None,
     progress: Progress | None = None,
     smooth: bool = False,
-    gates: bool = False,
 ) -> Result:
     """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
-    smooth: with hindsight, by the AHRS in C. gates: fill Result.accepted; FMUs always do, smoothing and late fields never.
+    smooth: with hindsight, by the AHRS in C. Smoothing and late fields leave Result.accepted out.
 
     Raises HnavError for impossible settings and engines.
     """
@@ -44,13 +41,8 @@ def run_recording(
         from hnav.fmi.fmu_run import run_fmu  # fmpy takes a while to load
 
         return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
-    options = Options(filter, preset, **settings)
-    if recording.field_t_s is None:
-        return _run_library(recording, options, progress, smooth, gates)
-    if smooth:
-        # With hindsight it is known which row a late field belongs to.
-        return _run_library(recording.in_order_of_measurement(), options, progress, smooth, gates)
-    return _run_by_arrival(recording, options, progress)
+    ran = attitude_recording.run_recording(recording, Options(filter, preset, **settings), progress, smooth)
+    return Result(**vars(ran.run), engine="c", us_per_sample=ran.us_per_sample, counts=ran.counts)
 
 
 def _check(recording: Recording, filter: str, engine: str, step_s: float | None, smooth: bool) -> None:
@@ -66,110 +58,3 @@ def _check(recording: Recording, filter: str, engine: str, step_s: float | None,
         raise HnavRuntimeError("unsupported", f"engine = {engine}: smoothing needs engine c, for an FMU sees no future", "engine")
     if recording.field_t_s is not None and engine != "c":
         raise HnavRuntimeError("unsupported", f"engine = {engine}: late samples need engine c", "engine")
-
-
-class LibraryRun:
-    """A filter of the library and a recording that comes in pieces.
-
-    gates: fill Run.accepted of each piece. Raises HnavError for impossible options.
-    """
-
-    def __init__(self, options: Options, gates: bool = False):
-        self.options, self._seconds, self._rows = options, 0.0, 0
-        self._filter, self._watched = Filter(options), Filter(options) if gates else None
-
-    def go_on(self, recording: Recording, rows: slice = slice(None), smooth: bool = False) -> Run:
-        """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
-        t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
-        field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
-        begin = time.perf_counter()
-        run = (self._filter.smooth if smooth else self._filter.run)(t_s, rate, force, field)
-        self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)
-        if self._watched is not None and not smooth:
-            # To watch the gates takes longer than the filter, whose time is wanted too.
-            run.accepted = self._watched.run(t_s, rate, force, field, only=("accel_nis", "mag_nis"), gates=True).accepted
-        run.options = self.options
-        return run
-
-    @property
-    def us_per_sample(self) -> float:
-        return 1e6 * self._seconds / self._rows
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Used, gated, late, ... by name."""
-        return _counts(self._filter)
-
-
-def _run_library(recording: Recording, options: Options, progress: Progress | None, smooth: bool, gates: bool) -> Result:
-    library, n = LibraryRun(options, gates), len(recording.t_s)
-    chunk = n if smooth or progress is None else CHUNK
-    parts: list[Run] = []
-    for i in range(0, n, chunk):
-        parts.append(library.go_on(recording, slice(i, i + chunk), smooth))
-        if progress:
-            progress(min(i + chunk, n), n)
-    arrays = {
-        name: np.concatenate([vars(p)[name] for p in parts]) for name, a in vars(parts[0]).items() if isinstance(a, np.ndarray)
-    }
-    return Result(**arrays, options=options, engine="c", us_per_sample=library.us_per_sample, counts=library.counts)
-
-
-def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Result:
-    """Each sample pushed when it arrives, with the time of its measurement; the filter waits for late ones."""
-    field, measured_s = recording.needed("field_b_tesla"), recording.needed("field_t_s")
-    _wait_for_late(options, recording.t_s, measured_s)
-    attitude_filter = Filter(options)
-    n = len(recording.t_s)
-    run = empty_run(recording.t_s)
-    samples = (recording.rate_b_rad_s, recording.force_b_m_s2, field)
-    seen = np.stack([np.isfinite(values).all(axis=1) for values in samples], axis=1)
-    started = False
-    begin = time.perf_counter()
-    for i, t_s in enumerate(recording.t_s.tolist()):
-        if seen[i, 0]:
-            attitude_filter.push_gyro(t_s, recording.rate_b_rad_s[i])
-        if seen[i, 1]:
-            attitude_filter.push_accel(t_s, recording.force_b_m_s2[i])
-        if seen[i, 2]:
-            attitude_filter.push_mag(measured_s[i], field[i])
-        attitude_filter.advance(t_s)
-        sensors = attitude_filter.health().sensor
-        run.health[i] = [SENSOR_STATES.index(sensors[name].state) for name in HEALTH_SENSORS]
-        started = started or attitude_filter.diagnostics().started
-        if started:
-            _note(attitude_filter, run, i)
-        if progress and (i % 1000 == 999 or i == n - 1):
-            progress(i + 1, n)
-    seconds = time.perf_counter() - begin
-    return Result(
-        **(vars(run) | {"options": options}), engine="c", us_per_sample=1e6 * seconds / n, counts=_counts(attitude_filter)
-    )
-
-
-def _wait_for_late(options: Options, t_s: np.ndarray, measured_s: np.ndarray) -> None:
-    """A horizon, and a queue, that the longest delay of a field asks for."""
-    delay_s = float(np.nanmax(t_s - measured_s, initial=0.0))
-    interval_s = float(np.median(np.diff(t_s)))
-    if options.horizon_s < delay_s:
-        # A row more than the longest delay, for rounding.
-        options.horizon_s = delay_s + interval_s
-        options.queue_capacity = max(options.queue_capacity, 2 * int(np.ceil(options.horizon_s / interval_s)) + 8)
-
-
-def _note(attitude_filter: Filter, run: Run, i: int) -> None:
-    """The look-ahead of now into row i; NIS stay empty, for they belong to samples that may be corrected later."""
-    attitude = attitude_filter.attitude()
-    run.q_nb[i], run.euler_rad[i], run.sigma_rad[i] = attitude.q_nb, attitude.euler_rad, attitude.sigma_rad
-    run.ready[i] = attitude.tilt_ready, attitude.heading_ready
-    run.gyro_bias_rad_s[i], run.gyro_bias_sigma_rad_s[i] = attitude_filter.gyro_bias()
-
-
-def _counts(attitude_filter: Filter) -> dict[str, int]:
-    seen = attitude_filter.diagnostics()
-    counts = {f"{sensor}_used": used for sensor, used in seen.used.items()}
-    counts |= {f"{sensor}_gated": gated for sensor, gated in seen.gated.items()}
-    for name in ("late", "non_finite", "zero", "corrections", "gamma_raised", "covariance_repaired"):
-        counts[name] = getattr(seen, name)
-    counts["rhs_evals"] = seen.solver_rhs_evals
-    return counts

@@ -14,11 +14,13 @@ from typing import Protocol
 
 import numpy as np
 
-from hnav.filters.attitude_answers import HEALTH_SENSORS, empty_run
+from hnav.filters.attitude_answers import empty_run
 from hnav.filters.attitude_options import Options, option_table
+from hnav.filters.attitude_recording import Progress
+from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
-from hnav.fmi.results import Progress, Result
+from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 from hnav.rotations import euler_rad
 

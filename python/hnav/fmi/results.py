@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from hnav.filters.attitude_answers import Run
-
-Progress = Callable[[int, int], None]  # rows done, rows in all
 
 
 @dataclass(repr=False)

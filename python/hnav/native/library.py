@@ -139,15 +139,23 @@ class LibraryObject:
 
     def _call(self, name: str, *arguments: Any) -> None:
         """hnav_KIND_name(object, arguments). Raises HnavError with the object's message."""
+        self._do(f"hnav_{self.KIND}_{name}", *arguments)
+
+    def _do(self, function: str, *arguments: Any) -> None:
+        """The same for a function by its whole name."""
         lib = library()
-        status = getattr(lib, f"hnav_{self.KIND}_{name}")(self._handle, *arguments)
+        status = getattr(lib, function)(self._handle, *arguments)
         if status:
             raise failure(status, getattr(lib, f"hnav_{self.KIND}_message")(self._handle))
 
     def _filled(self, kind: str, name: str, *arguments: Any) -> Any:
         """A new struct of this kind that hnav_KIND_name(object, arguments, struct) has filled."""
+        return self._filled_by(f"hnav_{self.KIND}_{name}", kind, *arguments)
+
+    def _filled_by(self, function: str, kind: str, *arguments: Any) -> Any:
+        """The same for a function by its whole name."""
         struct = new(kind)
-        self._call(name, *arguments, struct)
+        self._do(function, *arguments, struct)
         return struct
 
 

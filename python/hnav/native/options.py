@@ -103,16 +103,15 @@ def _flat(value: Any) -> Iterator[Any]:
 
 @cache
 def option_rows(options: str) -> Mapping[str, OptionInfo]:
-    """The options of a list by name, in the library's order; options: the C name, "ahrs" for hnav_ahrs_option."""
+    """The options of a list by name, in the library's order; options: the list's name for hnav_option."""
     return {info.name: info for info in map(_info, _c_rows(options).values())}
 
 
 @cache
 def _c_rows(options: str) -> Mapping[str, Any]:
     """The rows of the library, by the names of attributes."""
-    row_of = getattr(library(), f"hnav_{options}_option")
-    rows: dict[str, Any] = {}
-    while row := row_of(len(rows)):
+    name, rows = options.encode(), dict[str, Any]()
+    while row := library().hnav_option(name, len(rows)):
         rows[text(row.name).replace(".", "_")] = row
     return rows
 

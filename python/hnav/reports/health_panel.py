@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from hnav.filters.attitude_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings, spells
 from hnav.reports.colours import STATE_COLOURS
 from hnav.reports.panels import blocks, panel

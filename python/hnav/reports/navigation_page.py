@@ -19,20 +19,19 @@ from hnav.reports.recording_view import began
 
 
 def write_navigation_report(
-    run: InsRun, file: str | Path, recording: Recording | None = None, doubts: Sequence[str] = (), smoothed: bool = False
+    run: InsRun, file: str | Path, recording: Recording | None = None, doubts: Sequence[str] = ()
 ) -> list[str]:
     """Writes one HTML page that needs no network, and returns the names of its panels. Needs Plotly. Raises HnavError if it cannot
     be written.
 
-    recording: what the run was made of; the page then shows its satellites too. doubts: what stands at the head. smoothed: the run
-    knows all samples in every row.
+    recording: what the run was made of; the page then shows its satellites too. doubts: what stands at the head.
     """
     seen: Any = view(run, recording)
     panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]
     name = recording.name if recording is not None else "navigation"
     about = {
         "filter": "ins", "preset": run.options.preset if run.options else "", "begins": began(float(run.t_s[0])) if len(run.t_s) else "",
-        "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s", "rows": str(len(run.t_s)), "hindsight": "every row from all samples" if smoothed else "",
+        "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s", "rows": str(len(run.t_s)), "hindsight": "every row from all samples" if run.smoothed else "",
         "hnav": __version__,
     }  # fmt: skip
     head = heading_of(name, {key: value for key, value in about.items() if value}, doubts)

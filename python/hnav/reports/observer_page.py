@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.observer import ObserverRun
-from hnav.filters.observer_findings import Finding, moment
+from hnav.filters.observer import ObserverRun, contradicted
+from hnav.filters.observer_findings import Finding, findings, moment
+from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, GREEN, INK, ORANGE, VERMILION
@@ -43,18 +44,27 @@ class View:
         return f"{name} / {self.units[name]}" if self.units.get(name) else name
 
 
-def write_observer_report(
-    run: ObserverRun, file: Path, title: str, units: dict[str, str], sensors: dict[str, float], doubts: list[str],
-    found: list[Finding],
-) -> None:  # fmt: skip
-    """Writes one HTML page that needs no network. Raises HnavError if it cannot be written.
+def report_observer(run: ObserverRun, file: str | Path, samples: str = "", found: list[Finding] | None = None) -> None:
+    """Writes one HTML page that needs no network. Needs Plotly. Raises HnavError if it cannot be written.
 
-    units: of estimates and sensors, by name; sensors: their sigmas; doubts: what stands in warning at the head;
-    found: intervals that stand out.
+    samples: what they are called in the title; found: intervals that stand out, None: those of the run.
     """
-    seen: Any = View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sensors, found)
+    seen: Any = view(run, findings(run, run.plan) if found is None else found)
     panels = [panel for panel in PANELS if panel.applies(seen)]
-    write_files({file: document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
+    model = run.plan.plant.name if isinstance(run.plan.plant, ModelDescription) else "observer"
+    title = f"{model} · {samples}" if samples else model
+    doubts = contradicted(run.proof, run.plan) + run.dropped_in_words()
+    write_files({Path(file): document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
+
+
+def view(run: ObserverRun, found: list[Finding]) -> View:
+    """The run as the panels want it."""
+    plan = run.plan
+    fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
+    variables = {name: name for name in run.x} | {name: sensor.of for name, sensor in plan.sensors.items()}
+    units = {name: fmu.variables[of].unit for name, of in variables.items()} if fmu is not None else {}
+    sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
+    return View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sigmas, found)
 
 
 def _header(seen: View, title: str, doubts: list[str]) -> str:

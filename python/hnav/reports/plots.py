@@ -20,7 +20,7 @@ from matplotlib.figure import Figure as Figure
 from matplotlib.ticker import FuncFormatter
 
 from hnav.errors import HnavValueError
-from hnav.filters.attitude_answers import HEALTH_SENSORS
+from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.health import findings, spells
 from hnav.io.outputs import write_files
 from hnav.reports.angles import euler_deg, near_turn

@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.attitude_answers import Run
 from hnav.filters.run_summary import rows, summary
 from hnav.io.outputs import write_files
-from hnav.io.recordings import Recording
 from hnav.reports.page import PANELS, document, figures_as_text, heading_of
-from hnav.reports.recording_run import RecordingRun, recording_run
+from hnav.reports.recording_run import RecordingRun
 from hnav.reports.recording_view import began, rates, view
 from hnav.reports.strength_panel import strength_panel
 from hnav.systems.run_views import estimates
@@ -23,18 +21,9 @@ from hnav.systems.run_views import figures as errors
 SHOWN = ("body", "attitude", "error", "states", "bias", "strength", "nis", "health", "field")
 
 
-def report_run(run: Run, path: str | Path, recording: Recording | None = None) -> None:
-    """Writes one HTML page about a run that needs no network. Needs Plotly. Raises HnavError if it cannot be written.
-
-    recording: what the run was made of; the page then shows its field, its rates, its reference attitude and what is not
-    plausible in it too.
-    """
-    findings = [str(finding) for finding in recording.check()] if recording is not None else []
-    write_recording_report(recording_run(run, recording, findings), Path(path))
-
-
 def write_recording_report(run: RecordingRun, file: Path) -> list[str]:
-    """The same for a run that is beside its recording already. Returns the names of the panels."""
+    """Writes one HTML page about an attitude filter's run beside its recording, which needs no network. Returns the names of its
+    panels."""
     seen = view(run)
     panels = {panel.name: panel for panel in (*PANELS, strength_panel)}
     shown = [panels[name] for name in SHOWN if panels[name].applies(seen)]

@@ -6,20 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hnav.filters.attitude_answers import Run
 from hnav.filters.health import findings
-from hnav.io.recordings import Recording
 from hnav.reports import plots
-from hnav.reports.recording_run import RecordingRun, compare, recording_run, tilt_sigma_deg
-
-
-def plot_run(run: Run, recording: Recording | None = None) -> plots.Figure:
-    """Attitude, sigma, innovations and bias of a run over time in s, as a figure of Matplotlib.
-
-    recording: what the run was made of; differences to its reference attitude are drawn, if it has one. Raises HnavError when
-    it has other rows.
-    """
-    return draw_recordings([recording_run(run, recording)])
+from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
 
 
 def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:

@@ -11,7 +11,7 @@ import datetime
 import numpy as np
 
 from hnav import __version__
-from hnav.filters.attitude_answers import HEALTH_SENSORS
+from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.run_summary import NIS_DIMENSIONS
 from hnav.reports.recording_run import RecordingRun
 from hnav.rotations import quaternion_product

@@ -23,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hnav.errors import HnavError
+from hnav.filters.attitude_recording import Progress
 from hnav.fmi.fmus import Fmu, KeptFmus
 from hnav.fmi.points import check_points
-from hnav.fmi.results import Progress
 from hnav.io.outputs import OutputError
 from hnav.systems.structure import Component, Connection, System, refuse
 

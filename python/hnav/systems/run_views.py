@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hnav.filters.attitude_answers import HEALTH_SENSORS
+from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.rotations import rotation_error_rad
 from hnav.systems.results import Run
 from hnav.systems.statistics import finite_mean

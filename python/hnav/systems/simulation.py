@@ -19,8 +19,8 @@ from typing import Any, Self
 import h5py
 
 from hnav import __version__
+from hnav.filters.attitude_recording import Progress
 from hnav.fmi.fmus import KeptFmus
-from hnav.fmi.results import Progress
 from hnav.io.json_file import read_json
 from hnav.io.outputs import write_files
 from hnav.systems.master import RECORDED, Record, run_system

@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from hnav.filters.ins import Ins
-from hnav.filters.ins_aids import INS_SENSORS
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
+from hnav.native.library import SENSORS
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
 from studies.ins.vehicles import OUTLIERS, Samples, Truth, fixes, starts_of, vehicle
@@ -55,7 +55,7 @@ class Outcome:
 
 def _moved(samples: Samples, hit: BoolArray, north_m: Array | float) -> Samples:
     valid, _, sensor, value = samples.aids.arrays()
-    rows = hit & (sensor == INS_SENSORS.index("position"))
+    rows = hit & (sensor == SENSORS.index("position"))
     value[rows, 0] += (np.broadcast_to(north_m, hit.shape) / 6.37e6)[rows]
     return replace(samples, aids=fixes(valid, sensor, value))
 
@@ -101,7 +101,7 @@ def _judged(kind: str, name: str, seed: int) -> Outcome:
     spoilt = fault.of(samples, (samples.t_s > begin) & (samples.t_s <= end), (valid > begin) & (valid <= end))
     ins = Ins("industrial", solver="closed_form")
     run = ins.run(spoilt.t_s, spoilt.rate_b_rad_s, spoilt.force_b_m_s2, spoilt.aids, EVERY)
-    gated = ins.diagnostics().inflated["position"] > 3 * OUTLIERS * len(valid) / 2
+    gated = ins.diagnostics().gated["position"] > 3 * OUTLIERS * len(valid) / 2
     return _outcome(kind, name, run, truth, begin, end, gated)
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from hnav.filters.ins_aids import INS_SENSORS, Aids
+from hnav.filters.ins_aids import Aids
 from hnav.filters.ins_options import InsOptions
 from hnav.native.arrays import Array
+from hnav.native.library import SENSORS
 from hnav.reference import earth
 from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
@@ -193,7 +194,7 @@ def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver)
 def fixes(valid_s: Array, sensor: np.ndarray, value: Array, received_s: Array | None = None) -> Aids:
     """The velocities and positions among what Aids.arrays tells, as aids again; received_s: None for at once."""
     received_s = valid_s if received_s is None else received_s
-    velocity, position = (sensor == INS_SENSORS.index(kind) for kind in ("velocity", "position"))
+    velocity, position = (sensor == SENSORS.index(kind) for kind in ("velocity", "position"))
     aids = Aids().velocity(valid_s[velocity], value[velocity, :3], value[velocity, 3:], received_s[velocity])
     place = value[position, :3]
     return aids.position(valid_s[position], place[:, 0], place[:, 1], place[:, 2], value[position, 3:], received_s[position])

@@ -35,7 +35,7 @@ int fail(const char* what) {
 
 } // namespace
 
-extern "C" __attribute__((noinline)) hnav_status timed_run(hnav_ins* ins, std::size_t n, const hnav_ins_run_input& input,
+extern "C" __attribute__((noinline)) hnav_status timed_run(hnav_filter* ins, std::size_t n, const hnav_ins_run_input& input,
                                                            const hnav_ins_run_output& output) {
     return hnav_ins_run(ins, n, &input, &output, nullptr);
 }
@@ -72,18 +72,18 @@ int main(int argc, char** argv) {
 
     hnav_ins_options options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
     options.solver = std::atoi(argv[4]);
-    hnav_ins* ins = nullptr;
+    hnav_filter* ins = nullptr;
     if (hnav_ins_create(&ins, &options, nullptr, 0) != HNAV_OK) return fail("no filter with such options");
     for (int i = 0; i < std::atoi(argv[6]); ++i) {
-        hnav_ins_reset(ins);
+        hnav_filter_reset(ins);
         const double start = cpu_s();
         const hnav_status status = timed_run(ins, n, input, output);
         std::printf("%.1f\n", 1e9 * (cpu_s() - start) / double(n));
-        if (status != HNAV_OK) return fail(hnav_ins_message(ins));
+        if (status != HNAV_OK) return fail(hnav_filter_message(ins));
     }
     auto end = hnav_sized<hnav_navigation>();
     hnav_ins_navigation(ins, &end);
     if (end.phase != HNAV_INS_PHASE_NAVIGATING) return fail("it does not navigate at the end");
-    hnav_ins_destroy(ins);
+    hnav_filter_destroy(ins);
     return 0;
 }

@@ -49,7 +49,7 @@ constexpr int samples = 200;
 constexpr double behind = 0.1; // of an interval
 
 struct Case {
-    hnav_observer* observer = nullptr;
+    hnav_filter* observer = nullptr;
     const bool bounces, ball;
     const double interval_s, start;
 
@@ -105,7 +105,7 @@ extern "C" __attribute__((noinline)) void timed_run(const Case& of) {
     for (int k = 1; k <= samples; ++k) {
         const double t_s = of.interval_s * (k + behind);
         hnav_observer_push(of.observer, 0, t_s, of.sample(t_s));
-        hnav_observer_commit(of.observer, t_s);
+        hnav_filter_commit(of.observer, t_s);
     }
 }
 
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
         if (argc != 3) throw std::runtime_error("CASE RUNS");
         const Case of(argv[1]);
         for (int run = 0; run < std::atoi(argv[2]); ++run) {
-            hnav_observer_reset(of.observer);
+            hnav_filter_reset(of.observer);
             const double start_s = cpu_s();
             timed_run(of);
             std::printf("%.1f\n", 1e9 * (cpu_s() - start_s) / samples);

@@ -1,7 +1,7 @@
 /* Our filters; -DCREATE=ahrs or hrekf. */
 #include "contender.h"
 
-#include <hnav/attitude.h>
+#include <hnav/ahrs.h>
 
 #define JOINED(a, b, c) a##b##c
 #define CALL_OF(filter, name) JOINED(hnav_, filter, name)

@@ -1,12 +1,11 @@
-// The object behind hnav_filter: one class over Filter<Model> serves every attitude model. It turns the user's frames
+// The attitude filters behind hnav_filter: one class over Filter<Model> serves every attitude model. It turns the user's frames
 // into the model's and back; the mathematics is the model's, the time is the filter's. The small build has its calls in part.
 #pragma once
 
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/frames.hpp"
-#include "base/small.hpp"
+#include "c_api/filter_object.hpp"
 #include "c_api/health.hpp"
-#include "c_api/message.hpp"
 #include "c_api/shown_along.hpp"
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
@@ -14,9 +13,13 @@
 
 namespace hnav {
 
-// What the C functions need of a filter, whatever its model.
-struct EveryFilter : KeptMessage<256> {
+// What the calls of attitude filters need, whatever the model. Those of every filter are answered in attitude.cpp.
+struct EveryAttitude : hnav_filter {
+    static constexpr Product of_product = Product::attitude;
+    static constexpr const char* whom = "AHRS and HREKF";
     enum class At { shown, newest }; // the time of the last advance; just after the newest used event
+
+    EveryAttitude() : hnav_filter(Product::attitude) {}
 
     Frames frames;
     int sensors = 0; // that the model takes
@@ -24,18 +27,21 @@ struct EveryFilter : KeptMessage<256> {
     bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
     bool in_callers_memory = false;
 
-    virtual void destroy() = 0;
-    virtual void reset() = 0;
+    hnav_status take(int sensor, double t_s, const double* value) final;
+    hnav_status take_imu(double t_s, const double* rate, const double* force) final;
+    hnav_status attitude(hnav_attitude* out) const final;
+    hnav_status rate(double* rate_b) const final;
+    hnav_status gyro_bias(double* bias_b, double* sigma) const final;
+    hnav_status covariance(double* P) const final;
+    hnav_status innovation(int sensor, hnav_innovation* out) const final;
+
     virtual void realign() = 0;
 
     virtual Outcome push(const AttitudeSample& sample) = 0;
     virtual bool has_room(int count) const = 0;
     virtual void refuse_non_finite() = 0;
     virtual void refuse_zero() = 0;
-    virtual Outcome advance(double t_s) = 0;
-    virtual Outcome commit(double t_s) = 0;
 
-    virtual double now_s() const = 0;
     virtual double newest_s() const = 0;
     virtual double stamp_of(double time_s) const = 0;
     virtual double late_limit_s() const = 0;
@@ -43,19 +49,17 @@ struct EveryFilter : KeptMessage<256> {
     virtual Vector3 rotation_variances(At) const = 0; // about the user's navigation axes
     virtual Vector3 bias_variances(At) const = 0;
     virtual ErrorCovariance error_covariance() const = 0;
-    virtual const InnovationOf<Scalar>& innovation(int channel) const = 0;
+    virtual const InnovationOf<Scalar>& last_innovation(int channel) const = 0;
     virtual FieldEstimate field_estimate() const = 0;
     virtual void gyro_calibration(double* S, double* sigma) const = 0;
-    virtual void diagnostics(hnav_diagnostics* out) const = 0;
     virtual hnav_sensor_health sensor_health(int channel) const = 0;
-    virtual void health(hnav_health* out) const = 0;
 
 protected:
-    ~EveryFilter() = default; // not destroyed through the base: see destroy()
+    ~EveryAttitude() = default; // not destroyed through the base: see destroy()
 };
 
-// What the small build leaves out: whole recordings, saved states, and an integrator of the caller's.
-struct WholeFilter : EveryFilter {
+// What the small build leaves out: whole recordings, and an integrator of the caller's.
+struct WholeAttitude : EveryAttitude {
     // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
     virtual bool turns_back() const = 0;
     virtual void turn_back(double t_s) = 0;
@@ -68,44 +72,22 @@ struct WholeFilter : EveryFilter {
     virtual double newest_time_s() const = 0; // as newest_s, but never runs back
     // Parts of the estimate.
     virtual bool started(At) const = 0;
-    virtual Quaternion attitude(At) const = 0;
+    virtual Quaternion q_bn(At) const = 0;
     virtual Matrix3 rotation_covariance(At) const = 0; // about the internal navigation axes
 
-    virtual std::size_t state_size() const = 0;
-    virtual void save(void* buffer) const = 0;
-    virtual LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
-    virtual std::size_t snapshot_size() const = 0;
-    virtual void take_snapshot(void* buffer) const = 0;
-    virtual bool restore_snapshot(const void* buffer, std::size_t bytes) = 0;
-
-    virtual int nx() const = 0;
-    virtual void get_x(double* x) const = 0;
-    virtual void nominal_x(double* x) const = 0;
-    virtual void derivative(const double* x, double* dx) const = 0;
-    virtual void derivative_along(const double* x, const double* direction, double* out) const = 0;
-    virtual double next_event_s() const = 0;
-    virtual Outcome jump(double t_s, const double* x_minus, double* x_plus) = 0;
-    virtual void show(double t_s, const double* x) = 0;
     virtual ShownAlong shown_along(const double* seed) const = 0; // of what is shown now
 
 protected:
-    ~WholeFilter() = default;
+    ~WholeAttitude() = default;
 };
 
-} // namespace hnav
-
-struct hnav_filter : std::conditional_t<hnav::small_build, hnav::EveryFilter, hnav::WholeFilter> {
-protected:
-    ~hnav_filter() = default;
-};
-
-namespace hnav {
+using AttitudeObject = std::conditional_t<small_build, EveryAttitude, WholeAttitude>;
 
 // The calls of every build.
 template <class Model>
-class SmallAttitudeFilter : public hnav_filter {
+class SmallAttitudeFilter : public AttitudeObject {
 public:
-    using At = EveryFilter::At;
+    using At = EveryAttitude::At;
     using State = typename Model::State;
     using FilterOfModel = Filter<Model>;
 
@@ -154,7 +136,7 @@ public:
         C.diagonal().head<3>().array() += silence_variance();
         return C;
     }
-    const InnovationOf<Scalar>& innovation(int channel) const override { return filter_.newest().innovation[channel]; }
+    const InnovationOf<Scalar>& last_innovation(int channel) const override { return filter_.newest().innovation[channel]; }
 
     FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
     void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter_.newest(), S, sigma); }
@@ -180,6 +162,7 @@ public:
         out->started = s.started != 0;
         out->waiting = filter_.waiting();
         out->decay_rate_1_s = model().decay_rate(s);
+        out->mean_nis = out->gyro_vibration_rad_s = out->accel_vibration_m_s2 = nan;
     }
 
     hnav_sensor_health sensor_health(int channel) const override {
@@ -192,6 +175,7 @@ public:
     void health(hnav_health* out) const override {
         const State& s = filter_.newest();
         for (int c = 0; c < channel_count; ++c) out->sensor[c] = SmallAttitudeFilter::sensor_health(c);
+        for (int c = channel_count; c < HNAV_SENSOR_COUNT; ++c) out->sensor[c] = sensor_without_samples();
         out->times_lost = s.times_lost;
         out->lost = s.lost != 0;
         out->clock_jumps = filter_.stamps().jumps();
@@ -236,7 +220,7 @@ public:
     Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
     double newest_time_s() const override { return filter_.newest_time_s(); }
     bool started(At at) const override { return state(at).started != 0; }
-    Quaternion attitude(At at) const override { return model().attitude(state(at)); }
+    Quaternion q_bn(At at) const override { return model().attitude(state(at)); }
     Matrix3 rotation_covariance(At at) const override { return this->rotation_covariance_at(at); }
 
     std::size_t state_size() const override { return filter_.state_size(); }
@@ -249,9 +233,17 @@ public:
     int nx() const override { return Model::nx; }
     void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
     void nominal_x(double* x) const override { model().nominal(filter_.newest(), x); }
-    void derivative(const double* x, double* dx) const override { filter_.derivative(x, dx); }
-    void derivative_along(const double* x, const double* direction, double* out) const override {
+    int quaternion_at() const override { return 0; } // every model has it in front
+    hnav_status derivative(const double* x, double* dx) const override {
+        filter_.derivative(x, dx);
+        return HNAV_OK;
+    }
+    hnav_status derivative_along(const double* x, const double* direction, double* out) const override {
         model().flow_along(filter_.newest(), x, direction, out);
+        return HNAV_OK;
+    }
+    const char* cannot_jump() const override {
+        return this->causal_only ? "gyro_hold = backward: an integrator outside cannot know the rate before its sample" : nullptr;
     }
     double next_event_s() const override { return filter_.next_event_s(); }
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override { return filter_.jump(t_s, x_minus, x_plus); }

@@ -1,7 +1,8 @@
 // Derivatives of what a filter shows, in the user's frames.
-#include "c_api/boundary.hpp"
+#include "c_api/attitude_boundary.hpp"
 #include "c_api/sized.hpp"
 
+using hnav::AttitudeObject;
 using hnav::hand_out;
 using hnav::Quaternion;
 using hnav::ShownAlong;
@@ -15,7 +16,7 @@ void store_sigma(const Vector3& variance, const Vector3& along, const double* si
     for (int i = 0; i < 3; ++i) out[i] = (variance[i] < 0 ? -along[i] : along[i]) / (2 * sigma[i]);
 }
 
-void store_bias(const hnav_filter* filter, const ShownAlong& along, hnav_shown_along* result) {
+void store_bias(const AttitudeObject* filter, const ShownAlong& along, hnav_shown_along* result) {
     double sigma[3];
     bias_sigma(filter, At::shown, sigma);
     store(along.rate, result->rate_b_rad_s);
@@ -23,7 +24,7 @@ void store_bias(const hnav_filter* filter, const ShownAlong& along, hnav_shown_a
     store_sigma(filter->bias_variances(At::shown), along.bias_variance, sigma, result->gyro_bias_sigma_rad_s);
 }
 
-void store_attitude(const hnav_filter* filter, const ShownAlong& along, hnav_shown_along* result) {
+void store_attitude(const AttitudeObject* filter, const ShownAlong& along, hnav_shown_along* result) {
     const Quaternion internal = filter->estimate(At::shown).q_bn;
     const Quaternion q = filter->frames.to_user(internal), dq = filter->frames.to_user(along.q);
     store(dq, result->q_nb);
@@ -47,12 +48,13 @@ void store_attitude(const hnav_filter* filter, const ShownAlong& along, hnav_sho
 extern "C" {
 
 hnav_status hnav_filter_shown_along(const hnav_filter* filter, const double* seed, hnav_shown_along* along) {
-    REQUIRE_STRUCT(filter, along, hnav_shown_along);
-    REQUIRE(filter, seed);
-    const ShownAlong model = filter->shown_along(seed);
+    REQUIRE_OBJECT(const AttitudeObject, object, filter);
+    REQUIRE_STRUCT(object, along, hnav_shown_along);
+    REQUIRE(object, seed);
+    const ShownAlong model = object->shown_along(seed);
     hnav_shown_along result{};
-    store_bias(filter, model, &result);
-    if (filter->estimate(At::shown).started) store_attitude(filter, model, &result);
+    store_bias(object, model, &result);
+    if (object->estimate(At::shown).started) store_attitude(object, model, &result);
     else
         for (int i = 0; i < 3; ++i) result.covariance[7 * (i + 3)] = model.bias_variance[i];
     hand_out(result, along);

@@ -1,7 +1,7 @@
 // Whole recordings: arrays in, arrays out; forward as the samples came, or smoothed with the benefit of hindsight.
 #include "attitude/common/smoother.hpp"
 #include "base/memory.hpp"
-#include "c_api/boundary.hpp"
+#include "c_api/attitude_boundary.hpp"
 #include "c_api/sized.hpp"
 
 using namespace hnav;
@@ -14,7 +14,7 @@ bool is_missing(const double* v) { return !v || (std::isnan(v[0]) && std::isnan(
 
 // One row of a batch, whose time has been looked at: NaN in all three components is a missing sample. What push refuses for
 // its value is counted there, and the recording goes on without it, as a stream does.
-hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channel) {
+hnav_status push_row(AttitudeObject* f, double t_s, const double* value, int channel) {
     if (is_missing(value)) return HNAV_OK;
     const hnav_status status = push_vector(f, t_s, value, channel);
     const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR || status == HNAV_ERROR_OUT_OF_RANGE;
@@ -22,7 +22,7 @@ hnav_status push_row(hnav_filter* f, double t_s, const double* value, int channe
 }
 
 // A row of sound samples, as almost every one is. False: nothing was taken.
-bool push_whole_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
+bool push_whole_row(AttitudeObject* f, double t_s, const double* rate, const double* force, const double* field) {
     AttitudeEvent event;
     event.t_s = clock_time(t_s);
     event.present = 0;
@@ -45,8 +45,8 @@ bool push_whole_row(hnav_filter* f, double t_s, const double* rate, const double
 }
 
 // Of a correction in this row.
-double nis_after(const hnav_filter* f, int channel, double before_s) {
-    const Innovation& i = f->innovation(channel);
+double nis_after(const AttitudeObject* f, int channel, double before_s) {
+    const Innovation& i = f->last_innovation(channel);
     return i.t_s > before_s ? i.nis : hnav::nan;
 }
 
@@ -56,10 +56,16 @@ void write_nothing_known(const hnav_run_output& out, size_t i) {
     if (out.q_nb) store(Quaternion(Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
 }
 
+// Whether a sample of this row corrected with the noise that was parametrised.
+std::uint8_t accepted_after(const AttitudeObject* f, int channel, double before_s) {
+    const Innovation& i = f->last_innovation(channel);
+    return i.t_s > before_s && !(i.noise_scale > 1);
+}
+
 // Nothing is computed that is not asked for.
-void write_estimate(const hnav_filter* f, const hnav_run_output& out, size_t i) {
+void write_estimate(const AttitudeObject* f, const hnav_run_output& out, size_t i) {
     if (out.q_nb || out.euler_rad) {
-        const Quaternion q = f->frames.to_user(f->attitude(At::shown));
+        const Quaternion q = f->frames.to_user(f->q_bn(At::shown));
         if (out.q_nb) store(q, out.q_nb + 4 * i);
         if (out.euler_rad) store(roll_pitch_yaw(q), out.euler_rad + 3 * i);
     }
@@ -69,9 +75,11 @@ void write_estimate(const hnav_filter* f, const hnav_run_output& out, size_t i) 
 }
 
 // Of the row itself. before_s: newest_time_s before it.
-void write_course(const hnav_filter* f, double before_s, const hnav_run_output& out, size_t i) {
+void write_course(const AttitudeObject* f, double before_s, const hnav_run_output& out, size_t i) {
     if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
     if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);
+    if (out.accepted)
+        for (const int c : {accel, mag}) out.accepted[2 * i + c - accel] = accepted_after(f, c, before_s);
     if (out.health)
         for (const int c : {gyro, accel, mag}) out.health[3 * i + c] = static_cast<uint8_t>(f->sensor_health(c).state);
     if (out.ready) {
@@ -83,13 +91,13 @@ void write_course(const hnav_filter* f, double before_s, const hnav_run_output& 
 
 const double* row(const double* rows, size_t i) { return rows ? rows + 3 * i : nullptr; }
 
-hnav_status in_row(hnav_filter* f, hnav_status status, size_t i) {
+hnav_status in_row(AttitudeObject* f, hnav_status status, size_t i) {
     char reason[sizeof f->message];
     std::memcpy(reason, f->message, sizeof reason);
     return f->fail(status, "row %zu: %.200s", i, reason);
 }
 
-hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const double* force, const double* field) {
+hnav_status take_row(AttitudeObject* f, double t_s, const double* rate, const double* force, const double* field) {
     if (const hnav_status status = check_time(f, t_s)) return status;
     if (push_whole_row(f, t_s, rate, force, field)) return advanced(f, t_s, f->advance_row(clock_time(t_s)));
     hnav_status status = push_row(f, t_s, rate, gyro);
@@ -105,7 +113,7 @@ hnav_status take_row(hnav_filter* f, double t_s, const double* rate, const doubl
 // The arrays and the filter, as the smoother sees them.
 class Recording {
 public:
-    Recording(hnav_filter* filter, size_t n, const hnav_run_input& input, const hnav_run_output& output)
+    Recording(AttitudeObject* filter, size_t n, const hnav_run_input& input, const hnav_run_output& output)
         : filter_(filter), n_(n), input_(input), output_(output) {}
 
     hnav_status status() const { return status_; }
@@ -149,6 +157,8 @@ public:
         if (output_.gyro_bias_sigma_rad_s) store(sigmas(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
         if (output_.accel_nis) output_.accel_nis[i] = nis_after(filter_, accel, before_s_);
         if (output_.mag_nis) output_.mag_nis[i] = nis_after(filter_, mag, before_s_);
+        if (output_.accepted)
+            for (const int c : {accel, mag}) output_.accepted[2 * i + c - accel] = accepted_after(filter_, c, before_s_);
         if (output_.health)
             for (const int c : {gyro, accel, mag})
                 output_.health[3 * i + c] = static_cast<uint8_t>(filter_->sensor_health(c).state);
@@ -159,7 +169,7 @@ public:
     }
 
 private:
-    hnav_filter* filter_;
+    AttitudeObject* filter_;
     size_t n_;
     const hnav_run_input input_;
     const hnav_run_output output_;
@@ -167,7 +177,7 @@ private:
     hnav_status status_ = HNAV_OK;
 };
 
-hnav_status check_arrays(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
+hnav_status check_arrays(AttitudeObject* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
     REQUIRE_STRUCT(filter, input, hnav_run_input);
     REQUIRE_STRUCT(filter, output, hnav_run_output);
     if (n > 0) REQUIRE(filter, input->t_s);
@@ -181,36 +191,38 @@ extern "C" {
 hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output,
                             size_t* rows_done) {
     if (rows_done) *rows_done = 0;
-    hnav_status status = check_arrays(filter, n, input, output);
+    REQUIRE_OBJECT(AttitudeObject, object, filter);
+    hnav_status status = check_arrays(object, n, input, output);
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
-    const bool tells_course = out.accel_nis || out.mag_nis || out.health || out.ready;
+    const bool tells_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
-        const double before_s = tells_course ? filter->newest_time_s() : 0;
-        status = take_row(filter, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
-        if (status != HNAV_OK) return in_row(filter, status, i);
-        if (filter->started(At::shown)) write_estimate(filter, out, i);
+        const double before_s = tells_course ? object->newest_time_s() : 0;
+        status = take_row(object, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
+        if (status != HNAV_OK) return in_row(object, status, i);
+        if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);
-        if (tells_course) write_course(filter, before_s, out, i);
+        if (tells_course) write_course(object, before_s, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;
 }
 
 hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output) {
-    const hnav_status status = check_arrays(filter, n, input, output);
+    REQUIRE_OBJECT(AttitudeObject, object, filter);
+    const hnav_status status = check_arrays(object, n, input, output);
     if (status != HNAV_OK || n == 0) return status;
-    if (!filter->turns_back()) return filter->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
+    if (!object->turns_back()) return object->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
     auto* backward = static_cast<PassEstimate*>(take_block(n * sizeof(PassEstimate)));
-    if (!backward) return filter->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
-    filter->reset();
-    filter->prefer_closed_form(true);
-    Recording recording(filter, n, take_in(*input), take_in(*output));
+    if (!backward) return object->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
+    object->reset();
+    object->prefer_closed_form(true);
+    Recording recording(object, n, take_in(*input), take_in(*output));
     Smoother<Recording>(recording, backward).run();
-    filter->prefer_closed_form(false);
+    object->prefer_closed_form(false);
     release_block(backward);
-    filter->reset();
+    object->reset();
     return recording.status();
 }
 

@@ -1,6 +1,7 @@
-// The C boundary of an attitude filter's saved states and snapshots.
-#include "c_api/attitude_filter.hpp"
-#include "c_api/message.hpp"
+// The C boundary of every filter's saved states and snapshots.
+#include "c_api/filter_object.hpp"
+
+using hnav::save_status;
 
 extern "C" {
 
@@ -12,7 +13,8 @@ hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes) {
 
 hnav_status hnav_filter_save(const hnav_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->state_size())) return status;
+    if (const char* why = filter->cannot_save()) return filter->fail(HNAV_ERROR_UNSUPPORTED, "%s", why);
+    if (const hnav_status status = save_status(*filter, bytes, filter->state_size())) return status;
     filter->save(buffer);
     return HNAV_OK;
 }
@@ -30,7 +32,7 @@ hnav_status hnav_filter_snapshot_size(const hnav_filter* filter, size_t* bytes) 
 
 hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (const hnav_status status = hnav::save_status(*filter, bytes, filter->snapshot_size())) return status;
+    if (const hnav_status status = save_status(*filter, bytes, filter->snapshot_size())) return status;
     filter->take_snapshot(buffer);
     return HNAV_OK;
 }
@@ -38,7 +40,13 @@ hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, s
 hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
     if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of a filter with such options", bytes);
+    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
+}
+
+hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, const void* buffer, size_t bytes) {
+    REQUIRE(filter, buffer);
+    if (filter->release_snapshot(buffer, bytes)) return HNAV_OK;
+    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
 }
 
 } // extern "C"
