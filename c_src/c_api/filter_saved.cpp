@@ -40,13 +40,17 @@ hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, s
 hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
     if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
+    return filter->fail(
+        HNAV_ERROR_STATE_CORRUPT,
+        "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
 }
 
 hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
     if (filter->release_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(HNAV_ERROR_STATE_CORRUPT, "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
+    return filter->fail(
+        HNAV_ERROR_STATE_CORRUPT,
+        "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
 }
 
 } // extern "C"

@@ -165,13 +165,7 @@ class Filter(FilterObject):
         given: dict[str, Array | None] = {"t_s": t}
         for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
             given[name] = None if values is None else doubles(values, (*t.shape, 3), name)
-        filled = set(RUN_COLUMNS) | ({"accepted"} if call == "run" else set())
-        if unknown := set(only) - filled:
-            raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(sorted(filled))}", "only")
-        run = empty_run(t)
-        if call == "run" and (not only or "accepted" in only):
-            run.accepted = np.zeros((*t.shape, 2), bool)
-        wanted = [name for name in filled if name in only or not only]
+        run, wanted = _empty(t, only, call == "run")
         read = new("hnav_run_input", **{name: address(values) for name, values in given.items()})
         written = new("hnav_run_output", **{name: address(getattr(run, name)) for name in wanted})
         try:
@@ -183,3 +177,14 @@ class Filter(FilterObject):
             raise
         run.options = self.options
         return run
+
+
+def _empty(t_s: Array, only: tuple[str, ...], with_gates: bool) -> tuple[Run, list[str]]:
+    """A run that knows nothing yet, and the names of the arrays that the library is to fill."""
+    known = [*RUN_COLUMNS, *(["accepted"] if with_gates else [])]
+    if unknown := set(only) - set(known):
+        raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(known)}", "only")
+    run, wanted = empty_run(t_s), list(only) or known
+    if "accepted" in wanted:
+        run.accepted = np.zeros((len(t_s), 2), bool)
+    return run, wanted
