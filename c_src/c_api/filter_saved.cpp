@@ -42,7 +42,8 @@ hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer
     if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
     return filter->fail(
         HNAV_ERROR_STATE_CORRUPT,
-        "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
+        "these %zu bytes are no snapshot of this filter; of an observer, a snapshot ends with the observer that it was taken of",
+        bytes);
 }
 
 hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, const void* buffer, size_t bytes) {
@@ -50,7 +51,8 @@ hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, const void* 
     if (filter->release_snapshot(buffer, bytes)) return HNAV_OK;
     return filter->fail(
         HNAV_ERROR_STATE_CORRUPT,
-        "these %zu bytes are no snapshot of this filter; one of an observer ends with the observer that it was taken of", bytes);
+        "these %zu bytes are no snapshot of this filter; of an observer, a snapshot ends with the observer that it was taken of",
+        bytes);
 }
 
 } // extern "C"
