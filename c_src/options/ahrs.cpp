@@ -75,7 +75,7 @@ constexpr double defaults[] = {
     60, // mag_gate_max_s
     3, // mag_gate_share
     4, // mag_azimuth_gate_sigmas
-    9, // velocity_gate_nis
+    12, // lost_ratio
     8.8, // heading_gate_nis
     0, // reference_mode
     5e-05, // reference_strength_tesla
@@ -271,10 +271,10 @@ const OptionRow rows[] = {
      text("A room turns the field by less; a magnetometer whose axes are swapped or held turns it by more and keeps its intensities."),
      nullptr, nullptr, defaults + 27, offsetof(hnav_ahrs_options, mag_azimuth_gate_sigmas),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
-    {"velocity_gate_nis", text("gate"), text(""),
-     text("Normalised square of a velocity that ran away: beyond it the attitude is taken for lost and the horizon found anew; 0 = never"),
-     text("Five times what the fastest recorded hand reaches."),
-     nullptr, nullptr, defaults + 28, offsetof(hnav_ahrs_options, velocity_gate_nis),
+    {"lost_ratio", text("gate"), text(""),
+     text("Logarithm of how much likelier the mean force makes a wrong horizon than a body that accelerates: above it the horizon is levelled anew; 0 = never"),
+     text("No simulated vehicle reaches it; a gyroscope clipped for ten seconds does within eight."),
+     nullptr, nullptr, defaults + 28, offsetof(hnav_ahrs_options, lost_ratio),
      0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"heading_gate_nis", text("gate"), text(""),
      text("Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never"),

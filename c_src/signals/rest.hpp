@@ -1,7 +1,8 @@
 // Tells whether the body lies still. At rest the gyroscope shows its own bias, and nothing shows it better.
 //
 // Rate and force are each compared with their running means; rest is what stays within the thresholds for a while, at a
-// mean rate that can be a bias.
+// mean rate that can be a bias. A vehicle on a smooth way does too, and its mean rate is its turn: that shows in a mean rate which
+// wanders, and in one which the bias known so far cannot be (the filter's test).
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -16,6 +17,8 @@ namespace hnav {
 template <class R>
 struct RestDetector {
     R mean_rate[3], mean_force[3];
+    R slow_rate[3]; // mean of the mean rate
+    R wander2, wander_now2; // mean square of what the mean rate departs from slow_rate by, and the present one, of one axis
     R still_s;
     R force_still; // 1: the last force sample was within its threshold
 
@@ -47,6 +50,19 @@ struct RestDetector {
     bool at_rest(const Options& o) const {
         return still_s > R(o.rest_duration_s);
     }
+
+    // While it seems to be at rest; interval_s: since the last call.
+    void note_wander(R interval_s) {
+        constexpr R slow_s = 4;
+        const R share = interval_s / (slow_s + interval_s);
+        Eigen::Map<Vector3Of<R>> slow(slow_rate);
+        const Vector3Of<R> away = Vector3Of<R>(mean_rate) - slow;
+        slow += share * away;
+        wander_now2 = away.squaredNorm() / 3;
+        wander2 += share * (wander_now2 - wander2);
+    }
+    // Density of the wander as noise of the mean rate, (rad/s)^2/Hz: it stays for about a second.
+    R wander_density2() const { return std::fmax(wander2, wander_now2); }
 };
 
 // The same for vehicles, whose engine idles and which sway while they stand: not each sample, the root mean squares about the running

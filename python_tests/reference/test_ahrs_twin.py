@@ -62,7 +62,8 @@ def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReferenc
         assert told_by(library) == told_by_twin(twin), t
         now, sigma = library.attitude(), np.sqrt(np.diag(twin.rotation_covariance()))
         assert 2 * min(np.abs(now.q_nb - twin.q_nb).max(), np.abs(now.q_nb + twin.q_nb).max()) < 1e-10, t
-        np.testing.assert_allclose(now.sigma_rad, sigma, rtol=1e-9, err_msg=str(t))
+        # The noise of the motion depends on the sigma, so that roundings of the one come back in the other.
+        np.testing.assert_allclose(now.sigma_rad, sigma, rtol=1e-8, err_msg=str(t))
         np.testing.assert_allclose(library.gyro_bias()[0], twin.bias, atol=1e-11, err_msg=str(t))
         verdicts.add(twin.verdict)
     assert twin.started
@@ -120,7 +121,7 @@ def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field
 
 
 @pytest.mark.parametrize("options", [
-    dict(gamma_mode="fixed", gamma=0.3), dict(gamma_mode="kl"), dict(gamma_mode="off"),
+    dict(gamma_mode="fixed", gamma=1.0), dict(gamma_mode="kl"), dict(gamma_mode="off"),
     dict(start_mode="heading", start_heading_rad=1.0), dict(start_mode="attitude", start_q_nb=(0.5, 0.5, -0.1, 0.3)),
     dict(start_samples=20), dict(reference_mode="given", reference_strength_tesla=4e-5), dict(output_latency_s=0.02),
 ], ids=lambda options: next(iter(options)) + str(next(iter(options.values()))))  # fmt: skip

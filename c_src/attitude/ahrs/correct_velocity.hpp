@@ -1,18 +1,17 @@
-// Correction by the accelerometer: 0 = v + noise. A body moves, but it does not run away, and this tells the horizon. A
-// velocity far beyond that bound says that the horizon is wrong, or the force.
+// Correction by the accelerometer: 0 = v + noise. A body moves, but it does not run away, and this tells the horizon. The noise is that
+// of a hand (motion_noise.hpp) and of velocities that last (lasting_motion.hpp).
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 
-// False: beyond the gate, and nothing was learnt.
 template <class R>
-bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const {
+void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const {
     const Vector3R before = c.rotation_variances();
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    S.diagonal().array() += s.motion.density2(density_.velocity_density2) / s.force_s;
+    S.diagonal().array() += (s.motion.density2(density_.velocity_density2) + s.lasting.density2()) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
 
     InnovationOf<R>& i = s.innovation[accel];
@@ -26,11 +25,9 @@ bool AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     i.S[4] = S(1, 1);
     i.nis = normalised_square<2, R>(S, innovation);
 
-    if (R(options_.velocity_gate_nis) > 0 && i.nis > R(options_.velocity_gate_nis)) return false;
     condition<2, 0>(c, PHt, S, innovation);
     s.information.gain_tilt(before, c.rotation_variances());
     judge_hold(s, c.P(force_latency, force_latency));
-    return true;
 }
 
 // Rates that act an interval later or earlier than the options tell put the attitude out of step with the force, and that looks

@@ -10,15 +10,18 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::correct(State& s, const Event& event) const {
-    constexpr R runaway_heading_rad = R(0.2); // what tilts the horizon may have turned the heading too
     Correction c(s);
     s.gap_rotation += gap_variance(s, event);
     propagate(c.P, s);
     forget_declination(s, c.P);
     inflate_tilt(s, c.P);
 
-    if (s.lost) find_attitude(s, c);
-    else if (s.force_s > 0 && !correct_velocity(s, c, event.t_s)) lose_attitude(s, c, runaway_heading_rad);
+    if (s.lost) {
+        find_attitude(s, c);
+    } else if (s.force_s > 0) {
+        note_motion(s, c);
+        if (!level_anew(s, c)) correct_velocity(s, c, event.t_s);
+    }
     if (!s.lost) {
         if (s.rest.at_rest(options_)) correct_rest(s, c);
         if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
@@ -26,10 +29,27 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     }
 
     apply(s, c.error);
+    s.lasting.turn(s.velocity, c.error[rotation], c.error[rotation + 1], R(gravity_m_s2));
     keep(s, c);
     forget_window(s);
     s.last_correction_s = event.t_s;
     ++s.corrections;
+}
+
+// What the force since the last correction says of the motion. A shock says nothing, but that the velocity may be another after it.
+template <class R>
+void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
+    constexpr R shock_m_s2 = 100;
+    const R* before = s.lasting.before;
+    const Vector3R gathered(s.velocity[0] - before[0], s.velocity[1] - before[1], s.velocity_down);
+    if (gathered.norm() < shock_m_s2 * s.force_s) {
+        const Vector3R tilt = c.rotation_variances();
+        s.lasting.note(gathered, (tilt[0] + tilt[1]) / 2, R(gravity_m_s2), s.force_s);
+        return;
+    }
+    diagonal<2>(c.P, velocity).array() += gathered.squaredNorm();
+    std::copy(before, before + 2, s.velocity);
+    s.lasting.forget_force();
 }
 
 template <class R>

@@ -148,7 +148,7 @@ private:
 
     bool tilt_ready(const State& s) const {
         const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
-        return angle_ready(tilt, s.information.tilt, R(options_.ready_tilt_rad));
+        return angle_ready(tilt, s.information.tilt, R(options_.ready_tilt_rad)) && !s.lasting.may_accelerate(R(gravity_m_s2));
     }
 
     static constexpr R suspected_hold = R(0.03); // of a user who does not know what the rates of a sensor stand for
@@ -185,6 +185,9 @@ private:
     void lose_rate(State& s, double t_s) const;
     void lose_attitude(State& s, Correction& c, R heading_sigma) const;
     void find_attitude(State& s, Correction& c) const;
+    void begin_motion(State& s) const;
+    bool level_anew(State& s, Correction& c) const;
+    static void turn_up(State& s, const Vector3R& up);
     void forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const;
     static void widen_after_clock_jump(State& s);
     void pass_gap(State& s, double t_s) const;
@@ -224,6 +227,7 @@ private:
     // correction.hpp
     void correct(State& s, const Event& event) const;
     void inflate_tilt(State& s, Covariance& P) const;
+    void note_motion(State& s, Correction& c) const;
 
     // condition.hpp
     template <int m, int first>
@@ -238,8 +242,8 @@ private:
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
-    bool correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
-    void correct_rest(const State& s, Correction& c) const; // correct_rest.hpp
+    void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
+    void correct_rest(State& s, Correction& c) const; // correct_rest.hpp
 
     // How the aid of one channel corrects, defined in a file of its own: correct_heading.cpp. Nobody else sees it, so that a
     // new aid touches nothing here; the linker says which is missing.

@@ -1,7 +1,7 @@
-// An attitude that is lost is found again: by a velocity that runs away, or after a gap in which the body may have turned
-// to anywhere. What was learnt of the sensors stays.
+// An attitude that is lost is found again: by a force that speaks against the horizon (lasting_motion.hpp), or after a gap in which the
+// body may have turned to anywhere. What was learnt of the sensors stays.
 //
-// While it is lost nothing is corrected. Force is gathered in navigation axes, which the gyroscope keeps, until it is gravity
+// After a gap nothing is corrected. Force is gathered in navigation axes, which the gyroscope keeps, until it is gravity
 // in the mean; then the horizon is turned by the angle between the two, unless it is small enough for the usual corrections.
 #pragma once
 
@@ -55,10 +55,43 @@ void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) con
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
     s.level_s = 0;
-    s.motion.begin(density_.velocity_density2);
+    begin_motion(s);
     s.information = {};
     s.times_lost += !s.lost;
     s.lost = 1;
+}
+
+// Nothing is known of how the body moves.
+template <class R>
+void AhrsModelOf<R>::begin_motion(State& s) const {
+    constexpr R densities2 = MotionNoise<R>::densities * MotionNoise<R>::densities;
+    s.motion.begin(density_.velocity_density2);
+    s.lasting.begin(density_.velocity_density2 / densities2);
+}
+
+// Where the mean force of the last seconds is gravity and the horizon is another, it is turned there. True: it was.
+template <class R>
+bool AhrsModelOf<R>::level_anew(State& s, Correction& c) const {
+    constexpr R found_rad = R(0.1), heading_rad = R(0.2); // what tilted the horizon may have turned the heading too
+    const R limit = R(options_.lost_ratio);
+    if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2)) > limit)) return false;
+    turn_up(s, Vector3R(s.lasting.force));
+    forget_rotation(c.P, found_rad * found_rad, c.heading_variance() + heading_rad * heading_rad);
+    c.error.setZero();
+    s.velocity[0] = s.velocity[1] = 0;
+    begin_motion(s);
+    s.information = {};
+    ++s.times_lost;
+    return true;
+}
+
+// A direction in navigation axes becomes the vertical.
+template <class R>
+void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
+    const Vector3R axis = up.cross(Vector3R(0, 0, -1));
+    const Vector3R about = axis.norm() > 0 ? Vector3R(axis.normalized()) : Vector3R(1, 0, 0);
+    Eigen::Map<QuaternionR> q(s.x);
+    q = multiply<R>(rotation_quaternion<R>(about * std::atan2(axis.norm(), -up[2])), QuaternionR(q)).normalized();
 }
 
 // Attitude and velocity as at a start: nothing about them follows from what was known of the sensors.
@@ -119,13 +152,7 @@ void AhrsModelOf<R>::find_attitude(State& s, Correction& c) const {
     gathered.setZero();
     s.level_s = 0;
     if (violent || !(std::fabs(up.norm() - g) < R(0.4) * g)) return;
-    const Vector3R axis = up.cross(Vector3R(0, 0, -1));
-    const R angle = std::atan2(axis.norm(), -up[2]);
-    if (angle > far_rad) {
-        const Vector3R about = axis.norm() > 0 ? Vector3R(axis.normalized()) : Vector3R(1, 0, 0);
-        Eigen::Map<QuaternionR> q(s.x);
-        q = multiply<R>(rotation_quaternion<R>(about * angle), QuaternionR(q)).normalized();
-    }
+    if (std::atan2(up.cross(Vector3R(0, 0, -1)).norm(), -up[2]) > far_rad) turn_up(s, up);
     forget_rotation(c.P, found_rad * found_rad, c.heading_variance());
     s.lost = 0;
 }

@@ -53,6 +53,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.field_noise.take_in_full();
     s.heading_doubt = s.contradicted_s = 0;
     s.motion.forget_velocity();
+    s.lasting.forget_velocity();
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
     s.last_correction_s = t_s;
@@ -76,7 +77,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = 0;
     s.has_reference = reference_given(options_);
     put_reference(s, reference_of<R>(options_));
-    s.motion.begin(density_.velocity_density2);
+    begin_motion(s);
     s.field_noise.begin();
     start_covariance(s, start_sigmas(start_.sigma_heading));
     forget_window(s);
@@ -140,7 +141,9 @@ void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
     const QuaternionR about_down = rotation_quaternion<R>({0, 0, angle_rad});
     Eigen::Map<QuaternionR>(s.x) = multiply<R>(about_down, QuaternionR(s.x));
     const R cosine = std::cos(angle_rad), sine = std::sin(angle_rad);
-    for (R* v : {s.velocity, s.motion.velocity, s.motion.mean_force, s.field.candidate}) {
+    for (R* v : {s.velocity, s.motion.velocity, s.motion.mean_force, s.field.candidate, s.lasting.before, s.lasting.velocity[0],
+                 s.lasting.velocity[1], s.lasting.velocity[2], s.lasting.lasting[0], s.lasting.lasting[1], s.lasting.lasting[2],
+                 s.lasting.mean_force, s.lasting.force}) {
         const R north = v[0], east = v[1];
         v[0] = cosine * north - sine * east;
         v[1] = sine * north + cosine * east;

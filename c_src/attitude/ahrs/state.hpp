@@ -2,6 +2,7 @@
 #pragma once
 
 #include "attitude/ahrs/field_noise.hpp"
+#include "attitude/ahrs/lasting_motion.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/common/estimate.hpp"
@@ -120,6 +121,7 @@ struct AhrsState {
     R swept_velocity[2]; // what an interval of latency does to the velocity
     RestDetector<R> rest;
     MotionNoise<R> motion;
+    LastingMotion<R> lasting;
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     R velocity_down; // since the last correction

@@ -24,8 +24,10 @@ from hnav.filters.attitude_options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,
+    G_M_S2,
     FieldNoise,
     FirstSamples,
+    LastingMotion,
     MagneticReference,
     MotionNoise,
     RestDetector,
@@ -43,8 +45,6 @@ V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
 CONSIDERED = 17
 """Errors before this one are considered when a field or a heading corrects, but not corrected: no magnet may tilt the horizon."""
-
-G_M_S2 = 9.80665
 
 
 def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Array]:
@@ -72,7 +72,8 @@ class AhrsReference:
         self.has_reference = o.reference_mode == "given"
         self.rate: Array | None = None
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
-        self.motion, self.rest = MotionNoise(o.velocity_noise_m_s_per_sqrt_hz), RestDetector(o, np.zeros(3))
+        self.rest = RestDetector(o, np.zeros(3))
+        self.begin_motion()
         self.field, self.field_noise = MagneticReference(o), FieldNoise()
         self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
         self.undisturbed_s = self.azimuth_rejected_s = self.heading_doubt = self.contradicted_s = 0.0
@@ -84,6 +85,11 @@ class AhrsReference:
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
         self.P = self.first_covariance(o.start_sigma_heading_rad)
         self.clear_window()
+
+    def begin_motion(self) -> None:
+        """Nothing is known of how the body moves."""
+        self.motion = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz)
+        self.lasting = LastingMotion((self.o.velocity_noise_m_s_per_sqrt_hz / 1.1) ** 2)
 
     def first_covariance(self, sigma_heading: float) -> Array:
         o, sigma = self.o, np.zeros(ERRORS)
@@ -253,6 +259,10 @@ class AhrsReference:
             about[:2, :2] @ self.motion.velocity,
             about[:2, :2] @ self.motion.mean_force,
         )
+        lasting = self.lasting
+        lasting.before, lasting.velocity = about[:2, :2] @ lasting.before, lasting.velocity @ about[:2, :2].T
+        lasting.lasting, lasting.force = lasting.lasting @ about[:2, :2].T, about @ lasting.force
+        lasting.mean_force = about @ lasting.mean_force
 
     # ----------------------------------------------------------------------------------------- covariance
 
@@ -300,8 +310,10 @@ class AhrsReference:
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         if self.lost:
             self.find_attitude()
-        elif self.force_s > 0 and not self.correct_by_velocity():
-            self.lose_attitude(0.2)
+        elif self.force_s > 0:
+            self.note_motion()
+            if not self.level_anew():
+                self.correct_by_velocity()
         if not self.lost:
             if self.rest.at_rest():
                 self.correct_by_rest()
@@ -310,6 +322,7 @@ class AhrsReference:
             if heading is not None:
                 self.correct_by_heading(*heading)
         self.apply(self.error)
+        self.lasting.turn(self.velocity, self.error[15], self.error[16])
         self.P, self.corrected_s = self.E, t_s
         self.clear_window()
 
@@ -332,18 +345,36 @@ class AhrsReference:
         self.M[0] = max(0.0, self.M[0])
         self.latency = float(np.clip(self.latency + error[LATENCY], -1, 1))
 
-    def correct_by_velocity(self) -> bool:
-        """0 = v + noise: a body moves, but it does not run away. False: it does, and nothing was learnt."""
+    def note_motion(self) -> None:
+        """What the force says of the motion; of a shock, that the velocity may be another after it."""
+        gathered = np.append(self.velocity - self.lasting.before, self.velocity_down)
+        if np.linalg.norm(gathered) < 100 * self.force_s:
+            self.lasting.note(gathered, float(np.mean(np.diag(self.E)[PHI][:2])), self.force_s)
+            return
+        self.E[V, V] += float(gathered @ gathered) * np.eye(2)
+        self.velocity = self.lasting.before.copy()
+        self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
+
+    def level_anew(self) -> bool:
+        """Where the mean force is gravity and the horizon is another, it is turned there."""
+        if not (self.o.lost_ratio > 0 and self.lasting.wrong_horizon() > self.o.lost_ratio):
+            return False
+        self.turn_up(self.lasting.force)
+        self.forget_rotation(0.1**2, self.E[HEADING, HEADING] + 0.2**2)
+        self.error, self.velocity = np.zeros(ERRORS), np.zeros(2)
+        self.begin_motion()
+        self.information, self.times_lost = np.zeros(2), self.times_lost + 1
+        return True
+
+    def correct_by_velocity(self) -> None:
+        """0 = v + noise: a body moves, but it does not run away."""
         before = max(np.diag(self.E)[PHI][:2])
-        H, noise = np.eye(ERRORS)[V], self.motion.density2() / self.force_s * np.eye(2)
+        H, noise = np.eye(ERRORS)[V], (self.motion.density2() + self.lasting.density2()) / self.force_s * np.eye(2)
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
-        if 0 < self.o.velocity_gate_nis < self.nis["accel"]:
-            return False
         self.learn(H, -self.velocity, noise)
         self.information[0] += max(0.0, 1 / max(np.diag(self.E)[PHI][:2]) - 1 / before)
         self.judge_hold()
-        return True
 
     def judge_hold(self) -> None:
         """Rates that act an interval off look like as much latency of the force: the likelihood of what was learnt of that."""
@@ -356,8 +387,14 @@ class AhrsReference:
 
     def correct_by_rest(self) -> None:
         """Mean rate = b."""
-        noise = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 / self.window_s * np.eye(3)
-        self.learn(np.eye(ERRORS)[BIAS], self.rest.mean_rate - self.bias - self.error[BIAS], noise)
+        innovation = self.rest.mean_rate - self.bias - self.error[BIAS]
+        self.rest.note_wander(self.window_s)
+        if innovation @ np.linalg.solve(self.E[BIAS, BIAS], innovation) > 16:
+            self.rest.still_s = 0.0  # it is a turn of the body
+            return
+        self.lasting.settle(self.window_s)
+        density2 = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 + max(self.rest.wander2, self.rest.wander_now2)
+        self.learn(np.eye(ERRORS)[BIAS], innovation, density2 / self.window_s * np.eye(3))
 
     def correct_by_heading(self, heading_rad: float, sigma_rad: float) -> None:
         """An aid tells the heading of body x; one that points up or down has none."""
@@ -491,10 +528,11 @@ class AhrsReference:
     # ----------------------------------------------------------------------------------------- an attitude that is lost
 
     def lose_attitude(self, heading_sigma: float) -> None:
-        """By a velocity that runs away, or a gap in which the body may have turned to anywhere; the sensors' errors stay."""
+        """By a gap in which the body may have turned to anywhere; the sensors' errors stay."""
         self.forget_rotation(1.0, min(ANY_HEADING, self.E[HEADING, HEADING] + heading_sigma**2))
         self.error, self.velocity, self.level_force, self.level_s = np.zeros(ERRORS), np.zeros(2), np.zeros(3), 0.0
-        self.motion, self.information = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz), np.zeros(2)
+        self.begin_motion()
+        self.information = np.zeros(2)
         self.times_lost += not self.lost
         self.lost = True
 
@@ -528,13 +566,17 @@ class AhrsReference:
         self.level_force, self.level_s = np.zeros(3), 0.0
         if violent or not abs(np.linalg.norm(up) - G_M_S2) < 0.4 * G_M_S2:
             return
-        axis = np.cross(up, [0, 0, -1])
-        angle = math.atan2(np.linalg.norm(axis), -up[2])
-        if angle > 0.35:
-            axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
-            self.R_bn = exp(axis * angle) @ self.R_bn
+        if math.atan2(np.linalg.norm(np.cross(up, [0, 0, -1])), -up[2]) > 0.35:
+            self.turn_up(up)
         self.forget_rotation(0.2**2, self.E[HEADING, HEADING])
         self.lost = False
+
+    def turn_up(self, up: Array) -> None:
+        """A direction in navigation axes becomes the vertical."""
+        axis = np.cross(up, [0, 0, -1])
+        angle = math.atan2(np.linalg.norm(axis), -up[2])
+        axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
+        self.R_bn = exp(axis * angle) @ self.R_bn
 
     # ----------------------------------------------------------------------------------------- what is told
 
@@ -562,7 +604,8 @@ class AhrsReference:
     def tilt_ready(self) -> bool:
         """A small sigma that was earned from samples."""
         limit2 = self.o.ready_tilt_rad**2
-        return bool(max(np.diag(self.P)[PHI][:2]) < limit2 and self.information[0] > 1 / limit2)
+        earned = max(np.diag(self.P)[PHI][:2]) < limit2 and self.information[0] > 1 / limit2
+        return bool(earned and not self.lasting.may_accelerate())
 
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""

@@ -12,6 +12,7 @@ from hnav.filters.attitude_options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ins import cross_matrix, turned
 
+G_M_S2 = 9.80665
 ANY_HEADING = math.pi**2 / 3
 """The variance of a heading of which nothing is known."""
 
@@ -175,6 +176,7 @@ class RestDetector:
     def __init__(self, options: Options, force: Array):
         self.o, self.mean_rate, self.mean_force = options, np.zeros(3), force
         self.still_s, self.force_still = 0.0, False
+        self.slow_rate, self.wander2, self.wander_now2 = np.zeros(3), 0.0, 0.0
 
     def note_rate(self, rate: Array, T: float) -> None:
         o = self.o
@@ -188,6 +190,72 @@ class RestDetector:
 
     def at_rest(self) -> bool:
         return bool(self.still_s > self.o.rest_duration_s)
+
+    def note_wander(self, T: float) -> None:
+        """What the mean rate departs from its own slow mean by: a turn of the body, not the bias."""
+        away = self.mean_rate - self.slow_rate
+        self.slow_rate = toward(self.slow_rate, self.mean_rate, T, 4.0)
+        self.wander_now2 = float(away @ away) / 3
+        self.wander2 += T / (4 + T) * (self.wander_now2 - self.wander2)
+
+
+class LastingMotion:
+    """Velocities that last: what the force gathers over some seconds beyond what the horizon's tilt explains."""
+
+    SCALES_S = (2.0, 5.0, 12.5)
+
+    def __init__(self, power2: float):
+        self.power = power2 * self.SCALES_S[0] / np.array(self.SCALES_S)
+        self.now, self.velocity, self.lasting = np.zeros(3), np.zeros((3, 2)), np.zeros((3, 2))
+        self.before, self.down, self.down2 = np.zeros(2), 0.0, power2
+        self.mean_force, self.mean_share, self.rested = np.zeros(3), 0.0, False
+        self.force, self.force_s = np.zeros(3), 0.0
+
+    def note(self, gathered: Array, tilt2: float, T: float) -> None:
+        """Force times time in navigation axes over T, by a horizon of this variance."""
+        for j, W in enumerate(self.SCALES_S):
+            self.velocity[j] += gathered[:2] - T / (W + T) * self.velocity[j]
+            self.lasting[j] += T / (0.5 * W + T) * (self.velocity[j] - self.lasting[j])
+            self.now[j] = max(0.0, float(self.lasting[j] @ self.lasting[j]) / 2 - 9 * tilt2 * (G_M_S2 * W) ** 2)
+            self.power[j] += T / (max(5.0, W) + T) * (self.now[j] - self.power[j])
+        self.down += gathered[2] + G_M_S2 * T - T / (2 + T) * self.down
+        self.down2 += T / (30 + T) * (self.down**2 - self.down2)
+        share = T / (5 + T)
+        self.mean_share += share * (1 - self.mean_share)
+        self.mean_force = self.mean_force + share * (gathered / T - self.mean_force)
+        self.force, self.force_s = self.force + gathered, self.force_s + T
+
+    def settle(self, T: float) -> None:
+        """A body at rest has none."""
+        self.rested, self.power = True, self.power * math.exp(-T / 0.5)
+
+    def may_accelerate(self) -> bool:
+        """Never seen at rest, and the mean force has another length than gravity."""
+        return not self.rested and self.mean_share > 0 and abs(np.linalg.norm(self.mean_force) / self.mean_share - G_M_S2) > 0.25
+
+    def density2(self) -> float:
+        return float(np.max(2 * np.array(self.SCALES_S) * np.maximum(self.power, self.now)))
+
+    def wrong_horizon(self) -> float:
+        """Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates."""
+        if self.force_s < 3:
+            return 0.0
+        f = self.force / self.force_s
+        by_down, by_length = f[2] + G_M_S2, float(np.linalg.norm(f)) - G_M_S2
+        variance = (self.down2 + 0.01) / self.force_s**2 + 0.0025
+        ratio = float(by_down**2 - by_length**2) / (2 * variance)
+        if ratio > 0 and self.force_s <= 20 and by_length**2 < 9 * variance:
+            return ratio
+        self.force, self.force_s = np.zeros(3), 0.0
+        return 0.0
+
+    def turn(self, velocity: Array, north_rad: float, east_rad: float) -> None:
+        """The horizon was turned about north and east: the force gathered before was another."""
+        self.before = velocity.copy()
+        for j, W in enumerate(self.SCALES_S):
+            change = G_M_S2 * W * np.array([-east_rad, north_rad])
+            self.velocity[j] += change
+            self.lasting[j] += change
 
 
 class MagneticReference:

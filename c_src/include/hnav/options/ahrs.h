@@ -126,10 +126,10 @@ typedef struct hnav_ahrs_options {
      * [0, 1e6], default 4. A room turns the field by less; a magnetometer whose axes are swapped or held turns it by more
      * and keeps its intensities. */
     double mag_azimuth_gate_sigmas;
-    /* Normalised square of a velocity that ran away: beyond it the attitude is taken for lost and the horizon found anew;
-     * 0 = never.
-     * [0, 1e12], default 9. Five times what the fastest recorded hand reaches. */
-    double velocity_gate_nis;
+    /* Logarithm of how much likelier the mean force makes a wrong horizon than a body that accelerates: above it the
+     * horizon is levelled anew; 0 = never.
+     * [0, 1e12], default 12. No simulated vehicle reaches it; a gyroscope clipped for ten seconds does within eight. */
+    double lost_ratio;
     /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
      * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
     double heading_gate_nis;
