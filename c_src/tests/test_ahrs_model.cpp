@@ -214,7 +214,7 @@ TEST(Ahrs, ABodyOnABenchKnowsItsTiltBetterThanOneInAHandAndAMotionCountsAtOnce) 
         const AhrsModel model(settings());
         State s = state_at_start(model);
         const Turning motion;
-        for (int k = 0; k <= 12000; ++k) {
+        for (int k = 0; k <= 20000; ++k) {
             Event e = motion.event(0.005 * k);
             const double a = e.t_s < still_after_s ? shake_m_s2 * std::cos(4 * e.t_s) : 0;
             const Vector3 push = rotation_matrix(motion.q(e.t_s)).transpose() * Vector3(a, 0, 0);
@@ -225,7 +225,7 @@ TEST(Ahrs, ABodyOnABenchKnowsItsTiltBetterThanOneInAHandAndAMotionCountsAtOnce) 
         }
         return std::sqrt(model.rotation_covariance(s)(0, 0));
     };
-    const double bench = horizon_sigma(0, 0), hand = horizon_sigma(2, 60), hand_laid_down = horizon_sigma(2, 20);
+    const double bench = horizon_sigma(0, 0), hand = horizon_sigma(2, 100), hand_laid_down = horizon_sigma(2, 20);
     EXPECT_LT(bench, 0.65 * hand);
     EXPECT_LT(hand_laid_down, 0.8 * hand);
 
@@ -497,7 +497,7 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
     const AhrsModel model(set);
     State s = state_at_start(model);
     const Vector3 bias(0.01, -0.02, 0.015);
-    for (int k = 0; k <= 1200; ++k) {
+    for (int k = 0; k <= 6000; ++k) {
         const double t_s = 0.005 * k;
         Event e{};
         e.t_s = t_s;
@@ -511,8 +511,9 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
         if (t_s < set.rest_duration_s || t_s > set.rest_duration_s + 0.1) {
             EXPECT_EQ(s.rest.at_rest(set), t_s > set.rest_duration_s) << t_s;
         }
-        if (s.corrections > before && s.rest.at_rest(set)) {
-            ASSERT_LT((Vector3(s.bias) - Vector3(s.rest.mean_rate)).norm(), 1e-9) << t_s;
+        // That the mean rate may be a turn fades while it stays the same.
+        if (s.corrections > before && s.rest.at_rest(set) && t_s > 25) {
+            ASSERT_LT((Vector3(s.bias) - Vector3(s.rest.mean_rate)).norm(), 0.02 * bias.norm()) << t_s;
         }
     }
     EXPECT_TRUE(model.field_estimate(s).at_rest);
@@ -582,30 +583,32 @@ TEST(Ahrs, TheLengthOfAQuaternionIsRestoredWhenItIsFarFromOne) {
     }
 }
 
-TEST(Ahrs, AVelocityBeyondItsGateTakesTheAttitudeForLost) {
+TEST(Ahrs, AForceThatSpeaksAgainstTheHorizonLevelsItAnew) {
     hnav_ahrs_options set = settings();
-    set.velocity_gate_nis = 30;
+    set.lost_ratio = 12;
     const AhrsModel model(set);
     State s = state_at_start(model);
     const Turning motion;
     follow(model, s, motion, 20);
     ASSERT_TRUE(model.estimate(s).tilt_ready && model.estimate(s).heading_ready);
-    const double before = s.P[AhrsErrors::packed(AhrsErrors::rotation + 2, AhrsErrors::rotation + 2)];
-    for (int k = 1; !s.lost && k < 20; ++k) {
-        const Event e = motion.event(20 + 0.005 * k);
-        s.velocity[0] = 50;
-        s.velocity[1] = -30;
-        model.before_flow(s, e);
-        model.flow_exactly(s, 0.005);
-        model.jump(s, e);
-    }
-    EXPECT_EQ(s.lost, 1u);
+    Eigen::Map<Quaternion> q(s.x);
+    q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q)); // sure of a horizon that is wrong by 40 deg
+    const auto go_on = [&](double from_s, double to_s) {
+        for (double t_s = from_s; t_s < to_s - 1e-9; t_s += 0.005) {
+            model.before_flow(s, motion.event(t_s));
+            model.flow_exactly(s, 0.005);
+            model.jump(s, motion.event(t_s));
+        }
+    };
+    double t_s = 20;
+    for (; s.times_lost == 0 && t_s < 30; t_s += 0.05) go_on(t_s + 0.005, t_s + 0.055);
+    EXPECT_LT(t_s, 28);
     EXPECT_EQ(s.times_lost, 1u);
-    EXPECT_EQ(s.information.tilt, 0);
-    EXPECT_EQ(s.velocity[0], 0);
-    EXPECT_EQ(s.velocity[1], 0);
+    EXPECT_EQ(s.lost, 0u);
     EXPECT_FALSE(model.estimate(s).tilt_ready || model.estimate(s).heading_ready);
-    EXPECT_GT(s.P[AhrsErrors::packed(AhrsErrors::rotation + 2, AhrsErrors::rotation + 2)], before);
+    const Vector3 down = rotation_matrix(Quaternion(q)).transpose() * Vector3(0, 0, 1);
+    const Vector3 true_down = rotation_matrix(motion.q(t_s)).transpose() * Vector3(0, 0, 1);
+    EXPECT_LT(std::acos(std::fmin(1, down.dot(true_down))), 0.1);
 }
 
 TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {

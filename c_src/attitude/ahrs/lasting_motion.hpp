@@ -30,7 +30,7 @@ struct LastingMotion {
     // Nothing is known of the motion: its velocity has this mean square.
     void begin(R power2) {
         *this = {};
-        for (int j = 0; j < scales; ++j) power[j] = power2 * scale_s[0] / scale_s[j];
+        power[0] = power2; // the shortest scale forgets it soonest
         down2 = power2;
     }
 
@@ -93,14 +93,14 @@ struct LastingMotion {
     // Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates. 0: too early to tell, or nothing
     // speaks for it, and the force is gathered anew.
     R wrong_horizon(R g) {
-        constexpr R least_s = 3, longest_s = 20, velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
+        constexpr R least_s = 3, longest_s = 20, min_ratio = R(0.5), velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
         if (force_s < least_s) return 0;
         const Vector3Of<R> f = Vector3Of<R>(force) / force_s;
         const R by_down = f[2] + g, by_length = f.norm() - g;
         const R variance = (down2 + velocity2) / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
         // A force of another length than gravity is explained by neither.
-        if (ratio > 0 && force_s <= longest_s && by_length * by_length < sigmas2 * variance) return ratio;
+        if (ratio > min_ratio && force_s <= longest_s && by_length * by_length < sigmas2 * variance) return ratio;
         forget_force();
         return 0;
     }

@@ -205,7 +205,7 @@ class LastingMotion:
     SCALES_S = (2.0, 5.0, 12.5)
 
     def __init__(self, power2: float):
-        self.power = power2 * self.SCALES_S[0] / np.array(self.SCALES_S)
+        self.power = np.array([power2, 0, 0])
         self.now, self.velocity, self.lasting = np.zeros(3), np.zeros((3, 2)), np.zeros((3, 2))
         self.before, self.down, self.down2 = np.zeros(2), 0.0, power2
         self.mean_force, self.mean_share, self.rested = np.zeros(3), 0.0, False
@@ -244,7 +244,7 @@ class LastingMotion:
         by_down, by_length = f[2] + G_M_S2, float(np.linalg.norm(f)) - G_M_S2
         variance = (self.down2 + 0.01) / self.force_s**2 + 0.0025
         ratio = float(by_down**2 - by_length**2) / (2 * variance)
-        if ratio > 0 and self.force_s <= 20 and by_length**2 < 9 * variance:
+        if ratio > 0.5 and self.force_s <= 20 and by_length**2 < 9 * variance:
             return ratio
         self.force, self.force_s = np.zeros(3), 0.0
         return 0.0
