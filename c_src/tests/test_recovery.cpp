@@ -142,7 +142,7 @@ TEST(Recovery, TheTiltIsBackWithinSecondsOfAnyFault) {
             hand.run(fault.duration_s);
             if (fault.state != HNAV_SENSOR_STATE_OK) EXPECT_EQ(hand.health().sensor[fault.sensor].state, fault.state);
             hand.damaged = false;
-            hand.run(5);
+            hand.run(6);
             for (int k = 0; k < 20; ++k) {
                 EXPECT_LT(hand.tilt_error(), 5 * deg);
                 hand.run(0.5);

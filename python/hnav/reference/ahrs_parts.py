@@ -231,7 +231,11 @@ class LastingMotion:
 
     def may_accelerate(self) -> bool:
         """Never seen at rest, and the mean force has another length than gravity."""
-        return not self.rested and self.mean_share > 0 and abs(np.linalg.norm(self.mean_force) / self.mean_share - G_M_S2) > 0.25
+        return (
+            not self.rested
+            and self.mean_share > 0
+            and bool(abs(np.linalg.norm(self.mean_force) / self.mean_share - G_M_S2) > 0.25)
+        )
 
     def density2(self) -> float:
         return float(np.max(2 * np.array(self.SCALES_S) * np.maximum(self.power, self.now)))
