@@ -1,12 +1,16 @@
 """The option lists: what is made of them is fresh, and the library says what they say."""
 
 import importlib.util
+import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from hnav.filters.attitude_options import FILTERS, Options
+from hnav.native.headers import write_binding
 from hnav.native.options import option_rows
 
 TOP = Path(__file__).resolve().parents[1]
@@ -99,6 +103,53 @@ choices = "mode"
 default = "on"
 reason = "On."
 """
+
+
+ROW = """
+[noise.extra_rad_s]
+text = "One option more"
+unit = "rad/s"
+range = "[0, 2)"
+default = 0.25
+reason = "For a test."
+"""
+DEFAULTS = """
+#include "hnav/ahrs.h"
+#include "options/lists.hpp"
+hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) { return hnav::made_from<hnav_ahrs_options>(hnav::ahrs_options, preset); }
+"""
+AS_PYTHON_SEES_IT = """
+import importlib.util, sys
+spec = importlib.util.spec_from_file_location("hnav.native._hnav", sys.argv[1])
+sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(sys.modules[spec.name])
+from hnav.filters.attitude_options import Options, option_table
+row = option_table("ahrs")["extra_rad_s"]
+print(row.group, row.unit, row.min, row.max, row.default, Options("ahrs", extra_rad_s=0.5))
+"""
+
+
+def test_an_option_is_one_row_of_its_list(tmp_path):
+    """A row more in a copy of the list: header, table of the library and Python have it without another change."""
+    cxx = shutil.which("c++")
+    if cxx is None:
+        pytest.skip("no compiler c++")
+    copy = tmp_path / "c_src"
+    for folder in ("options", "base", "include"):
+        shutil.copytree(TOP / "c_src" / folder, copy / folder)
+    with (copy / "options" / "ahrs.toml").open("a") as rows:
+        rows.write(ROW)
+    made = subprocess.run([sys.executable, copy / "options" / "generate.py"], capture_output=True, text=True, check=True).stdout
+    assert made.split() == ["c_src/include/hnav/options/ahrs.h", "c_src/options/ahrs.cpp"]
+    (copy / "defaults.cpp").write_text(DEFAULTS)
+    sources = [*(copy / "options").glob("*.cpp"), copy / "base" / "option_list.cpp", TOP / "c_src" / "c_api" / "options.cpp"]
+    flags = ["-std=c++17", "-fPIC", "-shared", f"-I{copy}", f"-I{copy / 'include'}"]
+    library, binding = tmp_path / "libhnav.so", tmp_path / "_hnav.py"
+    subprocess.run([cxx, *flags, *sources, copy / "defaults.cpp", "-o", library], check=True)
+    write_binding(copy / "include", binding, "cc")
+    environment = os.environ | {"HNAV_LIBRARY": str(library)}
+    seen = subprocess.run([sys.executable, "-c", AS_PYTHON_SEES_IT, binding], env=environment, capture_output=True, text=True)
+    assert seen.stdout == "noise rad/s 0.0 2.0 0.25 Options('ahrs', extra_rad_s=0.5)\n", seen.stderr
 
 
 @pytest.mark.parametrize("old, new, named", [

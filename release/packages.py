@@ -20,7 +20,7 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[1]
 EXAMPLE = TOP / "c_src" / "examples"
-ANSWER = "roll 20.0  pitch 5.0  yaw 30.0 deg"
+ANSWER = "roll 20.0  pitch 5.0  heading 30.0 deg"
 
 
 def run(package: str, *command: str | Path, **environment: str) -> str:

@@ -19,8 +19,8 @@ int main(void) {
     }
     hnav_attitude a = {.size = sizeof a};
     if (hnav_filter_attitude(filter, &a) == HNAV_OK)
-        printf("roll %.1f  pitch %.1f  yaw %.1f deg, sigma %.1f deg\n", a.euler_rad[0] * 57.29578, a.euler_rad[1] * 57.29578,
-               a.euler_rad[2] * 57.29578, a.sigma_rad[2] * 57.29578);
+        printf("roll %.1f  pitch %.1f  heading %.1f deg, sigma %.1f deg\n", a.euler_rad[0] * 57.29578, a.euler_rad[1] * 57.29578,
+               a.heading_rad * 57.29578, a.sigma_rad[2] * 57.29578);
     hnav_filter_destroy(filter);
     return 0;
 }

@@ -272,7 +272,7 @@ def inner_structs(spec: OptionList) -> str:
 
 
 def outer_struct(spec: OptionList) -> str:
-    about = f"Make them with hnav_{spec.name}_defaults, then change what you need; hnav_{spec.name}_option tells all this at run time."
+    about = f'Make them with hnav_{spec.name}_defaults, then change what you need; hnav_option("{spec.name}", i) states all this at run time.'
     text = f"{comment(spec.text, about)}typedef struct {spec.struct} {{\n"
     text += f"    size_t size;    /* of this struct in bytes; set by hnav_{spec.name}_defaults */\n"
     text += "    uint64_t stamp; /* the list and the version of the library that made it; set likewise */\n"

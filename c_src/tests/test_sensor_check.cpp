@@ -103,6 +103,23 @@ TEST(SensorCheck, AxesThatRepeatOneAfterTheOtherAreNoRun) {
         y[(axis + 1) % 3] = gyro.check.last[(axis + 1) % 3];
         gyro.take(y); // the second repeat of one axis
         EXPECT_EQ(gyro.check.run[(axis + 1) % 3], 1) << axis;
+        gyro.run(1); // the run has ended
+        EXPECT_EQ(gyro.check.run[(axis + 1) % 3], 0) << axis;
+        EXPECT_EQ(gyro.check.running, 0u) << axis;
+    }
+}
+
+TEST(SensorCheck, AFifthOfAShortRunIsLearntAsUsual) {
+    Gyro gyro;
+    gyro.run(200);
+    for (const double usual : {0.2 * 3, 0.2 * 3 + 0.8 * 0.2 * 3}) {
+        for (int k = 0; k < 4; ++k) { // three repeats after the first
+            Vector3 y = gyro.sample();
+            y[2] = gyro.check.last[2];
+            EXPECT_EQ(gyro.take(y), SensorFault::none);
+        }
+        gyro.run(1);
+        EXPECT_NEAR(gyro.check.usual_run, usual, 1e-12);
     }
 }
 

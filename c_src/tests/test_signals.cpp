@@ -174,6 +174,30 @@ TEST(GapMotion, CountsNothingWithinAFewIntervalsAndPartsOfAGapAddUp) {
     EXPECT_NEAR(parts.way2, whole.way2, 1e-12);
 }
 
+TEST(GapMotion, TheWayIsThatOfAGainThatGrewEvenly) {
+    for (const double gap_s : {0.5, 3.0}) {
+        GapMotion m{};
+        m.add(0, gap_s + 0.01, 0.01, 0, 0);
+        EXPECT_NEAR(m.gain2, 4 * gap_s * gap_s, 1e-12); // 2 m/s2
+        EXPECT_NEAR(m.way2, m.gain2 * gap_s * gap_s / 4, 1e-12);
+    }
+}
+
+TEST(Sampling, TheUsualIntervalFollowsByATenthAndGrowsThroughGaps) {
+    EXPECT_EQ(usual_interval(0, 0.01), 0.01);
+    EXPECT_EQ(usual_interval(0.02, 0), 0.02);
+    EXPECT_NEAR(usual_interval(0.02, 0.01), 0.011, 1e-15);
+    EXPECT_NEAR(usual_interval(2.0, 1.5), 1.55, 1e-15);
+    EXPECT_NEAR(usual_interval(0.04, 0.01), 0.012, 1e-15);
+}
+
+TEST(Sampling, ASampleStandsForTheTimeSinceTheLastOrTheUsualOneWithinTheLimit) {
+    EXPECT_EQ(interval_of_sample(0, 0.01, 1), 0);
+    EXPECT_EQ(interval_of_sample(0.03, 0.01, 1), 0.03); // a loss is no gap
+    EXPECT_EQ(interval_of_sample(0.031, 0.01, 1), 0.01);
+    EXPECT_EQ(interval_of_sample(5, 0, 1), 1);
+}
+
 TEST(GapMotion, ASwingCountsFromItsOwnLengthOn) {
     const auto swung = [](double gap_s) {
         GapMotion still{}, swings{};

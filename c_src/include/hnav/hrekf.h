@@ -10,6 +10,7 @@
 extern "C" {
 #endif
 
+/* preset: HNAV_PRESET_DEFAULT or HNAV_PRESET_PAPER. */
 HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
 /* Makes an HREKF. On failure *filter is null and the reason stands in message (may be null). */
 HNAV_API hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message,

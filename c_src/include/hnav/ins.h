@@ -3,6 +3,7 @@
  *
  *     hnav_ins_options options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
  *     hnav_filter* ins;
+ *     hnav_attitude attitude = {.size = sizeof attitude};
  *     hnav_navigation now = {.size = sizeof now};
  *     hnav_ins_create(&ins, &options, NULL, 0);
  *     while (...) {
@@ -10,7 +11,8 @@
  *         hnav_filter_push_velocity(ins, fix_s, velocity_n_m_s, velocity_sigma_m_s);
  *         hnav_filter_push_position(ins, fix_s, latitude_rad, longitude_rad, height_m, position_sigma_m);
  *         hnav_filter_advance(ins, t_s);
- *         hnav_ins_navigation(ins, &now);
+ *         hnav_filter_attitude(ins, &attitude); // heading_rad, sigma_rad, heading_ready
+ *         hnav_ins_navigation(ins, &now);       // place, velocity, biases, their sigmas and flags
  *     }
  *     hnav_filter_destroy(ins);
  *
@@ -27,6 +29,7 @@
 extern "C" {
 #endif
 
+/* preset: the grade of the inertial sensor, HNAV_INS_CONSUMER, HNAV_INS_INDUSTRIAL, HNAV_INS_TACTICAL or HNAV_INS_NAVIGATION. */
 HNAV_API hnav_ins_options hnav_ins_defaults(hnav_ins_preset preset);
 /* Errors: NULL_ARGUMENT, OPTION, OPTIONS_STAMP, OUT_OF_MEMORY. message: for the reason, message_size characters; may be null. */
 HNAV_API hnav_status hnav_ins_create(hnav_filter** filter, const hnav_ins_options* options, char* message, size_t message_size);

@@ -59,6 +59,9 @@ class Plant:
         next_event: Callable[..., float] | None = None,
         discrete: Mapping[str, float] | None = None,
     ):
+        for name, given in (("states", states), ("inputs", inputs), ("parameters", parameters), ("discrete", discrete)):
+            if not isinstance(given or {}, Mapping):
+                raise HnavValueError("option", f'{name} = {given!r}: write names and starts, {name}={{"name": 0.0}}', name)
         self.derivatives, self.outputs, self.jacobian = derivatives, outputs, jacobian
         self.indicators, self.event, self.next_event = indicators, event, next_event
         self.discrete = dict(discrete or {})

@@ -11,7 +11,7 @@
  * density^2 / T. Fields are in units of the strength of the reference. The defaults are one setting for all bodies and
  * sensors, found on the recordings of the BROAD benchmark: each of them times or divided by 1.3 changes the mean error
  * there by a few per cent at most.
- * Make them with hnav_ahrs_defaults, then change what you need; hnav_ahrs_option tells all this at run time. */
+ * Make them with hnav_ahrs_defaults, then change what you need; hnav_option("ahrs", i) states all this at run time. */
 typedef struct hnav_ahrs_options {
     size_t size;    /* of this struct in bytes; set by hnav_ahrs_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

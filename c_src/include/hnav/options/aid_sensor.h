@@ -111,7 +111,8 @@ typedef struct hnav_wheel_options {
 } hnav_wheel_options;
 
 /* Options of simulated satellites, pressure and wheels; a sensor reads those of its own group.
- * Make them with hnav_aid_sensor_defaults, then change what you need; hnav_aid_sensor_option tells all this at run time. */
+ * Make them with hnav_aid_sensor_defaults, then change what you need; hnav_option("aid_sensor", i) states all this at run
+ * time. */
 typedef struct hnav_aid_sensor_options {
     size_t size;    /* of this struct in bytes; set by hnav_aid_sensor_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -6,7 +6,8 @@
 #include <stdint.h>
 
 /* Options of the aircraft with an INS.
- * Make them with hnav_aircraft_defaults, then change what you need; hnav_aircraft_option tells all this at run time. */
+ * Make them with hnav_aircraft_defaults, then change what you need; hnav_option("aircraft", i) states all this at run
+ * time. */
 typedef struct hnav_aircraft_options {
     size_t size;    /* of this struct in bytes; set by hnav_aircraft_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

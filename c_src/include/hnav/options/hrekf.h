@@ -17,7 +17,7 @@ typedef enum hnav_adaptation {
 /* Options of the paper's filter (HEKF, HREKF). Noise is given as densities: a sample that stands for an interval T has
  * variance density^2 / T, and process noise adds density^2 per second. The default noise of force and field is far above
  * any datasheet: it stands for the accelerations and the field distortions that the filter does not model.
- * Make them with hnav_hrekf_defaults, then change what you need; hnav_hrekf_option tells all this at run time. */
+ * Make them with hnav_hrekf_defaults, then change what you need; hnav_option("hrekf", i) states all this at run time. */
 typedef struct hnav_hrekf_options {
     size_t size;    /* of this struct in bytes; set by hnav_hrekf_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -290,8 +290,8 @@ typedef struct hnav_sensor_faults {
 
 /* Options of the inertial and magnetic sensor, in the units of datasheets where the names say so. The defaults are sensors
  * without any error, 100 Hz.
- * Make them with hnav_imu_mag_sensor_defaults, then change what you need; hnav_imu_mag_sensor_option tells all this at run
- * time. */
+ * Make them with hnav_imu_mag_sensor_defaults, then change what you need; hnav_option("imu_mag_sensor", i) states all this
+ * at run time. */
 typedef struct hnav_imu_mag_sensor_options {
     size_t size;    /* of this struct in bytes; set by hnav_imu_mag_sensor_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -29,7 +29,7 @@ typedef enum hnav_ins_place {
 
 /* Options of the navigation filter. Noise is given as densities: a sample that stands for an interval T has variance
  * density^2 / T. The presets are grades of inertial sensors as datasheets have them; what vibration adds is measured.
- * Make them with hnav_ins_defaults, then change what you need; hnav_ins_option tells all this at run time. */
+ * Make them with hnav_ins_defaults, then change what you need; hnav_option("ins", i) states all this at run time. */
 typedef struct hnav_ins_options {
     size_t size;    /* of this struct in bytes; set by hnav_ins_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -25,7 +25,8 @@ typedef enum hnav_noise_scaling {
 
 /* Options of the filter for time-correlated measurement errors. The defaults are the form that is optimal and the noise
  * scaling that was nowhere far from the best of nine in simulated flights with every kind of fault.
- * Make them with hnav_ins_error_defaults, then change what you need; hnav_ins_error_option tells all this at run time. */
+ * Make them with hnav_ins_error_defaults, then change what you need; hnav_option("ins_error", i) states all this at run
+ * time. */
 typedef struct hnav_ins_error_options {
     size_t size;    /* of this struct in bytes; set by hnav_ins_error_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 /* Options of the magnetometer calibration. All thresholds are free of units.
- * Make them with hnav_magnetometer_defaults, then change what you need; hnav_magnetometer_option tells all this at run
- * time. */
+ * Make them with hnav_magnetometer_defaults, then change what you need; hnav_option("magnetometer", i) states all this at
+ * run time. */
 typedef struct hnav_magnetometer_options {
     size_t size;    /* of this struct in bytes; set by hnav_magnetometer_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

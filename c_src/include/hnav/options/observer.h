@@ -19,7 +19,8 @@ typedef enum hnav_observer_propagation {
 
 /* Options of the observer, the estimator for a plant of one's own. What belongs to the plant, its noise and its sensors,
  * stands in hnav_observer_statistics.
- * Make them with hnav_observer_defaults, then change what you need; hnav_observer_option tells all this at run time. */
+ * Make them with hnav_observer_defaults, then change what you need; hnav_option("observer", i) states all this at run
+ * time. */
 typedef struct hnav_observer_options {
     size_t size;    /* of this struct in bytes; set by hnav_observer_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

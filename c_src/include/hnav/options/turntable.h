@@ -40,7 +40,8 @@ typedef struct hnav_axis_options {
 
 /* Options of the turntable. The defaults are the experiment of the HREKF's paper: yaw to and fro between +-60 deg at 10
  * deg/s, level; a field of 50 uT with a dip of 60 deg.
- * Make them with hnav_turntable_defaults, then change what you need; hnav_turntable_option tells all this at run time. */
+ * Make them with hnav_turntable_defaults, then change what you need; hnav_option("turntable", i) states all this at run
+ * time. */
 typedef struct hnav_turntable_options {
     size_t size;    /* of this struct in bytes; set by hnav_turntable_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */

@@ -16,7 +16,7 @@ typedef enum hnav_vehicle_kind {
 
 /* Options of the simulated vehicle. How it moves follows from the kind and the seed: levels of speed, of turn and of bank,
  * each held for a random time.
- * Make them with hnav_vehicle_defaults, then change what you need; hnav_vehicle_option tells all this at run time. */
+ * Make them with hnav_vehicle_defaults, then change what you need; hnav_option("vehicle", i) states all this at run time. */
 typedef struct hnav_vehicle_options {
     size_t size;    /* of this struct in bytes; set by hnav_vehicle_defaults */
     uint64_t stamp; /* the list and the version of the library that made it; set likewise */
