@@ -60,7 +60,7 @@ def test_columns_axes_and_rate_are_options(tmp_path, motion):
     assert hnav("check", path, *names, "--rate", 100, "--axes", "mag=y,x,z").returncode == 0
     assert hnav("check", path, *names, "--rate", 100, "--columns", "mx=mx,my=my").returncode == 2
     untimed = hnav("check", path, *names)
-    assert untimed.returncode == 2 and "by --columns t_s=NAME, or give --rate" in untimed.stderr
+    assert untimed.returncode == 2 and "such as --columns t_s=NAME, or give --rate" in untimed.stderr
 
 
 @pytest.mark.parametrize("arguments, named", [

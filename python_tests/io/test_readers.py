@@ -107,7 +107,7 @@ def test_a_rate_replaces_times_that_are_missing_or_wrong(tmp_path, motion):
     header = "gx,gy,gz,ax,ay,az"
     path = recorded.write_rows(tmp_path / "untimed.csv", header, recorded.columns(motion)[:6])
     np.testing.assert_allclose(read(path, rate_hz=50).t_s, np.arange(len(motion.t_s)) / 50)
-    with pytest.raises(RecordingError, match="the column t_s is missing: .* or give rate_hz"):
+    with pytest.raises(RecordingError, match="the column t_s is missing; the file has gx, .*, or give rate_hz"):
         read(path)
     stuck = recorded.write_rows(tmp_path / "stuck.csv", "t_s," + header, [np.zeros(100), *recorded.columns(motion)[:6]])
     with pytest.raises(RecordingError, match="give rate_hz"):
@@ -218,8 +218,8 @@ def test_a_library_that_is_missing_is_asked_for_by_name(tmp_path, motion, monkey
 
 @pytest.mark.parametrize("wrong, named", [
     ({"format": "gpx"}, "format = gpx: choose one of broad"),
-    ({"gyro_unit": "rpm"}, "gyro_unit = rpm: choose one of rad/s, deg/s"),
-    ({"time_unit": "h"}, "time_unit = h: choose one of s, ms"),
+    ({"gyro_unit": "knots"}, "gyro_unit = knots: choose one of rad/s, deg/s"),
+    ({"time_unit": "days"}, "time_unit = days: choose one of s, ms"),
     ({"rate_hz": 0.0}, "rate_hz = 0: must be above 0 Hz"),
     ({"columns": {"gw": "x"}}, "columns = gw: choose from t_s, gx"),
     ({"axes": {"nose": "x,y,z"}}, "axes = nose: choose from gyro, accel, mag"),

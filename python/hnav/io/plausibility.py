@@ -14,9 +14,10 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.findings import Finding, Samples, unit_name, warning
+from hnav.io.readers.clock import MENDED
 from hnav.io.plausible_turning import what_turning_tells
 from hnav.io.recordings import ARRAYS, Recording
-from hnav.units import G_M_S2, SI_PER
+from hnav.units import G_M_S2, SUSPECTED, si_per
 
 LEVELS = ("error", "warning", "note")
 HEMISPHERES = ("north", "south")
@@ -102,13 +103,19 @@ def _stuck(sensor: str, values: np.ndarray) -> Iterator[Finding]:
 def _other_unit(recording: Recording, quantity: str, value: float, low: float, high: float) -> str | None:
     """The unit in which a median, given in SI, would lie between low and high."""
     taken = unit_name(recording, quantity)
-    number = value / SI_PER[quantity][taken]
-    fitting = [name for name, factor in SI_PER[quantity].items() if name not in (taken, "au") and low <= number * factor <= high]
+    number = value / si_per(quantity, taken)
+    suspected = {name: si_per(quantity, name) for name in SUSPECTED[quantity] if name != taken}
+    fitting = [name for name, factor in suspected.items() if low <= number * factor <= high]
     middle = np.sqrt(low * high)
-    return min(fitting, key=lambda name: abs(np.log(number * SI_PER[quantity][name] / middle)), default=None)
+    return min(fitting, key=lambda name: abs(np.log(number * suspected[name] / middle)), default=None)
 
 
 def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
+    for note in recording.origin.notes if recording.origin else ():
+        if note.startswith(MENDED):
+            yield warning(
+                "clock", "time", note.removeprefix(MENDED), advice="look at the logger; rate_hz puts samples at equal intervals"
+            )
     for sensor in ("gyro", "accel"):
         if sensor in live:
             interval_s = float(np.median(np.diff(live[sensor][0])))
@@ -134,7 +141,8 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
             "unit",
             "accel",
             "gyro and accel are whole numbers, and large: these look like counts of the chip",
-            advice="multiply by the scales of its ranges, often 1/131 deg/s and 1/16384 g",
+            advice="say what one count is, often gyro_unit='1/131 deg/s' and accel_unit='1/16384 g' (ranges of 250 deg/s and 2 g), "
+            "or gyro_unit='1/16.4 deg/s' and accel_unit='1/2048 g' (2000 deg/s and 16 g)",
         )
         return
     if "accel" in live:
@@ -192,7 +200,7 @@ def _field(recording: Recording, median: float) -> Iterator[Finding]:
     hard_iron = stated and FIELD_TESLA[1] < median < HARD_IRON_TESLA  # which milligauss, taken for microtesla, are too
     if not hard_iron and (unit := _other_unit(recording, "mag", median, *EARTH_TESLA)):
         yield warning("unit", "mag", f"{shown}: this looks like {unit}", "mag_unit", unit)
-    elif 0.75 <= median / SI_PER["mag"][unit_name(recording, "mag")] <= 1.6:
+    elif 0.75 <= median / si_per("mag", unit_name(recording, "mag")) <= 1.6:
         yield warning("unit", "mag", f"{shown}: this looks like an arbitrary unit", "mag_unit", "au")
     else:
         yield warning(

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from hnav.io.findings import Finding, Samples, unit_name, warning
+from hnav.io.plausible_rates import unit_of_rates
 from hnav.io.recordings import Recording
 from hnav.io.turning import Fit, Stay, axes_text, best_fit, fit_of, fixed_axes, stay_of
-from hnav.units import SI_PER
+from hnav.units import si_per
 
 SCALE = (0.6, 1.6)  # of the rate, by the turning of the field
 DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken for radians
@@ -23,7 +24,7 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     """What the turning of field and force tells of units and axes, and the dip of signs."""
     codes = {(finding.sensor, finding.code): finding for finding in found}
     time = codes.get(("time", "unit"))
-    factor = SI_PER["time"][time.value] / SI_PER["time"][unit_name(recording, "time")] if time and time.argument else 1.0
+    factor = si_per("time", time.value) / si_per("time", unit_name(recording, "time")) if time and time.argument else 1.0
     gravity_gone = ("accel", "gravity_removed") in codes
     fits: dict[str, Fit | None] = {}
     for sensor in ("mag", "accel"):
@@ -32,6 +33,8 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     if time is not None and not time.argument:
         return
     yield from _scale(recording, fits, codes)
+    if "gyro" in live and not any(fit is not None and fit.as_it_is >= SURE for fit in fits.values()):
+        yield from _unit_of_rates(recording, live, codes, factor)
     stay = stay_of(live["gyro"], live["accel"], factor) if "gyro" in live and "accel" in live and not gravity_gone else None
     wrong = _wrong_axes(fits, stay)
     yield from _axes(live, fits, stay, wrong, hemisphere)
@@ -66,6 +69,21 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
                 f"the field turns {fit.scale:.2f} times as fast as the rates say",
                 advice="see the scale of the rates, and the times: rate_hz",
             )
+
+
+def _unit_of_rates(
+    recording: Recording, live: Samples, codes: Mapping[tuple[str, str], Finding], factor: float
+) -> Iterator[Finding]:
+    """Where turning as such does not tell: rates that were taken for rad/s."""
+    unit = recording.origin.units.get("gyro") if recording.origin else None
+    if ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
+        return
+    evidence = unit_of_rates({sensor: one for sensor, one in live.items() if (sensor, "gravity_removed") not in codes}, factor)
+    if evidence.unit == "deg/s":
+        yield warning("unit", "gyro", f"{evidence.because}: this looks like deg/s", "gyro_unit", "deg/s")
+    elif evidence.unit is None and unit is not None and unit.source == "assumed":
+        shown = f"the unit of the gyroscope is unknown: the file does not say it, and nothing decides it ({evidence.because})"
+        yield warning("unit", "gyro", shown, advice="say gyro_unit=deg/s or gyro_unit=rad/s")
 
 
 def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None:

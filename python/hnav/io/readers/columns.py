@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
+from hnav.io.readers.unit_names import is_counts, may_be_unit, spelled_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
@@ -20,11 +21,11 @@ def _words(text: str) -> frozenset[str]:
 
 
 STEMS = {
-    "gyro": "g w gyr gyro gyros gyroscope omega rate angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
+    "gyro": "g w gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
     "gyroskop drehrate giroscopio vitesseangulaire",
-    "accel": "a acc accel accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
+    "accel": "a ac acc accl accel accsmooth accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
     "beschleunigung aceleracion accelerazione",
-    "mag": "m mag magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
+    "mag": "m mag magadc magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
 }
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
 # With these it is not what a sensor read.
@@ -38,27 +39,19 @@ FILLERS = _words(
 # Of an accelerometer of wide range beside one of low noise (Shimmer), the one of low noise.
 WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2}
 
+LONGEST_NAME = 150
+"""Characters: what is longer is no name, and looking for words in it takes a time that grows with its cube."""
+
 QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
 """By the first letter of a role."""
+
+DESCRIBED = FILLERS - {"raw"} | _words("left right front back body frame axis x y z hand foot leg arm head chest")
+"""What may stand in brackets behind a name, and is no unit."""
 
 TIME_STEMS = _words(
     "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit temps tiempo tempo"
 )
 TIME_FILLERS = _words("sensor log logging unix system elapsed utc relative since start header of recording cal sync formatted")
-
-_SPELLED = {
-    "gyro": {"rad/s": "rad rad/s rads-1 rads radps radpersec rads1", "deg/s": "deg/s degs-1 degs dps degps degrees/s degrees/second degs1",
-             "mdeg/s": "mdeg/s mdps"},
-    "accel": {"m/s2": "m/s2 ms-2 ms2 mps2 m/s/s mss m/sec2", "g": "g gn gs", "mg": "mg millig"},
-    "mag": {"T": "t tesla", "uT": "ut microtesla", "nT": "nt nanotesla", "G": "g gs ga gauss", "mG": "mg mgauss milligauss mga",
-            "au": "au a.u. arb arbitrary arbitraryunits localflux normalized"},
-    "time": {"s": "s sec secs second seconds", "ms": "ms msec millis milliseconds millisecond", "ns": "ns nsec nanos nanoseconds nanosecond",
-             "us": "us usec micros microseconds microsecond"},
-}  # fmt: skip
-SPELLED = {quantity: {w: unit for unit, words in units.items() for w in words.split()} for quantity, units in _SPELLED.items()}
-_SQUEEZE = str.maketrans(
-    {" ": "", "^": "", "*": "", "_": "", "(": "", ")": "", "·": "", "²": "2", "⁻": "-", "¹": "1", "µ": "u", "μ": "u", "°": "deg"}
-)
 
 
 @dataclass(frozen=True)
@@ -74,6 +67,8 @@ class Column:
     rank: int = 0
     """Of several columns of one role, the one with the lowest is taken."""
     sign: float = 1.0
+    strange: str = ""
+    """What the file calls its unit, where that is none that is known."""
 
     @property
     def aids(self) -> bool:
@@ -86,26 +81,19 @@ class Column:
         return self.sign * (PER[ROLES[self.role]][self.unit] if self.unit else 1.0)
 
 
-def spelled_unit(quantity: str, text: str) -> str | None:
-    """The unit of gyro, accel, mag or time that a text names, if it does."""
-    squeezed = text.strip().translate(_SQUEEZE).lower()
-    return SPELLED[quantity].get(squeezed.replace("persecond", "/s").replace("persec", "/s"))
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text names a unit of gyro, accel, mag or time."""
-    return any(spelled_unit(quantity, text) for quantity in SPELLED)
-
-
 def with_unit(column: Column, text: str) -> Column:
     """The column in the unit that a text names, if it does."""
-    spelled = aid_unit(ROLES[column.role], text) if column.aids else spelled_unit(QUANTITY_OF[column.role[0]], text)
-    return replace(column, unit=spelled)
+    if column.aids:
+        return replace(column, unit=aid_unit(ROLES[column.role], text))
+    spelled = spelled_unit(QUANTITY_OF[column.role[0]], text)
+    return replace(column, unit=spelled, strange="" if spelled or not may_be_unit(text) else text.strip())
 
 
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
     """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
     text = name.strip().strip('"').lstrip("#% ")
+    if len(text) > LONGEST_NAME:
+        return None
     if text in CSV_COLUMNS:
         return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
     bare, unit, index = _split(text)
@@ -125,7 +113,7 @@ def _split(text: str) -> tuple[str, str, str | None]:
     """Name, unit in brackets, axis that an index in brackets stands for."""
     if match := re.fullmatch(r"(.*?)\[([012])\]", text):
         return match.group(1), "", "xyz"[int(match.group(2))]
-    if match := re.fullmatch(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*", text):
+    if match := re.fullmatch(r"([^(\[]*?)\s*[\(\[](.*)[\)\]]\s*", text):
         return match.group(1), match.group(2), None
     return text, "", None
 
@@ -141,7 +129,7 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
     """What is left of t_ms, millis and seconds_elapsed without the unit, and the unit."""
-    if tokens and tokens != ["s"] and (spelled := spelled_unit("time", tokens[-1])):
+    if tokens and tokens not in (["s"], ["h"], ["min"]) and (spelled := spelled_unit("time", tokens[-1])):
         return tokens[:-1], spelled
     if len(tokens) > 1 and tokens[1] in TIME_FILLERS and (spelled := spelled_unit("time", tokens[0])):
         return tokens[1:], spelled
@@ -152,7 +140,8 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     before, axis, after = (tokens, axis, []) if axis else _around_axis(tokens)
     if axis is None or NOT_READ & {*before, *after}:
         return None
-    after = [token for token in after if token not in FILLERS]
+    counts = [token for token in after if is_counts(token) and token not in FILLERS]
+    after = [token for token in after if token not in FILLERS and token not in counts]
     found, stated = _sensor_of(_bare(before), sensor)
     if found is None:
         return None
@@ -160,7 +149,8 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     if after and not spelled and not sensor:
         return None
     # Linear is without gravity of a phone; of ROS it is the whole.
-    return Column(found[0] + axis, name, place, spelled, rank=sum(WORSE.get(token, 0) for token in before))
+    strange = next((text for text in (unit, *counts) if not spelled and may_be_unit(text) and text.lower() not in DESCRIBED), "")
+    return Column(found[0] + axis, name, place, spelled, rank=sum(WORSE.get(token, 0) for token in before), strange=strange)
 
 
 def _bare(tokens: list[str]) -> list[str]:

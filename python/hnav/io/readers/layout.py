@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
-from hnav.io.readers.columns import columns_of, is_unit
+from hnav.io.readers.columns import columns_of
+from hnav.io.readers.unit_names import is_unit
 from hnav.io.recordings import RecordingError
 
 HEADER_WITHIN = 60  # lines

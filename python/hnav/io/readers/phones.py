@@ -59,13 +59,14 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     of_app = any(stem in names for names in FILES.values() for stem in tables)
     format = "phyphox" if of_app else "folder"
     format = "sensor-logger" if any("seconds_elapsed" in name for name in first.layout.names) else format
-    streams, notes, time_unit = [], [], Unit("s", "by format")
+    streams: list[Stream] = []
+    notes, time_unit = [], Unit("s", "by format")
     for sensor in FILES:
         if stem := _best(path, sensor, tables):
-            stream, time_unit = _stream(path, stem, sensor, tables, wishes)
+            stream, time_unit, mended = _stream(path, stem, sensor, tables, wishes)
             stream, note = _whole_force(path, stem, stream, files, wishes)
             streams.append(stream)
-            notes += [note] if note else []
+            notes += [*mended, *filter(None, [note])]
         elif sensor != "mag":
             raise RecordingError(f"{path}: has no file of the {sensor}: record it too ({', '.join(sorted(files))})")
     aids, left_out = _aids(path, files, wishes)
@@ -97,18 +98,20 @@ def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, byte
     return stream, ""
 
 
-def _stream(path: Path, stem: str, sensor: str, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, Unit]:
+def _stream(
+    path: Path, stem: str, sensor: str, files: Mapping[str, bytes], wishes: Wishes
+) -> tuple[Stream, Unit, tuple[str, ...]]:
     table = _parsed(path, stem, files, wishes, sensor)
     shown = f"{path}, {stem}.csv"
-    t_s, unit = times_of(shown, table, wishes, {})
+    t_s, unit, mended = times_of(shown, table, wishes, {})
     stream = stream_of(shown, table, sensor, t_s, wishes, UNITS[sensor])
     present = ~np.isnan(stream.values).any(axis=1)
-    return Stream(sensor, t_s[present], stream.values[present], stream.unit), unit
+    return Stream(sensor, t_s[present], stream.values[present], stream.unit), unit, mended
 
 
 def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
     """iOS parts force into gravity and the rest, both of one instant and of the opposite sign."""
-    gravity, _ = _stream(path, "gravity", "accel", files, wishes)
+    gravity, *_ = _stream(path, "gravity", "accel", files, wishes)
     common, mine, its = np.intersect1d(stream.t_s, gravity.t_s, return_indices=True)
     if len(common) < 0.9 * len(stream.t_s):
         return stream, ""

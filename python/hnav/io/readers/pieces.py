@@ -79,6 +79,7 @@ class LongTable:
         """Goes through it. Raises _NotPlain, and whatever a file or an argument that is wrong makes readers raise."""
         self._path, self._wishes, self._corrected = path, wishes, corrected
         self._plan = self._planned()
+        self._wishes = self._with_unit_of_time()
         self.name, self.rows = path.stem, 0
         self.findings: list[Finding] = []
         """As Recording.check: of all pieces, the first of each kind."""
@@ -126,6 +127,14 @@ class LongTable:
                 yield from frames_of(file, self._plan, PIECE)
             except NOT_DIGESTED:
                 raise _NotPlain from None
+
+    def _with_unit_of_time(self) -> Wishes:
+        """What the first rows say of the unit of the times goes for all."""
+        frame = next(self._frames(), None)
+        if frame is None:
+            raise _NotPlain
+        unit = raw_of(str(self._path), table_by(str(self._path), frame, self._plan), self._wishes).time_unit
+        return replace(self._wishes, time_unit=unit.name) if unit.source.startswith("by its") else self._wishes
 
     def _recording(self, frame: pd.DataFrame, before: int) -> Recording:
         """before: rows of the pieces before this one."""

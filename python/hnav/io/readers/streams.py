@@ -12,8 +12,10 @@ import numpy as np
 
 from hnav.io.aids import AidSamples, by_arrival
 from hnav.io.readers.aid_columns import ROLES
+from hnav.io.readers.clock import mended
+from hnav.io.readers.unit_names import asked_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, Origin, Recording, RecordingError, Unit
-from hnav.units import SI_PER
+from hnav.units import SI_PER, si_per
 
 WITHIN_S = 1.0  # stamps that run back by less are put in order
 SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics
@@ -37,8 +39,12 @@ class Wishes:
     def __post_init__(self) -> None:
         for quantity, known in SI_PER.items():
             unit = getattr(self, f"{quantity}_unit")
-            if unit is not None and unit not in known:
-                raise RecordingError(f"{quantity}_unit = {unit}: choose one of {', '.join(known)}", f"{quantity}_unit")
+            if unit is None:
+                continue
+            if (asked := asked_unit(quantity, unit)) is None:
+                more = "" if quantity == "time" else f", or so many of one, as '1/128 {next(iter(known))}'"
+                raise RecordingError(f"{quantity}_unit = {unit}: choose one of {', '.join(known)}{more}", f"{quantity}_unit")
+            object.__setattr__(self, f"{quantity}_unit", asked)
         if self.rate_hz is not None and not 0 < self.rate_hz < np.inf:
             raise RecordingError(f"rate_hz = {self.rate_hz:g}: must be above 0 Hz", "rate_hz")
         for name in self.columns:
@@ -102,7 +108,7 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     for stream in streams:
         merged = np.full((len(t_s), 3), np.nan)
         with np.errstate(over="ignore"):
-            merged[np.searchsorted(t_s, stream.t_s)] = stream.values * SI_PER[stream.sensor][stream.unit.name]
+            merged[np.searchsorted(t_s, stream.t_s)] = stream.values * si_per(stream.sensor, stream.unit.name)
         order, signs = turned(wishes.axes.get(stream.sensor, "x,y,z"))
         arrays[ARRAYS[stream.sensor]] = np.ascontiguousarray(merged[:, order] * signs)
     units = {stream.sensor: stream.unit for stream in streams} | {"time": raw.time_unit}
@@ -121,29 +127,28 @@ def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream
     if rate_hz is not None:
         return replace(stream, t_s=np.arange(len(stream.t_s)) / rate_hz), ""
     steps_s = np.diff(stream.t_s)
-    if not np.isfinite(stream.t_s).all():
-        raise RecordingError(f"{shown}: a time of {stream.sensor} is missing or not finite")
-    if (steps_s > 0).all():
+    if (steps_s > 0).all() and np.isfinite(stream.t_s).all():
         return stream, ""
-    if steps_s.min() < -WITHIN_S:
-        i = int(np.argmin(steps_s))
-        raise RecordingError(
-            f"{shown}: the time of {stream.sensor} runs back, from {stream.t_s[i]:.10g} s to {stream.t_s[i + 1]:.10g} s in its "
-            f"sample {i + 2}: split the file there, or give rate_hz for samples at equal intervals"
-        )
+    if not np.isfinite(stream.t_s).all() or steps_s.min() < -WITHIN_S:
+        return _mended(shown, stream)
     order = np.argsort(stream.t_s, kind="stable")
     t_s, values = stream.t_s[order], stream.values[order]
     twice = np.diff(t_s) == 0
     if (twice & (values[1:] != values[:-1]).any(axis=1)).any():
-        i = int(np.argmax(twice & (values[1:] != values[:-1]).any(axis=1)))
-        raise RecordingError(
-            f"{shown}: two different samples of {stream.sensor} have the time {t_s[i]:.10g} s: "
-            "give rate_hz for samples at equal intervals"
-        )
+        return _mended(shown, replace(stream, t_s=t_s, values=values))
     keep = np.concatenate([[True], ~twice])
     done = [f"{twice.sum()} samples that stood twice were left out"] if twice.any() else []
     done += ["samples were put in the order of their times"] if (np.diff(order) < 0).any() else []
     return replace(stream, t_s=t_s[keep], values=values[keep]), f"{stream.sensor}: {', '.join(done)}"
+
+
+def _mended(shown: str, stream: Stream) -> tuple[Stream, str]:
+    """Raises RecordingError where too many times are wrong."""
+    if done := mended(stream.t_s):
+        return replace(stream, t_s=done[0]), done[1]
+    raise RecordingError(
+        f"{shown}: the times of {stream.sensor} are missing, run back or stand still too often: give rate_hz for samples at equal intervals"
+    )
 
 
 def _without_repeats(stream: Stream) -> Stream:

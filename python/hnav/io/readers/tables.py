@@ -17,17 +17,19 @@ import numpy as np
 
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.cells import BLANKS
+from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import Column, columns_of, with_unit
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
-from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, library
+from hnav.io.readers.unit_names import unknown_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
-from hnav.units import S_PER
+from hnav.units import si_per
 
 if TYPE_CHECKING:
     import pandas as pd
 
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
-SHOWN_CHARACTERS = 40
+SHOWN_CHARACTERS, SHOWN_COLUMNS = 40, 20
 DAY_S = 86400.0
 ENCODINGS = ("utf-8-sig", "cp1252")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
@@ -83,7 +85,7 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     """The streams of a table whose rows hold all sensors. Raises RecordingError."""
     house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
     by_format = by_format or {}
-    t_s, time_unit = times_of(shown, table, wishes, by_format)
+    t_s, time_unit, notes = times_of(shown, table, wishes, by_format)
     streams: list[Stream] = []
     aids = aids_in(table.columns, table.values, t_s)
     if wishes.only_aids:
@@ -93,52 +95,76 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
         if not any(role in table.columns for role in roles):
             if sensor == "mag":
                 continue
-            raise RecordingError(
-                f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; if {sensor} has another name, say columns {roles[0]}=NAME"
-            )
+            raise RecordingError(missing_column(shown, table, *roles))
         streams.append(stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor)))
-    return Raw(name or ("csv" if house else "table"), streams, time_unit, table.notes, aids=aids)
+    return Raw(name or ("csv" if house else "table"), streams, time_unit, (*table.notes, *notes), aids=aids)
 
 
 def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wishes, by_format: str | None) -> Stream:
     """The samples of a sensor of the table. Raises RecordingError when an axis is missing."""
     roles = [sensor[0] + axis for axis in "xyz"]
-    for role in roles:
-        if role not in table.columns:
-            raise RecordingError(
-                f"{at_header(shown, table.layout)}: the column {role} is missing; if it has another name, say columns {role}=NAME"
-            )
+    if missing := [role for role in roles if role not in table.columns]:
+        raise RecordingError(missing_column(shown, table, *missing))
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
     by_header = next((column.unit for column in columns if column.unit), None)
+    strange = next((column for column in columns if column.strange), None)
+    if strange is not None and by_header is None and getattr(wishes, f"{sensor}_unit") is None:
+        raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, strange.name.strip(), strange.strange)}")
     return Stream(sensor, t_s, values, wishes.unit(sensor, by_header, by_format))
 
 
-def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit]:
-    """The times of the rows in s. Raises RecordingError for a time that is missing, or does not increase."""
+def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit, tuple[str, ...]]:
+    """The times of the rows in s, their unit, and what was mended of them. Raises RecordingError for times that tell nothing."""
     n = len(next(iter(table.values.values())))
     if wishes.rate_hz is not None:
-        return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given")
+        return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given"), ()
     column = table.columns.get("t_s")
     if column is None:
-        raise RecordingError(
-            f"{at_header(shown, table.layout)}: the column t_s is missing: name the column of the times by columns t_s=NAME, or give rate_hz",
-            None,
-        )
+        raise RecordingError(f"{missing_column(shown, table, 't_s')}, or give rate_hz")
+    told = table.values["t_s"]
     unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
-    t_s = table.values["t_s"] * S_PER[unit.name]
-    first, name = table.layout.first_row + 1, column.name.strip()
+    if not table.instants and (unit.source == "assumed" or (unit.source == "by header" and unit.name == "s")):
+        unit = unit_by_size(told, unit) or unit
+    t_s = told * si_per("time", unit.name)
+    if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
+        return t_s, unit, ()
+    back = ~np.isfinite(t_s) | (np.diff(t_s, prepend=-np.inf) <= 0)
+    if not back.any() or (np.isfinite(t_s).all() and (_stands_twice(table, np.flatnonzero(back) - 1) or _only_unordered(t_s))):
+        return t_s, unit, ()
+    if done := mended(t_s):
+        return done[0], unit, (done[1],)
+    raise RecordingError(_fault_of_times(shown, table, t_s))
+
+
+def _only_unordered(t_s: np.ndarray) -> bool:
+    """Whether rows at equal intervals only stand in another order."""
+    steps = np.diff(np.sort(t_s))
+    return bool(np.diff(t_s).min() > -WITHIN_S and steps.min() > 0.5 * np.median(steps) and steps.max() < 1.5 * np.median(steps))
+
+
+def _fault_of_times(shown: str, table: Table, t_s: np.ndarray) -> str:
+    """The first time that is none, or does not increase."""
+    first, name = table.layout.first_row + 1, table.columns["t_s"].name.strip()
     if len(bad := np.flatnonzero(~np.isfinite(t_s))):
-        raise RecordingError(f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite")
-    if wishes.only_aids:  # each goes by the time at which it arrived
-        return t_s, unit
-    if len(bad := np.flatnonzero(np.diff(t_s) <= 0)) and not _stands_twice(table, bad):
-        i = bad[0]
-        raise RecordingError(
-            f"{shown}, line {i + first + 1}, column {name}: time {t_s[i + 1]:.10g} does not increase after {t_s[i]:.10g}; "
-            "for samples at equal intervals give rate_hz"
-        )
-    return t_s, unit
+        return f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite"
+    i = int(np.flatnonzero(np.diff(t_s) <= 0)[0])
+    return (
+        f"{shown}, line {i + first + 1}, column {name}: time {t_s[i + 1]:.10g} does not increase after {t_s[i]:.10g}; "
+        "for samples at equal intervals give rate_hz"
+    )
+
+
+def missing_column(shown: str, table: Table, *roles: str) -> str:
+    """What to say of columns that were not found: those that the file has, and a line to copy that names them in order."""
+    taken = {column.place for column in table.columns.values()}
+    names = [name.strip() for name in table.layout.names]
+    free = [name for place, name in enumerate(names) if place not in taken and name]
+    said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
+    line = " ".join(
+        f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, free or ["NAME"])
+    )
+    return f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}: say which it is, such as {line}"
 
 
 def _stands_twice(table: Table, rows: np.ndarray) -> bool:
@@ -157,13 +183,22 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     text = data.decode(encoding)
     plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
     notes: tuple[str, ...] = ()
+    if end := _end_of_whole_lines(shown, text, plan):
+        text, notes = text[:end], ("the last line was cut off and is left out",)
+        data = text.encode(encoding)
     try:
         frame = _read(shown, text, io.BytesIO(data), plan)
     except RecordingError as error:
         if wishes.only_aids or not any(column.aids for column in plan.columns.values()):
             raise
         # What only navigation reads is no reason to refuse the rest.
-        plan, notes = plan.without_aids(), (f"satellites, pressure and wheels were left out: {error}",)
+        plan, notes = (
+            plan.without_aids(),
+            (
+                *notes,
+                f"satellites, pressure and wheels were left out: {error}",
+            ),
+        )
         frame = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
@@ -248,6 +283,16 @@ def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator
             return
         frame.columns = pandas.Index(plan.used)
         yield frame
+
+
+def _end_of_whole_lines(shown: str, text: str, plan: Plan) -> int:
+    """Where the last whole line of a file ends that was cut off within a line, as at a loss of power; 0: it was not."""
+    end = max(text.rfind("\n"), text.rfind("\r")) + 1
+    if end in (0, len(text)) or not text[end:].strip("\0 \t"):
+        return 0
+    layout = plan.layout
+    alone = Layout(-1, layout.names, layout.delimiter, layout.decimal)
+    return end if fault_of(shown, [text[end:]], replace(plan, layout=alone)) else 0
 
 
 def _strictly(call: Callable[[], Any]) -> Any:

@@ -1,0 +1,138 @@
+"""Whether rates of an unsaid unit are rad/s or deg/s, also of bodies that hardly turn: 1 rad/s is 57 deg/s.
+
+In order: how far gravity and field turned, against how far the rates say; a bias no gyroscope has; noise. A chip of a telephone has
+0.004 to 0.03 deg/s/sqrt(Hz) (datasheets of BMI088, ICM-20948, LSM6DSO, MPU-6050, L3GD20), a tactical one 0.0007 or more: numbers with a
+noise density between SILENT and LOUD may be either unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hnav.io.findings import Samples
+
+WINDOW_S = (0.5, 2.0, 8.0)
+STEP_S = 0.02
+AS_RAD, AS_DEG = (0.5, 2.0), (0.5 / 57.3, 2.0 / 57.3)
+"""Ratios of the turning seen to the turning that the numbers, as rad/s, say."""
+SURE = 0.85
+"""Of the correlation of both."""
+LEAST_TURNING = 0.004
+"""Rad over a window: what noise of gravity and field may look like."""
+STOOD_STILL, TURNED = 0.2, 0.03
+"""Share of the turning that the numbers say which was seen, and what they must say at least (rad), for a body that turned less."""
+LARGEST_BIAS = 0.35
+"""As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
+SILENT, LOUD = 5e-4, 2.6e-3
+"""Numbers per sqrt(Hz): as deg/s below the best tactical gyroscopes, as rad/s five times the noise of the worst chips."""
+SHAKEN_M_S2, SLOW = 0.3, 0.6
+"""A body whose force varies as much, and that as deg/s would never turn as fast as this, is none: they are rad/s."""
+ENOUGH = 8  # windows
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the numbers of the rates are."""
+
+    unit: str | None
+    """rad/s, deg/s, or None: nothing decides."""
+    because: str
+
+
+def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
+    """Of samples whose rates were taken for rad/s."""
+    gyro_s, rate = live["gyro"][0] * time_factor, live["gyro"][1]
+    for sensor in ("mag", "accel"):
+        if sensor in live:
+            for window_s in WINDOW_S:
+                if evidence := _turning(gyro_s, rate, live[sensor][0] * time_factor, live[sensor][1], window_s):
+                    return evidence
+    if evidence := _steady(rate, live):
+        return evidence
+    if "accel" in live and float(live["accel"][1].std(axis=0).max()) > SHAKEN_M_S2:
+        fastest = float(np.quantile(np.abs(rate).max(axis=1), 0.99))
+        return Evidence("rad/s", "the body is shaken") if fastest < SLOW else Evidence(None, "the body is shaken")
+    return _by_noise(gyro_s, rate)
+
+
+def _turning(gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.ndarray, window_s: float) -> Evidence | None:
+    """How far a vector turned over windows, against how far the rates without their mean say."""
+    length_s = min(gyro_s[-1], t_s[-1]) - max(gyro_s[0], t_s[0])
+    count = int(length_s / window_s)
+    if count < ENOUGH or count > len(t_s):
+        return None
+    edges_s = max(gyro_s[0], t_s[0]) + window_s * np.arange(count + 1)
+    means, middles = _means(t_s, vector, edges_s), 0.5 * (edges_s[1:] + edges_s[:-1])
+    size = float(np.median(np.linalg.norm(means, axis=1)))
+    if not size > 0 or not np.isfinite(means).all():
+        return None
+    unit = means / size
+    angles = _integral(gyro_s, rate - np.median(rate, axis=0), middles)
+    said = np.cross(unit[:-1], np.diff(angles, axis=0))  # small angles: dv = v x theta
+    seen = np.diff(unit, axis=0)
+    said_rms, seen_rms = (float(np.sqrt((v**2).sum(axis=1).mean())) for v in (said, seen))
+    if seen_rms < STOOD_STILL * said_rms and said_rms > TURNED:
+        return Evidence(
+            "deg/s",
+            f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}",
+        )
+    if seen_rms < LEAST_TURNING or not said_rms > 0:
+        return None
+    seen = seen - seen.mean(axis=0)  # as the rates are without theirs
+    correlation = float((said * seen).sum() / (np.linalg.norm(said) * np.linalg.norm(seen)))
+    scale = float((said * seen).sum() / (said**2).sum())
+    if correlation > SURE and AS_RAD[0] < scale < AS_RAD[1]:
+        return Evidence("rad/s", "they turn as they say")
+    if correlation > SURE and AS_DEG[0] < scale < AS_DEG[1]:
+        return Evidence("deg/s", f"it turned {scale:.3f} times as far as they say in rad/s")
+    return None
+
+
+def _density(gyro_s: np.ndarray, rate: np.ndarray) -> float:
+    """Of the quietest axis, in the unit of the rates by sqrt(Hz), by differences from sample to sample."""
+    steps = np.diff(rate, axis=0)
+    sigma = 1.4826 * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0) / np.sqrt(2)
+    return float(sigma.min() * np.sqrt(2 * np.median(np.diff(gyro_s))))
+
+
+def _by_noise(gyro_s: np.ndarray, rate: np.ndarray) -> Evidence:
+    density = _density(gyro_s, rate)
+    if density > LOUD:
+        return Evidence(
+            "deg/s", f"a body that hardly turns has a noise of {density:.2g} per sqrt(Hz), and no gyroscope as much in rad/s"
+        )
+    if 0 < density < SILENT:
+        return Evidence("rad/s", "no gyroscope is as silent in deg/s")
+    return Evidence(None, "the body hardly turns, and its noise may be of either")
+
+
+def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
+    """A mean rate across gravity or field that these do not follow: more than any bias."""
+    mean = np.median(rate, axis=0)
+    for sensor in ("accel", "mag"):
+        if sensor in live:
+            t_s, vector = live[sensor]
+            count = len(vector) // ENOUGH
+            means = vector[: count * ENOUGH].reshape(ENOUGH, count, 3).mean(axis=1)
+            unit = means / np.linalg.norm(means, axis=1, keepdims=True)
+            across = float(np.median(np.linalg.norm(np.cross(unit, mean), axis=1)))
+            seen = float(np.linalg.norm(np.diff(unit, axis=0), axis=1).max()) * ENOUGH / float(t_s[-1] - t_s[0])
+            if across > LARGEST_BIAS and seen < STOOD_STILL * across:
+                return Evidence("deg/s", f"a mean of {across:.2g} would turn the body on and on in rad/s, and it did not turn")
+    return None
+
+
+def _means(t_s: np.ndarray, values: np.ndarray, edges_s: np.ndarray) -> np.ndarray:
+    """Of the samples between each two edges; NaN where there are none."""
+    places = np.searchsorted(t_s, edges_s)
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(values, axis=0)])[places]
+    counts = np.diff(places)[:, None]
+    return np.asarray(np.where(counts > 0, np.diff(sums, axis=0) / np.maximum(counts, 1), np.nan))
+
+
+def _integral(t_s: np.ndarray, rate: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    steps = np.diff(t_s)[:, None] * 0.5 * (rate[1:] + rate[:-1])
+    total = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    return np.stack([np.interp(at_s, t_s, column) for column in total.T], axis=1)

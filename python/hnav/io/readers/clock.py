@@ -1,0 +1,103 @@
+"""Times of rows: their unit where the file leaves it unsaid, and stamps that are wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hnav.io.recordings import Unit
+
+SINCE_1970 = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
+"""As seconds 1e11 would be the year 5138, as milliseconds 1973."""
+USUAL_INTERVAL_S = (4e-4, 0.11)
+"""Between samples of inertial sensors; as it spans less than a factor of 1000, one unit at most fits."""
+SURELY_NOT_SECONDS = 2.0
+MOST_WRONG = 0.02
+"""Share of the stamps that may be wrong: with more, nothing is left to go by."""
+FEWEST_WRONG = 3
+LONGEST_RUN = 50
+"""Rows of one stamp: a clock of 1 s at 50 Hz."""
+NEIGHBOURS = 3.5
+"""Intervals between the stamps before and after a wrong one: two, with room for jitter."""
+MENDED = "clock: "
+"""What notes about mended times begin with."""
+
+
+def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:
+    """The unit of times that were taken for seconds, by their intervals or their size; None where these do not tell.
+
+    A header that says seconds is believed unless the year would be beyond 5000.
+    """
+    finite = t[np.isfinite(t)]
+    steps = np.diff(finite)
+    steps = steps[steps > 0]
+    if not len(steps):
+        return None
+    largest = float(np.median(np.abs(finite)))
+    if taken.source == "assumed" and np.median(steps) > SURELY_NOT_SECONDS:
+        for name, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+            if USUAL_INTERVAL_S[0] <= np.median(steps) * factor <= USUAL_INTERVAL_S[1]:
+                return Unit(name, "by its intervals")
+    return next((Unit(name, "by its size") for limit, name in SINCE_1970 if largest > limit), None)
+
+
+def mended(t_s: np.ndarray) -> tuple[np.ndarray, str] | None:
+    """Increasing times, and what was done to them; None where too many are wrong.
+
+    One stamp that does not fit its neighbours lies between them; rows of one stamp are spread to the next; after a clock that was
+    set back, time goes on by the usual interval.
+    """
+    t_s, unknown = _filled(t_s)
+    spread = _spread(t_s) if t_s is not None else None
+    if t_s is None or spread is None:
+        return None
+    shared = int((np.diff(t_s) == 0).sum())
+    usual_s = float(np.median(np.diff(spread)[np.diff(spread) > 0]))
+    single, wrong = _between_neighbours(spread, usual_s)
+    back = np.diff(single) <= 0
+    if wrong + unknown + back.sum() > max(FEWEST_WRONG, MOST_WRONG * len(t_s)):
+        return None
+    done = single.copy()
+    done[1:] += np.cumsum(np.where(back, usual_s - np.diff(single), 0.0))
+    parts = [f"{shared} rows shared a time stamp, they were spread evenly"] if shared else []
+    parts += [f"{wrong + unknown} time stamps did not fit their neighbours and were interpolated"] if wrong + unknown else []
+    if back.any():
+        first = int(np.argmax(back))
+        parts.append(
+            f"the clock was set back {int(back.sum())} times, first by {single[first] - single[first + 1]:.6g} s at {single[first]:.10g} s; "
+            "time goes on there"
+        )
+    return (done, MENDED + ", ".join(parts)) if (np.diff(done) > 0).all() else None
+
+
+def _filled(t_s: np.ndarray) -> tuple[np.ndarray | None, int]:
+    """Times that are missing or not finite lie between the others; how many there were."""
+    known = np.isfinite(t_s)
+    unknown = int((~known).sum())
+    if unknown > max(FEWEST_WRONG, MOST_WRONG * len(t_s)) or known.sum() < 3:
+        return None, unknown
+    rows = np.arange(len(t_s))
+    return (t_s if not unknown else np.interp(rows, rows[known], t_s[known])), unknown
+
+
+def _spread(t_s: np.ndarray) -> np.ndarray | None:
+    """Rows of one stamp at equal steps to the next stamp; None where a run is too long to be a coarse clock."""
+    begins = np.flatnonzero(np.concatenate([[True], np.diff(t_s) != 0]))
+    lengths = np.diff(np.append(begins, len(t_s)))
+    if len(begins) < 3 or lengths.max() > LONGEST_RUN:
+        return None
+    steps = np.diff(t_s[begins])
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    to_next = np.where((steps > 0) & (steps < NEIGHBOURS * usual), steps, usual)
+    to_next = np.append(to_next, usual)
+    place = np.arange(len(t_s)) - np.repeat(begins, lengths)
+    return np.asarray(t_s + place * np.repeat(to_next / lengths, lengths)) if usual else None
+
+
+def _between_neighbours(t_s: np.ndarray, usual_s: float) -> tuple[np.ndarray, int]:
+    """Single stamps outside of those before and after, which fit each other."""
+    around = t_s[2:] - t_s[:-2]
+    outside = (t_s[1:-1] <= t_s[:-2]) | (t_s[1:-1] >= t_s[2:])
+    wrong = outside & (around > 0) & (around < NEIGHBOURS * usual_s)
+    done = t_s.copy()
+    done[1:-1][wrong] = 0.5 * (t_s[:-2] + t_s[2:])[wrong]
+    return done, int(wrong.sum())
