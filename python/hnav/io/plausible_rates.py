@@ -13,7 +13,8 @@ import numpy as np
 
 from hnav.io.findings import Samples
 
-WINDOW_S = (0.5, 2.0, 8.0)
+WINDOWS_S = {"mag": (0.1, 0.5, 2.0, 8.0), "accel": (0.1, 0.5, 2.0)}
+"""Over longer ones the force of an aircraft stays where it is, while the aircraft turns."""
 STEP_S = 0.02
 AS_RAD, AS_DEG = (0.5, 2.0), (0.5 / 57.3, 2.0 / 57.3)
 """Ratios of the turning seen to the turning that the numbers, as rad/s, say."""
@@ -21,8 +22,11 @@ SURE = 0.85
 """Of the correlation of both."""
 LEAST_TURNING = 0.004
 """Rad over a window: what noise of gravity and field may look like."""
-STOOD_STILL, TURNED = 0.2, 0.03
-"""Share of the turning that the numbers say which was seen, and what they must say at least (rad), for a body that turned less."""
+STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, 0.03
+"""Share of the turning that the numbers say which was seen, with room for noise, and what they must say at least (rad), for a body
+that turned 57 times less."""
+FIELD_TURNED, AS_FAST = 0.05, 0.3
+"""Rad over a window, beyond what passing iron does, and the share of the turning that numbers say in rad/s."""
 LARGEST_BIAS = 0.35
 """As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
 SILENT, LOUD = 5e-4, 2.6e-3
@@ -44,20 +48,22 @@ class Evidence:
 def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
     """Of samples whose rates were taken for rad/s."""
     gyro_s, rate = live["gyro"][0] * time_factor, live["gyro"][1]
-    for sensor in ("mag", "accel"):
-        if sensor in live:
-            for window_s in WINDOW_S:
-                if evidence := _turning(gyro_s, rate, live[sensor][0] * time_factor, live[sensor][1], window_s):
-                    return evidence
+    shaken = "accel" in live and float(live["accel"][1].std(axis=0).max()) > SHAKEN_M_S2
+    if shaken and float(np.quantile(np.abs(rate).max(axis=1), 0.99)) < SLOW:
+        return Evidence("rad/s", "the body is shaken, and in deg/s would never turn")
+    for sensor, windows_s in WINDOWS_S.items():
+        for window_s in windows_s if sensor in live else ():
+            vector = live[sensor][0] * time_factor, live[sensor][1]
+            if evidence := _turning(gyro_s, rate, *vector, window_s, sensor == "mag"):
+                return evidence
     if evidence := _steady(rate, live):
         return evidence
-    if "accel" in live and float(live["accel"][1].std(axis=0).max()) > SHAKEN_M_S2:
-        fastest = float(np.quantile(np.abs(rate).max(axis=1), 0.99))
-        return Evidence("rad/s", "the body is shaken") if fastest < SLOW else Evidence(None, "the body is shaken")
-    return _by_noise(gyro_s, rate)
+    return Evidence(None, "the body is shaken") if shaken else _by_noise(gyro_s, rate)
 
 
-def _turning(gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.ndarray, window_s: float) -> Evidence | None:
+def _turning(
+    gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.ndarray, window_s: float, is_field: bool
+) -> Evidence | None:
     """How far a vector turned over windows, against how far the rates without their mean say."""
     length_s = min(gyro_s[-1], t_s[-1]) - max(gyro_s[0], t_s[0])
     count = int(length_s / window_s)
@@ -69,17 +75,22 @@ def _turning(gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.n
     if not size > 0 or not np.isfinite(means).all():
         return None
     unit = means / size
-    angles = _integral(gyro_s, rate - np.median(rate, axis=0), middles)
-    said = np.cross(unit[:-1], np.diff(angles, axis=0))  # small angles: dv = v x theta
+    angle = np.diff(_integral(gyro_s, rate, middles), axis=0)
+    turning = np.cross(unit[:-1], angle)  # small angles: dv = v x theta
+    said = np.cross(unit[:-1], angle - np.median(rate, axis=0) * window_s)
     seen = np.diff(unit, axis=0)
     said_rms, seen_rms = (float(np.sqrt((v**2).sum(axis=1).mean())) for v in (said, seen))
-    if seen_rms < STOOD_STILL * said_rms and said_rms > TURNED:
+    if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and said_rms > TURNED:
         return Evidence(
             "deg/s",
             f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}",
         )
     if seen_rms < LEAST_TURNING or not said_rms > 0:
         return None
+    if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * float(np.sqrt((turning**2).sum(axis=1).mean()))):
+        return Evidence(
+            "rad/s", "the field turns as fast"
+        )  # whatever its axes: in deg/s it would turn 57 times as fast as the body
     seen = seen - seen.mean(axis=0)  # as the rates are without theirs
     correlation = float((said * seen).sum() / (np.linalg.norm(said) * np.linalg.norm(seen)))
     scale = float((said * seen).sum() / (said**2).sum())
@@ -119,7 +130,7 @@ def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
             unit = means / np.linalg.norm(means, axis=1, keepdims=True)
             across = float(np.median(np.linalg.norm(np.cross(unit, mean), axis=1)))
             seen = float(np.linalg.norm(np.diff(unit, axis=0), axis=1).max()) * ENOUGH / float(t_s[-1] - t_s[0])
-            if across > LARGEST_BIAS and seen < STOOD_STILL * across:
+            if across > LARGEST_BIAS and seen < 0.2 * across:
                 return Evidence("deg/s", f"a mean of {across:.2g} would turn the body on and on in rad/s, and it did not turn")
     return None
 

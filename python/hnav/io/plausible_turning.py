@@ -17,6 +17,7 @@ DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken
 SURE, BETTER_BY = 0.8, 0.25  # correlations
 DIP_RAD = np.radians(10)  # below this the dip does not tell up from down
 DIP_SPREAD = 0.5  # of sin(dip), quartile to quartile: above, it is no dip
+HELD = 0.97  # share of gravity that stays when the rates are undone, if these are right
 NAMES = {"gyro": "rate", "accel": "force", "mag": "field"}
 
 
@@ -33,9 +34,10 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     if time is not None and not time.argument:
         return
     yield from _scale(recording, fits, codes)
-    if "gyro" in live and not any(fit is not None and fit.as_it_is >= SURE for fit in fits.values()):
-        yield from _unit_of_rates(recording, live, codes, factor)
     stay = stay_of(live["gyro"], live["accel"], factor) if "gyro" in live and "accel" in live and not gravity_gone else None
+    follows = any(fit is not None and fit.as_it_is >= SURE for fit in fits.values())
+    if "gyro" in live and not follows and not (stay and stay.tells and stay.as_it_is > HELD):
+        yield from _unit_of_rates(recording, live, codes, factor)
     wrong = _wrong_axes(fits, stay)
     yield from _axes(live, fits, stay, wrong, hemisphere)
     if not wrong:
