@@ -86,6 +86,50 @@ def test_a_run_that_the_reference_cannot_follow_is_refused_with_the_difference(t
         record_gains(turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="euler", euler_step_s=0.01))
 
 
+def without_rows(recording, rows):
+    kept = np.delete(np.arange(len(recording.t_s)), rows)
+    names = ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla")
+    return replace(recording, **{name: getattr(recording, name)[kept] for name in names})
+
+
+@pytest.mark.parametrize("gyro_hold", ["forward", "backward"])
+@pytest.mark.parametrize("lost", ["one", "two", "five", "thirty-five", "a third"])
+def test_lost_rows_are_part_of_the_record(turntable, lost, gyro_hold):
+    rows = {"one": [60], "two": [60, 61], "five": range(60, 65), "thirty-five": range(60, 95)}.get(lost)
+    rows = list(rows) if rows else np.flatnonzero(np.random.default_rng(1).random(200) < 0.3)
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off", gyro_hold=gyro_hold)
+    found = record_gains(without_rows(turntable.recording, rows), options)
+    assert found.largest_difference < 1e-11 and not found.restarts
+
+
+def test_a_gap_widens_the_covariance_as_noise_of_its_interval(turntable):
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    whole, lossy = (record_gains(r, options) for r in (turntable.recording, without_rows(turntable.recording, range(60, 95))))
+    longest = max(lossy.corrections, key=lambda c: c.interval_s)
+    assert longest.interval_s == pytest.approx(0.36)
+    usual = np.trace(whole.corrections[50].Q[1:4, 1:4]) * longest.interval_s / 0.01
+    assert np.trace(longest.Q[1:4, 1:4]) > 1.1 * usual
+
+
+def test_a_run_that_began_anew_is_certified_in_parts(turntable):
+    """After more than a second without samples no error is carried on."""
+    solver()
+    experiment = Turntable().run(4.0, seed=5)
+    options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
+    found = record_gains(without_rows(experiment.recording, range(150, 270)), options)
+    assert found.restarts == (pytest.approx(2.7),)
+    with pytest.raises(HnavError, match="at 2.7 s the filter found its attitude anew .* certify the parts"):
+        certify(found)
+    assert not found.from_time(2.8).restarts
+
+
+def test_jitter_of_the_stamps_is_part_of_the_record(turntable):
+    data = turntable.recording
+    t_s = data.t_s + 0.004 * np.random.default_rng(2).random(len(data.t_s))
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    assert record_gains(replace(data, t_s=t_s), options).largest_difference < 1e-11
+
+
 def test_the_closed_form_of_the_flow_is_the_integrated_one(turntable, record):
     options = Options("hrekf", **turntable.settings, gamma_mode="kl", gyro_noise_rad_per_sqrt_s=0.01)
     data, reference = turntable.recording.cropped(0.2), ReferenceFilter(options)
@@ -382,6 +426,7 @@ def test_a_window_ends_when_every_sensor_was_seen():
     np.testing.assert_array_equal(windows.ends(), [2, 3, 7])
     M = np.arange(9)[:, None, None] + 1.0 + np.zeros((9, 1, 1))
     np.testing.assert_allclose(windows.products(M).ravel(), [6, 4, 5 * 6 * 7 * 8])
+    assert windows.unfinished == 1
     whole = windows_of(invariant_record(1.0))
     assert whole.longest == 1 and whole.places == 1
 

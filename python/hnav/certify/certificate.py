@@ -49,6 +49,7 @@ class Certificate:
     certified: bool = False
     reason: str = ""
     longest_window: int = 1  # corrections; more than 1 where a sensor is missing at some
+    unfinished: int = 0  # corrections at the end, in a window that did not end: V is bounded there, decay is not claimed
     spectral_rate_1_s: float = np.nan  # of the product over the slowest window: no certificate can exceed it
     rate_1_s: float = np.nan  # of |e| near zero: linear part, one P for all windows
     region_rate_1_s: float = np.nan  # of |e| inside the region, remainders included
@@ -186,6 +187,11 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
         raise HnavRuntimeError(
             "no data", f"{record.name}: {len(record.corrections)} corrections; a certificate needs two or more"
         )
+    if record.restarts:
+        raise HnavRuntimeError(
+            "no data", f"{record.name}: at {record.restarts[0]:g} s the filter found its attitude anew (after a gap of more than a second, or "
+            "because the force spoke against its horizon); certify the parts before and after it (--duration, --from)"
+        )  # fmt: skip
     begin = time.perf_counter()
     T = np.array([c.interval_s for c in record.corrections])
     found = Certificate(record.name, len(T), float(np.median(T)), record.largest_difference)
@@ -231,7 +237,7 @@ class _Stages:
 def _search(found: Certificate, inequality: SampledDataInequality, progress: Progress, starts: int, seed: int) -> str:
     """Fills in the figures one after the other; returns why there is no certificate, empty if there is one."""
     record = inequality.record
-    found.longest_window = inequality.windows.longest
+    found.longest_window, found.unfinished = inequality.windows.longest, inequality.windows.unfinished
     radius = spectral_radii(inequality)
     rates = -np.log(radius) / np.diff(np.cumsum(inequality.T)[inequality.windows.ends()], prepend=0)
     found.spectral_rate_1_s = float(rates.min())

@@ -23,7 +23,7 @@ from hnav.errors import HnavRuntimeError
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_options import Options
 from hnav.io.recordings import Recording
-from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, product
+from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, Xi, product
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
@@ -75,14 +75,17 @@ class GainRecord:
     name: str
     corrections: list[Correction]
     largest_difference: float  # reference against C, over all rows
+    restarts: tuple[float, ...] = ()
+    """Times (s) at which the filter found its attitude anew: no error is carried across."""
 
     def from_time(self, t_s: float) -> GainRecord:
-        """Without the corrections before t_s."""
-        return GainRecord(self.name, [c for c in self.corrections if c.t_s >= t_s], self.largest_difference)
+        """Without what was before t_s."""
+        later = [c for c in self.corrections if c.t_s >= t_s]
+        return replace(self, corrections=later, restarts=tuple(t for t in self.restarts if t >= t_s))
 
     def with_gain(self, factor: float) -> GainRecord:
         """The same run with every K multiplied; the covariances stay, for they are no part of the certificate."""
-        return GainRecord(self.name, [replace(c, K=factor * c.K) for c in self.corrections], self.largest_difference)
+        return replace(self, corrections=[replace(c, K=factor * c.K) for c in self.corrections])
 
 
 def left_multiplication(p: np.ndarray) -> np.ndarray:
@@ -142,6 +145,11 @@ class WatchedReference(ReferenceFilter):
         self.Phi, self.Q = Phi @ self.Phi, Phi @ self.Q @ Phi.T + Q
         self.q_minus = q_next
 
+    def widen(self, variance: float) -> None:
+        """A gap is noise of its interval."""
+        super().widen(variance)
+        self.Q[:4, :4] += variance * Xi(self.q) @ Xi(self.q).T
+
     def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         """The start is the library's: see start_from."""
 
@@ -190,11 +198,18 @@ def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
     return float(max(np.abs(x[:4] - reference.q).max(), np.abs(x[4:7] - reference.b).max(), relative.max()))
 
 
+def _why_they_differ(in_c: Filter, options: Options) -> str:
+    if options.solver != "closed_form":
+        return "certify with solver=closed_form, the exact flow"
+    return "the library rejected a sample that the reference used (outlier, stuck or saturated sensor): see hnav check"
+
+
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
     """Runs both over the recording. Raises HnavError when they differ, or when there was no correction."""
     recording = recording.in_order_of_measurement()
     in_c, reference = Filter(options), WatchedReference(options)
     corrections: list[Correction] = []
+    restarts: list[float] = []
     largest = 0.0
     n = len(recording.t_s)
     field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
@@ -204,13 +219,15 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
             if np.isfinite(value).all():
                 push(t_s, value)
         in_c.advance(t_s)
-        last_s, reference.gain = reference.last_correction, None
+        last_s, was_started, reference.gain = reference.last_correction, reference.started, None
         reference.event(t_s, rate, force, magnetic)
+        if was_started and not reference.started:
+            restarts.append(t_s)
         if reference.started:
             largest = max(largest, difference(in_c.get_x(), reference))
             if not largest < TOLERANCE:
                 raise HnavRuntimeError("solver", f"{recording.name}: at {t_s:g} s library and reference differ by {largest:.1e}, more than {TOLERANCE:g}; "
-                                    "certify with solver=closed_form, the exact flow")  # fmt: skip
+                                    f"{_why_they_differ(in_c, options)}")  # fmt: skip
             if reference.gain is not None:
                 corrections.append(reference.correction(t_s, t_s - last_s))
                 reference.forget_flow()
@@ -222,4 +239,4 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
             progress(i + 1, n)
     if not corrections:
         raise HnavRuntimeError("no data", f"{recording.name}: the filter made no correction")
-    return GainRecord(recording.name, corrections, largest)
+    return GainRecord(recording.name, corrections, largest, tuple(restarts))

@@ -28,6 +28,7 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
     rows = [
         ("corrections", f"{found.corrections}", f"every {1e3 * found.interval_s:.4g} ms; library and reference agree to {found.largest_difference:.0e}"),
         ("windows", "-" if found.longest_window == 1 else f"{found.longest_window}", "corrections in the longest: a window ends when every sensor was seen, and it has to contract, no single correction"),
+        ("unfinished", "-" if not found.unfinished else f"{found.unfinished}", "corrections at the end whose window did not end: the error is bounded there, no decay is claimed"),
         ("decay rate", number(found.rate_1_s, " 1/s"), f"one P for all {whole}; the slowest single one allows {number(found.spectral_rate_1_s)}"),
         ("region", number(found.region_deg, " deg"), f"largest attitude error inside; all below {number(found.sure_deg)} deg are, without bias error"),
         ("", number(found.region_bias_deg_s, " deg/s"), f"largest bias error inside; errors decay by {number(found.region_rate_1_s)} 1/s or more"),

@@ -37,6 +37,11 @@ class Windows:
         """Corrections in the longest window that ended."""
         return int(np.diff(self.ends(), prepend=-1).max(initial=0))
 
+    @property
+    def unfinished(self) -> int:
+        """Corrections after the last window that ended."""
+        return len(self.after) - 1 - int(self.ends().max(initial=-1))
+
     def ends(self) -> np.ndarray:
         """The last correction of every window that ended."""
         found: np.ndarray = np.flatnonzero(self.after == 0)

@@ -164,6 +164,25 @@ class Gain(NamedTuple):
 
 SETTLING_S, WINDOW_S = 20.0, 10.0  # of the corrected adaptation
 
+GAP_INTERVALS = 3  # a time without rates longer than so many usual intervals is a gap (c_src/signals/sampling.hpp)
+LONGEST_GAP_S = 1.0  # after a longer one the attitude is found anew
+CHANGE_MEMORY_S, GAP_TURN_FACTOR = 2.0, 2.5  # of the mean square change of the rate; the share of it that a gap may hide
+MEAN_FORCE_S, FAR_COSINE, GRAVITY_M_S2 = 1.0, 0.76, 9.80665  # a mean force 40 deg off the vertical: the attitude is lost
+
+
+def is_gap(since_s: float, usual_s: float) -> bool:
+    """Whether samples are missing, by the time since the last one and the usual time between two (0: not known)."""
+    return usual_s > 0 and since_s > GAP_INTERVALS * usual_s
+
+
+def usual_interval(since_s: float, usual_s: float) -> float:
+    """The usual time between two samples after one that came since_s after the last (NaN: it is the first)."""
+    if not since_s > 0:
+        return usual_s
+    if not usual_s > 0:
+        return since_s
+    return 1.2 * usual_s if is_gap(since_s, usual_s) else usual_s + 0.1 * (since_s - usual_s)
+
 
 class ReferenceFilter:
     """HEKF and HREKF by options; push one instant after the other with event()."""
@@ -180,24 +199,30 @@ class ReferenceFilter:
         self.user_from_internal = product(enu, to_true_north) if options.navigation_frame == "enu" else to_true_north
         self.q: Numbers = np.array([1.0, 0, 0, 0])
         self.b: Numbers = np.array(options.start_gyro_bias_rad_s)
-        self.P: Numbers = np.zeros((7, 7))
+        self.P: Numbers = np.diag(np.r_[np.zeros(4), np.full(3, options.start_sigma_bias_rad_s**2)])
         self.Q_b: Numbers = options.gyro_bias_walk_rad_s_per_sqrt_s**2 * np.eye(3)
         self.rate: Numbers | None = None
-        self.started = False
+        self.spacing_s = self.change_power = 0.0  # usual time between two rates; mean square of their change per second
+        self.mean_force_n: Numbers = np.zeros(3)
         self.t = 0.0
-        self.sums: dict[str, list[Numbers]] = {"accel": [], "mag": []}
-        self.last: dict[str, float] = {}
-        self.last_correction = 0.0
+        self.forget_attitude()
         self.P_after = self.P
-        self.reference: tuple[float, float] | None = None
-        if options.reference_mode == "given":
-            self.reference = (options.reference_strength_tesla, options.reference_dip_rad)
         self.gamma = np.inf
         self.settled_s, self.window_s, self.bias_sum, self.change = np.nan, 0.0, np.zeros(3), 0.0  # of the adaptation
         self.direction, self.swings = 0.0, 0
-        self.information = np.zeros(2)  # tilt, heading: gained since the start
         self.nis: dict[str, float] = {}
         self.gain: Gain | None = None  # of the last correction
+
+    def forget_attitude(self) -> None:
+        """Attitude and magnetic reference are found from the next samples; the bias and its covariance stay."""
+        o = self.options
+        self.started = False
+        self.sums: dict[str, list[Numbers]] = {"accel": [], "mag": []}
+        self.last: dict[str, float] = {}
+        self.last_correction = 0.0
+        self.information = np.zeros(2)  # tilt, heading: gained since the start
+        given = o.reference_mode == "given"
+        self.reference: tuple[float, float] | None = (o.reference_strength_tesla, o.reference_dip_rad) if given else None
 
     # ----------------------------------------------------------------------------------------- outputs
 
@@ -258,18 +283,56 @@ class ReferenceFilter:
         """All samples of one instant, sensor axes, SI units; None: no sample."""
         rate, force, field = (None if v is None or np.isnan(v).all() else self.mounting @ v for v in (rate, force, field))
         if rate is not None and self.options.gyro_hold == "backward":
-            self.rate = rate
+            self.hold(t_s, rate)
         if self.started:
             self.flow(t_s - self.t)
+            if not self.literal:
+                self.pass_gap(t_s, rate, force)
+        if self.started:
             self.correct(t_s, force, field)
         else:
             self.collect(t_s, force, field)
         self.t = t_s
-        for sensor, value in (("accel", force), ("mag", field)):
+        if rate is not None:
+            self.spacing_s = usual_interval(t_s - self.last.get("gyro", np.nan), self.spacing_s)
+            self.hold(t_s, rate)
+        for sensor, value in (("gyro", rate), ("accel", force), ("mag", field)):
             if value is not None:
                 self.last[sensor] = t_s
-        if rate is not None:
-            self.rate = rate
+
+    def hold(self, t_s: float, rate: Numbers) -> None:
+        """From here on, or over the interval that ends here; learns how fast rates change, but not over a gap."""
+        T = t_s - self.last.get("gyro", np.nan)
+        if self.rate is not None and T > 0 and not is_gap(T, self.spacing_s):
+            square = float((rate - self.rate) @ (rate - self.rate)) / (3 * T * T)
+            self.change_power += T / (T + CHANGE_MEMORY_S) * (square - self.change_power)
+        self.rate = rate
+
+    def pass_gap(self, t_s: float, rate: Numbers | None, force: Numbers | None) -> None:
+        """What the gap that ends here may have hidden: a turn, which is admitted, or any turn, after which the attitude is found anew."""
+        gap_s = t_s - self.last.get("gyro", np.nan)
+        gap = is_gap(gap_s, self.spacing_s)
+        if (gap and gap_s > LONGEST_GAP_S) or self.force_is_far(t_s, force):
+            self.forget_attitude()
+            self.mean_force_n = np.zeros(3)
+        elif gap and rate is not None:
+            share = (0.125 if self.options.gyro_hold == "backward" else 0.5) * GAP_TURN_FACTOR * gap_s**2
+            self.widen(share**2 * self.change_power)
+
+    def force_is_far(self, t_s: float, force: Numbers | None) -> bool:
+        """Whether the mean force is far from the vertical although it is as large as gravity."""
+        if force is None:
+            return False
+        T = self.interval("accel", t_s)
+        upright = C_bn(self.q / np.linalg.norm(self.q)).T
+        self.mean_force_n = self.mean_force_n + T / (MEAN_FORCE_S + T) * (upright @ force - self.mean_force_n)
+        size = float(np.linalg.norm(self.mean_force_n))
+        return abs(size - GRAVITY_M_S2) < 0.4 * GRAVITY_M_S2 and -self.mean_force_n[2] < FAR_COSINE * size
+
+    def widen(self, variance: float) -> None:
+        """Adds to the covariance of the rotation about every axis, rad^2; what was learnt before counts no more."""
+        self.P[:4, :4] += variance * Xi(self.q) @ Xi(self.q).T
+        self.information = np.zeros(2)
 
     def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         """TRIAD on the means of the first samples; the paper's start x0 = 0 is no quaternion."""
@@ -292,8 +355,9 @@ class ReferenceFilter:
                 float(np.arctan2(vertical, north)),
             )  # its azimuth is north by construction
         theta = R_bn.T @ np.diag([o.start_sigma_tilt_rad**2] * 2 + [o.start_sigma_heading_rad**2]) @ R_bn
-        self.P[:4, :4] = Xi(self.q) @ theta @ Xi(self.q).T
-        self.P[4:, 4:] = o.start_sigma_bias_rad_s**2 * np.eye(3)
+        biases = self.P[4:, 4:]
+        self.P = np.zeros((7, 7))
+        self.P[:4, :4], self.P[4:, 4:] = Xi(self.q) @ theta @ Xi(self.q).T, biases
         self.last_correction = t_s
         self.P_after = self.P
         self.started = True

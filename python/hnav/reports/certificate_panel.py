@@ -11,6 +11,7 @@ from hnav.systems.results import Run
 # Key in certificate.json, unit, what it says. Those that were not reached are null there and are left out.
 FIGURES = (
     ("longest_window", "", "corrections in the longest window, which ends when every sensor was seen"),
+    ("unfinished", "", "corrections at the end in a window that did not end: the error is bounded there, no decay is claimed"),
     ("rate_1_s", "1/s", "decay of small errors, one P for all windows"),
     ("spectral_rate_1_s", "1/s", "of the slowest single window: no certificate can exceed it"),
     ("region_deg", "deg", "largest attitude error inside the region"),

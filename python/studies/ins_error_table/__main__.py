@@ -26,10 +26,12 @@ from studies.ins_error_table.comparison import (
     PAIRS,
     PAPER,
     PAPER_NOW,
+    PAPER_RATIOS,
     Result,
     alarms,
     compare,
     in_display_units,
+    rmse_ratio,
     wins,
 )
 
@@ -75,6 +77,9 @@ def error_table(both: Sequence[Flown], runs: int) -> Table:
             rmse = in_display_units(flown.plane, flown.results[name].rmse(FAULT))
             cells += [f"{m:.4f} ±{1.96 * s / np.sqrt(runs):.4f}" for m, s in zip(rmse.mean(0), rmse.std(0))]
         table.add_row(name, *cells)
+    measured = np.concatenate([rmse_ratio(flown.results) for flown in both])
+    for name, ratios in (("AMDKF/MDKF", measured), ("AMDKF/MDKF in the paper", np.concatenate(PAPER_RATIOS))):
+        table.add_row(name, *(f"{ratio:.2f}" for ratio in ratios))
     return table
 
 

@@ -37,6 +37,11 @@ FILTERS: dict[str, dict[str, Any]] = {
 }
 PAPER_NOW = "AMDKF, predicted to now"
 PAPER, OURS, OURS_LATE, ORACLE = "AMDKF, M = 20", "augmented, joint", "augmented, joint, lag 1", "oracle"
+# Table 1 of the paper, RMSE of its AMDKF over that of its MDKF: u, w, q, theta; beta, p, r, phi.
+PAPER_RATIOS = (
+    np.array([0.9845, 3.7517, 0.0308, 0.1229]) / [1.8245, 3.8745, 0.0379, 0.1891],
+    np.array([0.0234, 0.0608, 0.0303, 0.0863]) / [0.0206, 0.0360, 0.0287, 0.0743],
+)
 # Equal data twice, then one sample less for ours.
 PAIRS = ((OURS, PAPER_NOW), (OURS_LATE, PAPER), (OURS, PAPER))
 
@@ -168,6 +173,12 @@ def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> Alarms:
         false.append(1000 * onset[:, healthy].sum() / (healthy.sum() * len(raised)))
     within = np.array([np.mean(d <= 10) for d in delays])
     return Alarms(within, np.array([np.median(d) for d in delays]), np.array(false), names)
+
+
+def rmse_ratio(one: dict[str, Result]) -> np.ndarray:
+    """n: of the paper's adaptive filter over its other one in the fault, by channel."""
+    ratio: np.ndarray = one[PAPER].rmse(FAULT).mean(0) / one["MDKF"].rmse(FAULT).mean(0)
+    return ratio
 
 
 def wins(one: dict[str, Result], ours: str, theirs: str) -> np.ndarray:
