@@ -1,15 +1,16 @@
 """What the robust law and the adaptation of the HREKF are worth: beside an EKF as it was told, and one with a larger Q.
 
-    ./run study robust [--seeds 20] [--part scenarios|start|rates|adaptation]
+    ./run study robust [--seeds 20] [--part scenarios|measurements|start|rates|adaptation]
 
 A body turns to and fro about all axes; gyroscope, force and field have white noise and the gyroscope a bias that walks. A filter
-is told the noise, and in each scenario one thing is other than told. Errors are root mean squares of the whole attitude over
+is told the noise, and in each scenario one thing is other than told: of the gyroscope (scenarios) or of force and field (measurements,
+beside filters of the literature, studies.peers). Errors are root mean squares of the whole attitude over
 5 to 40 s and all seeds, deg.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any
@@ -24,6 +25,7 @@ from hnav.filters.attitude import Filter
 from hnav.filters.attitude_options import Options
 from studies import larger_q
 from studies.command import check_choices, study
+from studies.peers import PEERS, Peer, Told, swap
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
 FIELD_N = 5e-5 * np.array([np.cos(1.1), 0, np.sin(1.1)])
@@ -38,6 +40,10 @@ class Scenario:
     walk: float = WALK
     ramp_rad_s2: float = 0.0  # of the bias, each axis
     scale: float = 0.0  # of the gyroscope
+    outliers: float = 0.0  # share of the samples of force and field that are off by half their length in each axis
+    heavy_tails: bool = False  # noise of force and field: Student's t with 3 degrees of freedom, of the same variance
+    acceleration_m_s2: float = 0.0  # amplitude of a horizontal acceleration of 4 s
+    iron: float = 0.0  # hard iron on each axis, in field strengths
 
 
 AS_TOLD = "as told"
@@ -47,6 +53,15 @@ SCENARIOS = {
     "bias walk x 100": Scenario(walk=100 * WALK),
     "bias ramp": Scenario(ramp_rad_s2=2e-3),
     "gyro scale 1 %": Scenario(scale=0.01),
+}
+MEASUREMENTS = {
+    AS_TOLD: Scenario(),
+    "2 % outliers": Scenario(outliers=0.02),
+    "10 % outliers": Scenario(outliers=0.1),
+    "heavy tails": Scenario(heavy_tails=True),
+    "acceleration 1 m/s2": Scenario(acceleration_m_s2=1.0),
+    "iron 5 %": Scenario(iron=0.05),
+    "bias walk x 100": SCENARIOS["bias walk x 100"],
 }
 TOLD: dict[str, Any] = {
     "gyro_noise_rad_per_sqrt_s": GYRO_NOISE,
@@ -72,6 +87,7 @@ FILTERS: dict[str, dict[str, Any]] = {
     larger_q.NAME: larger_q.larger_q(WALK),
 }
 STARTS = FILTERS | {"HREKF, relative 15": {"gamma_mode": "relative", "gamma_relative_rate_1_s": 15.0}}
+GATES = {"accel_gate_nis": 14.0, "mag_gate_nis": 14.0}  # chi-square of three degrees of freedom at 99.7 %
 CLAIMS = (100.0, 10.0, 1.0, 0.1, 0.01)
 
 
@@ -103,8 +119,13 @@ def simulate(scenario: Scenario, seed: int, duration_s: float = END_S, rate_hz: 
     bias = start + np.cumsum(scenario.walk * np.sqrt(T) * rng.normal(size=(n, 3)), axis=0) + scenario.ramp_rad_s2 * t[:, None]
     rate = (1 + scenario.scale) * true + bias + scenario.noise_factor * GYRO_NOISE / np.sqrt(T) * rng.normal(size=(n, 3))
     noise = DIRECTION_NOISE / np.sqrt(T) * rng.normal(size=(2, n, 3))
-    force = 9.80665 * (attitude.apply([0, 0, -1], inverse=True) + noise[0])
-    field = attitude.apply(FIELD_N, inverse=True) + 5e-5 * noise[1]
+    if scenario.heavy_tails:
+        noise = DIRECTION_NOISE / np.sqrt(T) * rng.standard_t(3, size=(2, n, 3)) / np.sqrt(3)
+    if scenario.outliers:
+        noise += 0.5 * rng.normal(size=(2, n, 3)) * (rng.random((2, n, 1)) < scenario.outliers)
+    up = np.stack([scenario.acceleration_m_s2 / 9.80665 * np.sin(2 * np.pi / 4 * t), np.zeros(n), -np.ones(n)], axis=1)
+    force = 9.80665 * (attitude.apply(up, inverse=True) + noise[0])
+    field = attitude.apply(FIELD_N, inverse=True) + 5e-5 * (noise[1] + scenario.iron)
     return Run(t, rate, force, field, attitude, bias)
 
 
@@ -150,6 +171,37 @@ def scenarios_table(seeds: int) -> Table:
     for name, scenario in SCENARIOS.items():
         if name != AS_TOLD:
             table.add_row(name, *(f"{error:.2f}" for error in settled_rms(scenario, FILTERS.values(), seeds)))
+    return table
+
+
+def peers_rms(scenario: Scenario, seeds: int, rate_hz: float = 100.0) -> list[float]:
+    """Of the filters of the literature, on the runs of settled_rms."""
+    runs = [simulate(scenario, seed, rate_hz=rate_hz) for seed in range(seeds)]
+    starts = [Rotation.from_rotvec(start_error(seed)) * run.attitude[0] for seed, run in enumerate(runs)]
+    told = Told(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, 0.05, 0.05, 0.02)
+    settled = runs[0].t_s >= SETTLED_S
+    return [float(np.sqrt(np.mean(np.square(errors_of(peer, runs, starts, told)[:, settled])))) for peer in PEERS.values()]
+
+
+def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], told: Told) -> np.ndarray:
+    """Attitude error of a filter of the literature, seeds x n, deg."""
+    rate = np.stack([run.rate for run in runs])
+    y = np.stack([np.hstack([run.force / 9.80665, run.field / 5e-5]) for run in runs])
+    R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), told)
+    true = np.stack([run.attitude.as_matrix() for run in runs])
+    angle: np.ndarray = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
+    return np.degrees(angle).reshape(len(runs), -1)
+
+
+def measurements_table(seeds: int) -> Table:
+    gated = {f"{name}, gates 14": settings | GATES for name, settings in FILTERS.items() if name != larger_q.NAME}
+    ours = FILTERS | gated
+    table = Table(
+        "", *ours, *PEERS, title=f"error after {SETTLED_S:g} s, deg, {seeds} seeds; gates 14: of force and field, NIS of three"
+    )
+    for name, scenario in MEASUREMENTS.items():
+        errors = settled_rms(scenario, ours.values(), seeds) + peers_rms(scenario, seeds)
+        table.add_row(name, *(f"{error:.2f}" for error in errors))
     return table
 
 
@@ -224,7 +276,13 @@ def adaptation_table(seeds: int) -> Table:
     return table
 
 
-PARTS = {"scenarios": scenarios_table, "start": start_table, "rates": rates_table, "adaptation": adaptation_table}
+PARTS = {
+    "scenarios": scenarios_table,
+    "measurements": measurements_table,
+    "start": start_table,
+    "rates": rates_table,
+    "adaptation": adaptation_table,
+}
 
 
 def command(
@@ -235,7 +293,7 @@ def command(
     check_choices("--part", [part], PARTS)
     for name, table in PARTS.items():
         if part in (None, name):
-            show(table(seeds), width=120)
+            show(table(seeds), width=160)
     say(
         "The robust law wins against an EKF that nobody tuned and is sooner right after an over-confident start; where the model is wrong "
         "for long an EKF with a larger Q wins, where it is right the EKF as told."
