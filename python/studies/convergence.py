@@ -83,7 +83,7 @@ def ours(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: 
     errors = []
     for run, start in zip(runs, starts):
         q = Filter(options_of(name, start, claim_deg)).run(run.t_s, run.rate, run.force, run.field).q_nb
-        lacks = np.isnan(q).any(axis=1)
+        lacks = np.isnan(q[:, 0])
         seen = Rotation.from_quat(np.where(lacks[:, None], [1.0, 0, 0, 0], q)[:, [1, 2, 3, 0]])
         errors.append(np.where(lacks, np.nan, np.degrees((seen * run.attitude.inv()).magnitude())))
     return errors

@@ -171,10 +171,11 @@ def unscented(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, told
 
 
 def floored(P: np.ndarray) -> np.ndarray:
-    """Symmetric, with eigenvalues of at least a millionth of the largest."""
+    """Symmetric, with eigenvalues of at least 1e-9 of the largest."""
     values, vectors = np.linalg.eigh(0.5 * (P + swap(P)))
     values = np.maximum(values, 1e-9 * values[:, -1:])
-    return (vectors * values[:, None, :]) @ swap(vectors)
+    positive: np.ndarray = (vectors * values[:, None, :]) @ swap(vectors)
+    return positive
 
 
 PEERS: dict[str, Peer] = {

@@ -189,8 +189,9 @@ def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], told:
     y = np.stack([np.hstack([run.force / 9.80665, run.field / 5e-5]) for run in runs])
     R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), told)
     true = np.stack([run.attitude.as_matrix() for run in runs])
-    angle: np.ndarray = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
-    return np.degrees(angle).reshape(len(runs), -1)
+    angle = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
+    error_deg: np.ndarray = np.degrees(angle).reshape(len(runs), -1)
+    return error_deg
 
 
 def measurements_table(seeds: int) -> Table:

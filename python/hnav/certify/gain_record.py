@@ -198,10 +198,15 @@ def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
     return float(max(np.abs(x[:4] - reference.q).max(), np.abs(x[4:7] - reference.b).max(), relative.max()))
 
 
-def _why_they_differ(in_c: Filter, options: Options) -> str:
-    if options.solver != "closed_form":
-        return "certify with solver=closed_form, the exact flow"
-    return "the library rejected a sample that the reference used (outlier, stuck or saturated sensor): see hnav check"
+def _refuse_difference(name: str, t_s: float, found: float, options: Options) -> None:
+    if found < TOLERANCE:
+        return
+    cure = "certify with solver=closed_form, the exact flow"
+    if options.solver == "closed_form":
+        cure = "the library rejected a sample that the reference used (outlier, stuck or saturated sensor): see hnav check"
+    raise HnavRuntimeError(
+        "solver", f"{name}: at {t_s:g} s library and reference differ by {found:.1e}, more than {TOLERANCE:g}; {cure}"
+    )
 
 
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
@@ -225,9 +230,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
             restarts.append(t_s)
         if reference.started:
             largest = max(largest, difference(in_c.get_x(), reference))
-            if not largest < TOLERANCE:
-                raise HnavRuntimeError("solver", f"{recording.name}: at {t_s:g} s library and reference differ by {largest:.1e}, more than {TOLERANCE:g}; "
-                                    f"{_why_they_differ(in_c, options)}")  # fmt: skip
+            _refuse_difference(recording.name, t_s, largest, options)
             if reference.gain is not None:
                 corrections.append(reference.correction(t_s, t_s - last_s))
                 reference.forget_flow()
