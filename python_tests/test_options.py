@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hnav.filters.attitude_options import FILTERS, Options
+from hnav.filters.options import FILTERS, Options
 from hnav.native.headers import write_binding
 from hnav.native.options import option_rows
 
@@ -123,7 +123,7 @@ import importlib.util, sys
 spec = importlib.util.spec_from_file_location("hnav.native._hnav", sys.argv[1])
 sys.modules[spec.name] = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(sys.modules[spec.name])
-from hnav.filters.attitude_options import Options, option_table
+from hnav.filters.options import Options, option_table
 row = option_table("ahrs")["extra_rad_s"]
 print(row.group, row.unit, row.min, row.max, row.default, Options("ahrs", extra_rad_s=0.5))
 """

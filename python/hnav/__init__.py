@@ -32,17 +32,16 @@ from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOpti
 if TYPE_CHECKING:
     from hnav.filters.attitude import Filter
     from hnav.filters.attitude_answers import Run
-    from hnav.filters.attitude_options import Options
     from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
     from hnav.filters.declination import declination_rad
     from hnav.filters.ins import Ins
     from hnav.filters.ins_aids import Aids
     from hnav.filters.ins_answers import InsRun
     from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions, InsErrorRun
-    from hnav.filters.ins_options import InsOptions
     from hnav.filters.linear_model import LinearModel
     from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
     from hnav.filters.observer_plan import Plan, read_plan
+    from hnav.filters.options import Options
     from hnav.filters.plant import Plant
     from hnav.io.readers import read
     from hnav.io.recordings import Recording
@@ -59,7 +58,6 @@ __all__ = [
     "InsErrorFilter",
     "InsErrorOptions",
     "InsErrorRun",
-    "InsOptions",
     "InsRun",
     "LinearModel",
     "MagnetometerCalibration",
@@ -90,14 +88,13 @@ _HOME = {
     "InsErrorFilter": "filters.ins_error",
     "InsErrorOptions": "filters.ins_error",
     "InsErrorRun": "filters.ins_error",
-    "InsOptions": "filters.ins_options",
     "InsRun": "filters.ins_answers",
     "LinearModel": "filters.linear_model",
     "MagnetometerCalibration": "filters.calibration",
     "Observer": "filters.observer",
     "ObserverOptions": "filters.observer",
     "ObserverRun": "filters.observer",
-    "Options": "filters.attitude_options",
+    "Options": "filters.options",
     "Plan": "filters.observer_plan",
     "Plant": "filters.plant",
     "Recording": "io.recordings",

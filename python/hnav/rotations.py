@@ -13,6 +13,14 @@ def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
                      w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p], axis=1)  # fmt: skip
 
 
+def rotated(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """q vector q*, n x 3: vectors (n x 3, or one of 3) from the axes on the right of q to those on its left."""
+    of_three = np.atleast_2d(vector)
+    pure = np.concatenate([np.zeros((len(of_three), 1)), of_three], axis=1)
+    turned: np.ndarray = quaternion_product(quaternion_product(q, pure), q * [1, -1, -1, -1])[:, 1:]
+    return turned
+
+
 def euler_rad(q: np.ndarray) -> np.ndarray:
     """Roll, pitch, yaw (n x 3), rotation order z y x; NaN rows stay NaN."""
     w, x, y, z = q.T

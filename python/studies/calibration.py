@@ -20,10 +20,10 @@ import typer
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer
-from studies.command import study
+from studies.command import study, tracked
 
 COVERAGES = ("every attitude", "tilt 60 deg", "tilt 45 deg", "tilt 35 deg", "tilt 25 deg", "tilt 10 deg", "one pole", "yaw only")
 NOISES = (0.002, 0.005, 0.01, 0.02)
@@ -117,14 +117,11 @@ def command(
     columns = ("coverage", "noise", "outliers", "answered", "no rotation", "error deg", "largest", "stated deg", "covered")
     table = Table(*columns, title=f"{recordings} recordings each, seeds from {seed}")
     done: list[Answer | None] = []
-    with bar() as progress:
-        task = progress.add_task("recordings", total=len(COVERAGES) * len(NOISES) * len(OUTLIERS) * recordings)
-        for coverage, noise, outliers in product(COVERAGES, NOISES, OUTLIERS):
-            answers = [answer(coverage, noise, outliers, seed + k) for k in range(recordings)]
-            done += answers
-            if any(answers):
-                table.add_row(coverage, f"{noise:.1%}", f"{outliers:.0%}", *row(answers))
-            progress.advance(task, recordings)
+    for coverage, noise, outliers in tracked(list(product(COVERAGES, NOISES, OUTLIERS)), "coverage, noise and outliers"):
+        answers = [answer(coverage, noise, outliers, seed + k) for k in range(recordings)]
+        done += answers
+        if any(answers):
+            table.add_row(coverage, f"{noise:.1%}", f"{outliers:.0%}", *row(answers))
     table.add_section()
     table.add_row("all", "", "", *row(done))
     show(table, width=120)

@@ -5,14 +5,19 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
+import pandas as pd
 import typer
+from rich.table import Table
 
+from hnav.cli.console import bar
 from hnav.cli.words import UsageError, answer
+from hnav.io.outputs import write_files
 
+Item = TypeVar("Item")
 Workers = Annotated[int, typer.Option(min=1, help="Processes")]
 WORKERS = min(2, os.cpu_count() or 1)
 Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers")]
@@ -37,6 +42,29 @@ def check_choices(option: str, chosen: Iterable[str | None], known: Collection[s
     for name in chosen:
         if name is not None and name not in known:
             raise UsageError(f"{option} {name}: choose from {', '.join(known)}")
+
+
+def tracked(items: Iterable[Item], what: str, total: float | None = None) -> Iterator[Item]:
+    """Each of the items, beside a bar that says how many there were. total: where the items have no length."""
+    with bar() as progress:
+        yield from progress.track(items, total, description=what)
+
+
+def titled_table(title: str, names: str, figures: str = "", **style: Any) -> Table:
+    """Without rows: columns of names, which are not broken, and of figures to the right; " | " parts their heads."""
+    table = Table(title=title, title_justify="left", **style)
+    for name in names.split(" | "):
+        table.add_column(name, no_wrap=True)
+    for name in figures.split(" | ") if figures else ():
+        table.add_column(name, justify="right")
+    return table
+
+
+def write_rows(path: Path, rows: Iterable[Mapping[str, object]]) -> None:
+    """As CSV: empty cells where there is no figure, flags as 0 and 1. Raises OutputError."""
+    table = pd.DataFrame(list(rows))
+    flags = table.select_dtypes(bool).columns
+    write_files({path: table.astype(dict.fromkeys(flags, int)).to_csv(index=False, float_format="%.6g", lineterminator="\n")})
 
 
 def after(time_s: float) -> str:

@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study
 from studies.peers import PEERS, Told

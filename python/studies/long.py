@@ -20,11 +20,11 @@ import typer
 from numpy.typing import NDArray
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName
 from hnav.filters.attitude import Filter
-from hnav.rotations import quaternion_product, rotation_error_rad
-from studies.command import study
+from hnav.rotations import quaternion_of_euler, rotated, rotation_error_rad
+from studies.command import study, tracked
 
 PERIOD_S = 1000  # after which the motion repeats
 INTERVAL_S = 0.01
@@ -52,22 +52,11 @@ class Motion:
         roll = 0.5 * np.sin(97 * turns) + 0.3 * np.sin(331 * turns)
         pitch = 0.6 * np.sin(61 * turns + 1) + 0.2 * np.sin(419 * turns)
         yaw = 3 * turns + 1.5 * np.sin(43 * turns) + 0.3 * np.sin(257 * turns)
-        self.q_nb = quaternion_product(quaternion_product(_about(2, yaw), _about(1, pitch)), _about(0, roll))
-        before = np.roll(self.q_nb, 1, axis=0)
+        self.q_nb = quaternion_of_euler(np.stack([roll, pitch, yaw], axis=1))
+        to_body, before = self.q_nb * [1, -1, -1, -1], np.roll(self.q_nb, 1, axis=0)
         # The mean rate of the interval before: what an integrating gyroscope gives.
-        self.rate = rotation_error_rad(self.q_nb * [1, -1, -1, -1], before * [1, -1, -1, -1]) / INTERVAL_S
-        self.force, self.field = _to_body(self.q_nb, GRAVITY), _to_body(self.q_nb, FIELD)
-
-
-def _about(axis: int, angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    q = np.zeros((len(angle), 4))
-    q[:, 0], q[:, 1 + axis] = np.cos(angle / 2), np.sin(angle / 2)
-    return q
-
-
-def _to_body(q_nb: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    conjugate = q_nb * [1, -1, -1, -1]
-    return quaternion_product(quaternion_product(conjugate, np.r_[0, vector]), q_nb)[:, 1:]
+        self.rate = rotation_error_rad(to_body, before * [1, -1, -1, -1]) / INTERVAL_S
+        self.force, self.field = rotated(to_body, GRAVITY), rotated(to_body, FIELD)
 
 
 def memory_mb() -> float:
@@ -129,12 +118,9 @@ def command(
     made = Filter(filter, gyro_hold="backward", solver="closed_form")
     table = Table("day", "rms error, deg", "worst, deg", "memory, MB", title=f"{filter}, 100 Hz from t = 1.7e9 s, closed form")
     found: list[Day] = []
-    with bar() as progress:
-        task = progress.add_task("days", total=days)
-        for day in days_of(made, days, seed=seed):
-            found.append(day)
-            table.add_row(f"{len(found)}", f"{day.rms_deg:.3f}", f"{day.worst_deg:.2f}", f"{day.memory_mb:.1f}")
-            progress.advance(task)
+    for day in tracked(days_of(made, days, seed=seed), "days", days):
+        found.append(day)
+        table.add_row(f"{len(found)}", f"{day.rms_deg:.3f}", f"{day.worst_deg:.2f}", f"{day.memory_mb:.1f}")
     show(table)
     say("flat" if is_flat(found) else "NOT flat")
     if not is_flat(found):

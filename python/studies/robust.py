@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from studies import larger_q
 from studies.command import check_choices, study
 from studies.peers import PEERS, Peer, Told, swap

@@ -19,7 +19,7 @@ from rich.table import Table
 from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Folder
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options, option_table
+from hnav.filters.options import Options, option_table
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording

@@ -23,7 +23,7 @@ from hnav.rotations import euler_rad
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.statistics import mean_interval, ratio_interval
-from studies.command import study
+from studies.command import study, titled_table
 from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
@@ -72,9 +72,8 @@ def experiment(runs: int, regimes: list[str], progress: Callable[[], None] = lam
 def table(found: dict[str, dict[str, np.ndarray]]) -> Table:
     """The paper's rows, and below them each regime with 95 % intervals."""
     runs = len(next(iter(next(iter(found.values())).values())))
-    out = Table(title=f"Table 1, mean squared error / deg², {runs} runs [95 % interval]", title_justify="left")
-    for name in ("regime", "filter", *ANGLES, "yaw, HEKF / this"):
-        out.add_column(name, no_wrap=True)
+    title = f"Table 1, mean squared error / deg², {runs} runs [95 % interval]"
+    out = titled_table(title, " | ".join(("regime", "filter", *ANGLES, "yaw, HEKF / this")))
     for name, values in PAPER.items():
         out.add_row(
             "the paper" if name == "HEKF" else "",

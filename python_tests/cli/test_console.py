@@ -13,7 +13,7 @@ from command_line import hnav, hnav_process
 from hnav.cli.app import COMMANDS, app
 from hnav.cli.filter import infeasible_gamma
 from hnav.cli.words import MISTYPED
-from hnav.filters.attitude_options import FILTERS, option_table
+from hnav.filters.options import FILTERS, option_table
 from hnav.systems.ssp_reader import known_systems, read_system, system_path
 
 

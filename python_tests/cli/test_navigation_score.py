@@ -9,7 +9,7 @@ import pytest
 import recorded
 from command_line import hnav
 from driven import as_recording
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.io.truth import read_truth
 from hnav.reference import earth
 from hnav.reports.navigation_scores import navigation_score
@@ -50,7 +50,7 @@ def drive(tmp_path_factory):
 def test_errors_are_as_stated_and_grow_with_the_outage(drive):
     recording, _, _, path = drive
     truth = read_truth(path)
-    found = navigation_score(recording, truth, InsOptions("industrial"), [5.0, 20.0])
+    found = navigation_score(recording, truth, Options("ins", "industrial"), [5.0, 20.0])
     figures = {figure.name: figure for figure in found.figures}
     assert 0 < found.ready_s < 60 and not found.is_false
     assert figures["heading"].rms < 1.0 and figures["position, horizontal"].rms < 6.0 and figures["tilt"].rms < 0.3
@@ -61,7 +61,7 @@ def test_errors_are_as_stated_and_grow_with_the_outage(drive):
     assert np.median(short.horizontal_m) < np.median(long.horizontal_m) < 100
     assert (long.horizontal_m < 5 * long.sigma_m).all()
     # What outages do to their copies of the filter leaves it alone.
-    assert navigation_score(recording, truth, InsOptions("industrial")).figures == found.figures
+    assert navigation_score(recording, truth, Options("ins", "industrial")).figures == found.figures
 
 
 def test_the_command_prints_one_table_and_writes_the_figures(drive, tmp_path):

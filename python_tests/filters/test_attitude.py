@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hnav import Filter, HnavError, Options
-from hnav.filters.attitude_options import FILTERS, option_table
+from hnav.filters.options import FILTERS, option_table
 from hnav.reports.scores import errors_rad, score
 from motion import tilted_motion
 

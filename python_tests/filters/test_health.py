@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hnav import Filter
-from hnav.filters.attitude_options import FILTERS
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings
+from hnav.filters.options import FILTERS
 from motion import tilted_motion
 
 CLIPPED_RAD_S = 4.5

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import hnav
 from driven import push_aid
 from hnav.filters.ins_answers import PHASES
-from hnav.filters.ins_options import ins_option_table
+from hnav.filters.options import option_table
 from hnav.native.library import SENSORS
 from hnav.reference import earth
 from studies.ins.experiment import experiment, figures, judged, wrapped
@@ -144,12 +144,15 @@ def test_errors_name_the_thing_and_the_object_goes_on():
     ins.advance(0)
     assert ins.navigation().phase == "levelling"
     assert ins.diagnostics().non_finite == 1
-    assert repr(hnav.Ins("tactical", horizon_s=0.2)) == "Ins(InsOptions('tactical', horizon_s=0.2))"
+    with pytest.raises(hnav.HnavValueError, match="these are options of ahrs"):
+        hnav.Ins(hnav.Options("ahrs"))
+    assert isinstance(hnav.Filter(hnav.Options("ins")), hnav.Ins)
+    assert repr(hnav.Ins("tactical", horizon_s=0.2)) == "Ins(Options('ins', 'tactical', horizon_s=0.2))"
 
 
 def test_presets_differ_in_noise_only():
-    names = {name for grade in ("industrial", "tactical", "navigation") for name in ins_option_table()
-             if getattr(hnav.InsOptions(grade), name) != getattr(hnav.InsOptions(), name)}  # fmt: skip
+    names = {name for grade in ("industrial", "tactical", "navigation") for name in option_table("ins")
+             if getattr(hnav.Options("ins", grade), name) != getattr(hnav.Options("ins"), name)}  # fmt: skip
     assert names and all(
         "noise" in name
         or "walk" in name

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.filters.ins_error import FORMS, OUTPUTS, InsErrorFilter, InsErrorOptions, option_table
+from hnav.filters.ins_error import FORMS, OUTPUTS, InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import LinearModel
+from hnav.native.options import option_rows
 from hnav.systems.aircraft import simulate
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 from linear_models import AXES, flight_of, odd_model
@@ -77,7 +78,7 @@ def test_the_lateral_model_warns_that_spiral_and_colour_separate_poorly():
 
 
 def test_options_are_described_and_checked_by_name():
-    for name, info in option_table().items():
+    for name, info in option_rows("ins_error").items():
         assert info.description and getattr(InsErrorOptions(), name) is not None
     with pytest.raises(HnavError, match="form = kalman: choose one of mdkf"):
         InsErrorOptions(form="kalman")

@@ -248,7 +248,7 @@ def test_late_fields_of_a_recording_are_waited_for(driving):
     fits = arrived < len(samples.t_s)
     field[arrived[fits]], measured_s[arrived[fits]] = value[rows, :3][fits], valid[rows][fits]
     late = Recording("drive", samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, field, field_t_s=measured_s)
-    run = NavigationRun.over(late, hnav.InsOptions("industrial", start="state", **FAST))
+    run = NavigationRun.over(late, hnav.Options("ins", "industrial", start="state", **FAST))
     seen = run.go_on(inertial_rows(late))
     assert run.counts["mag"] == fits.sum() > 500 and run.counts["late"] == 0
     assert_equal(hnav.Ins("industrial", start="state", **FAST).run_recording(late), seen)

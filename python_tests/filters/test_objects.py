@@ -18,8 +18,8 @@ from hnav import (
     Options,
 )  # fmt: skip
 from hnav.filters import attitude_answers, calibration, filter_answers, ins_error
-from hnav.filters.attitude_options import FILTERS, option_table, parse_setting
 from hnav.filters.filter_answers import SENSOR_STATES
+from hnav.filters.options import FILTERS, option_table, parse_setting
 from hnav.native.library import ffi
 from hnav.native.options import OptionInfo, OptionSet
 from hnav.simulation import imu_mag_sensor, turntable

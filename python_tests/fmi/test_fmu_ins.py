@@ -11,7 +11,7 @@ from fmpy import simulate_fmu
 import hnav
 from hnav.errors import HnavError
 from hnav.filters.ins_answers import PHASES
-from hnav.filters.ins_options import INS_PRESETS, InsOptions, ins_option_table
+from hnav.filters.options import INS_PRESETS, Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.native.library import SENSORS
 from hnav.reference import earth
@@ -309,8 +309,8 @@ def test_both_versions_have_the_same_variables():
 
 def test_parameters_are_the_options_of_the_library():
     variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path("Ins", 3))).modelVariables}
-    defaults = InsOptions("consumer")
-    for name, info in ins_option_table().items():
+    defaults = Options("ins", "consumer")
+    for name, info in option_table("ins").items():
         place = f"{info.group}.{info.name}"
         variable = variables.get(place) or variables.get(f"{place}[1]") or variables.get(info.name)
         assert variable is not None and variable.causality == "parameter", name

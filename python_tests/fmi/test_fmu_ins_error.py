@@ -14,8 +14,9 @@ import pytest
 
 from checkout import TOP, in_another_process
 from hnav.errors import HnavError
-from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions, option_table
+from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions
 from hnav.fmi.fmus import Fmu, fmu_path
+from hnav.native.options import option_rows
 from hnav.simulation.aircraft import Aircraft, AircraftPlant
 from hnav.systems.aircraft_file import models_folder, read_aircraft
 from importing import assert_fits_the_standard
@@ -81,7 +82,7 @@ def opened(name: str, version: int, exchange: bool = False, **parameters) -> Fmu
 
 def choices(setting: dict) -> dict:
     """Options by name as the numbers of the FMU's enumerations."""
-    table = option_table()
+    table = option_rows("ins_error")
     return {f"{table[k].group}.{k}": table[k].choices.index(v) if table[k].choices else v for k, v in setting.items()}
 
 
@@ -159,7 +160,7 @@ def test_start_values_are_those_of_the_model_file_to_the_last_bit(axis, model):
 def test_parameters_of_the_filter_are_the_options_of_the_library(axis):
     variables = {v.name: v for v in fmpy.read_model_description(str(fmu_path(axis.filter, 3))).modelVariables}
     defaults = InsErrorOptions()
-    for name, info in option_table().items():
+    for name, info in option_rows("ins_error").items():
         value = getattr(defaults, name)
         variable = variables[f"{info.group}.{name}"]
         assert float(variable.start) == float(info.choices.index(value) if info.choices else value), name

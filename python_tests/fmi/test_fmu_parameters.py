@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 
 from checkout import TOP
 from hnav.errors import HnavError
-from hnav.filters.attitude_options import Options, option_table
+from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 
 FILTERS = ("Hrekf", "Ahrs")

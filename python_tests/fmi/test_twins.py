@@ -5,7 +5,7 @@ import pytest
 
 from attitude_twins import PRECISE, difference
 from hnav import Filter, Options
-from hnav.filters.attitude_options import FILTERS
+from hnav.filters.options import FILTERS
 from hnav.fmi.engines import ENGINES, run_recording
 from hnav.fmi.fmu_run import filter_parameters
 from hnav.fmi.fmus import Fmu, fmu_path

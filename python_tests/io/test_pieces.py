@@ -9,9 +9,9 @@ import pytest
 from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters import run_files
-from hnav.filters.attitude_options import Options
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import calibrate_magnetometer, write_calibration
+from hnav.filters.options import Options
 from hnav.filters.run_files import write_pieces
 from hnav.io.readers import pieces, read
 from hnav.io.readers.pieces import long_table

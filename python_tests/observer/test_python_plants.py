@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import hnav
-from hnav.filters.observer import Observer, option_table
+from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
+from hnav.native.options import option_rows
 from observer.test_fmu_plants import T_S, samples, spring, spring_plan
 
 
@@ -107,4 +108,4 @@ def test_the_observer_says_where_it_stands():
 
 
 def test_options_are_those_of_the_list():
-    assert Observer(pendulum()).options.rtol == option_table()["rtol"].default
+    assert Observer(pendulum()).options.rtol == option_rows("observer")["rtol"].default

@@ -36,8 +36,8 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
     attitude = Rotation.from_matrix(np.swapaxes(axes, 1, 2) @ truth.attitude_e.as_matrix())
     velocity = np.einsum("nij,ni->nj", axes, truth.velocity_e)
     start = (attitude[1] * Rotation.from_rotvec([0.01, -0.02, 0.03])).as_quat(scalar_first=True)
-    options = hnav.InsOptions(
-        "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
+    options = hnav.Options(
+        "ins", "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
         gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=200.0 if other_s else 0.0, gate_longest_s=4.0, start_sigma_velocity_m_s=1.0, declination_rad=0.1,
     )  # fmt: skip
     ins, twin = hnav.Ins(options), None

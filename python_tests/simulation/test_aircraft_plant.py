@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from aircraft_noise import STREAMS, normal_numbers
 from hnav.errors import HnavError
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import MATRICES
-from hnav.reference.noise import STREAMS, normal_numbers
 from hnav.simulation.aircraft import AircraftPlant
 from hnav.systems.aircraft import fly
 from hnav.systems.aircraft_file import models_folder, read_aircraft

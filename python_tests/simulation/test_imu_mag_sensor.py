@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hnav import HnavError, HnavValueError
-from hnav.simulation.imu_mag_sensor import KINDS, ImuMagSensor, ImuMagSensorOptions, option_table
+from hnav.native.options import option_rows
+from hnav.simulation.imu_mag_sensor import KINDS, ImuMagSensor, ImuMagSensorOptions
 from hnav.simulation.turntable import Turntable
 
 NOISE = dict(gyro_noise_deg_per_sqrt_h=0.3, accel_noise_ug_per_sqrt_hz=100, mag_noise_nt_per_sqrt_hz=50)
@@ -90,5 +91,5 @@ def test_what_cannot_be_is_named(call, named):
 
 
 def test_options_are_described():
-    assert {"gyro.noise_deg_per_sqrt_h", "fault.stuck.sensor", "seed"} <= set(option_table())
-    assert option_table()["fault.stuck.sensor"].choices == ("none", "gyro", "accel", "mag")
+    assert {"gyro.noise_deg_per_sqrt_h", "fault.stuck.sensor", "seed"} <= set(option_rows("imu_mag_sensor"))
+    assert option_rows("imu_mag_sensor")["fault.stuck.sensor"].choices == ("none", "gyro", "accel", "mag")

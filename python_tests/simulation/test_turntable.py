@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hnav import HnavError, HnavValueError
-from hnav.simulation.turntable import Truth, Turntable, TurntableOptions, option_table
+from hnav.native.options import option_rows
+from hnav.simulation.turntable import Truth, Turntable, TurntableOptions
 
 SWING = dict(
     yaw_motion="sine", yaw_amplitude_rad=1.0, roll_motion="sine", roll_amplitude_rad=0.4, roll_period_s=3, pitch_angle_rad=0.3
@@ -75,6 +76,6 @@ def test_what_cannot_be_is_named(call, named):
 
 
 def test_options_are_described():
-    assert {"yaw.motion", "gravity_m_s2", "seed"} <= set(option_table())
+    assert {"yaw.motion", "gravity_m_s2", "seed"} <= set(option_rows("turntable"))
     with pytest.raises(HnavError):
         TurntableOptions(**{"yaw.motion": "sine"})

@@ -12,7 +12,7 @@ from matplotlib.container import BarContainer
 from command_line import answered, hnav
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
-from hnav.filters.attitude_options import FILTERS
+from hnav.filters.options import FILTERS
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.io.recordings import Recording
@@ -22,8 +22,9 @@ from studies.bench.__main__ import main
 from studies.bench.contenders import DEFAULT_FILTERS, Contender, Estimate, contenders, own_contender
 from studies.bench.peers import PEERS, Peer, run_peer, samples_of
 from studies.bench.picture import draw_benchmark
-from studies.bench.rows import Row, run_trial, summary, write_csv
+from studies.bench.rows import Row, run_trial, summary
 from studies.bench.stress import variants
+from studies.command import write_rows
 from studies.readiness.starts import simulated_start
 
 RATE_HZ = 100.0
@@ -236,7 +237,7 @@ def test_a_trial_is_disturbed_by_its_name():
 
 
 def test_csv_has_a_row_for_each_set_filter_and_trial_with_empty_cells_for_the_unknown(tmp_path):
-    write_csv(tmp_path / "b.csv", [row("a", "01", 1.25, False), row("a", "02", np.nan, True, failure="one, two")])
+    write_rows(tmp_path / "b.csv", map(vars, [row("a", "01", 1.25, False), row("a", "02", np.nan, True, failure="one, two")]))
     found = list(csv.DictReader((tmp_path / "b.csv").open()))
     assert found[0]["total_deg"] == "1.25" and found[0]["nees_per_axis"] == "" and found[0]["disturbed"] == "0"
     assert found[1]["total_deg"] == "" and found[1]["failure"] == "one, two" and found[1]["disturbed"] == "1"

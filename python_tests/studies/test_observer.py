@@ -5,9 +5,10 @@ import pytest
 
 from checkout import TOP
 from command_line import answered
+from hnav.systems.statistics import normalised_squares
 from studies.observer import cost, events, laws
 from studies.observer.__main__ import cost_table, laws_table, main
-from studies.observer.smooth import normalised, results
+from studies.observer.smooth import results
 
 
 def test_the_mean_error_of_a_few_runs_is_as_told(monkeypatch):
@@ -35,7 +36,7 @@ def test_plants_with_events_are_as_good_as_particles(monkeypatch):
 
 def test_errors_are_normalised_by_their_covariance():
     error = np.array([[3.0, 0.0], [0.0, 2.0]])
-    assert normalised(error, np.array([np.diag([9.0, 1.0]), np.diag([1.0, 2.0])])) == pytest.approx([0.5, 1])
+    assert normalised_squares(error, np.array([np.diag([9.0, 1.0]), np.diag([1.0, 2.0])])) == pytest.approx([1, 2])
 
 
 def test_the_table_has_a_row_for_each_plant(monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 
 from command_line import answered
 from hnav.errors import HnavError
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.systems.montecarlo import Job, rows_of
 from studies.bench.contenders import LARGER_Q, own_contender
 from studies.larger_q import FACTOR, NAME, WALK, in_turntable, larger_q

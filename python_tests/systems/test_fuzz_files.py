@@ -21,7 +21,7 @@ from command_line import hnav
 from fuzzing import DEEP, bounded, damaged, json_values, with_another_value
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.errors import HnavError
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.fmi.fmus import fmu_path
 from hnav.io.json_file import read_json
 from hnav.systems.master import communication_points

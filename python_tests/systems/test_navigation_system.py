@@ -10,7 +10,7 @@ from fmpy.ssp.ssd import read_ssd, read_ssv
 
 from checkout import TOP, built_system
 from hnav.cli.montecarlo import means_table, navigation_table
-from hnav.filters.ins_options import INS_PRESETS
+from hnav.filters.options import INS_PRESETS
 from hnav.fmi.fmus import fmu_path
 from hnav.io.model_files import model_files
 from hnav.systems.montecarlo import Job, rows_of

@@ -21,7 +21,7 @@ from scipy.linalg import expm
 
 from hnav.errors import HnavRuntimeError
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, Xi, product
 

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from hnav.errors import HnavError
-from hnav.filters.attitude_options import option_table
+from hnav.filters.options import option_table
 from hnav.io.json_file import read_json
 from hnav.io.recordings import Recording, RecordingError
 from hnav.native.library import PRESETS

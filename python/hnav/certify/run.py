@@ -14,7 +14,7 @@ from hnav.certify.certificate import Certificate, Progress, certify
 from hnav.certify.gain_record import GainRecord, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.io.outputs import write_files
 from hnav.io.readers import read
 from hnav.io.recordings import Recording

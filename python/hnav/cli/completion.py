@@ -26,12 +26,11 @@ def among(*words: str) -> Callable[[str], list[str]]:
 
 def option_names(ctx: Any, incomplete: str) -> list[str]:
     """NAME= of the filter that is named before; its choices after it."""
-    from hnav.filters.attitude_options import option_table
-    from hnav.filters.ins_options import ins_option_table
+    from hnav.filters.options import option_table
 
     filter = ctx.params.get("filter") or "ahrs"
     try:
-        table = ins_option_table() if filter == "ins" else option_table(filter)
+        table = option_table(filter)
     except HnavError:
         return []
     name, separator, _ = incomplete.partition("=")

@@ -18,10 +18,10 @@ from hnav.cli.parameters import Engine, FilterOrIns, Gnss, Preset, Settings, Smo
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
-from hnav.filters.attitude_options import Options
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
+from hnav.filters.options import Options
 from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result

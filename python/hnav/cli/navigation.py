@@ -14,8 +14,8 @@ from hnav.cli.words import UsageError
 from hnav.filters.ins_aids import AIDS
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
-from hnav.filters.ins_options import INS_PRESETS, InsOptions
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, interval_of, paired, refuse_other_clock, with_aids
+from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
@@ -45,9 +45,9 @@ class Wanted:
     smooth: bool = False
 
 
-def options_of(preset: str, settings: Mapping[str, str]) -> InsOptions:
+def options_of(preset: str, settings: Mapping[str, str]) -> Options:
     """Raises HnavError for impossible ones."""
-    return InsOptions(INS_PRESETS[0] if preset == "default" else preset, **settings)
+    return Options("ins", preset, **settings)
 
 
 @dataclass
@@ -130,7 +130,7 @@ def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
     return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats)
 
 
-def read_navigation(path: Path, given: Mapping[str, AidSamples], options: InsOptions, reading: Reading) -> Recording:
+def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Options, reading: Reading) -> Recording:
     """The recording with its aids, rate and force in the same rows. Raises HnavError or UsageError when nothing aids it."""
     data = paired(reading.read(path))
     data = with_aids(data, given)
@@ -138,7 +138,7 @@ def read_navigation(path: Path, given: Mapping[str, AidSamples], options: InsOpt
     return data
 
 
-def refuse_unaided(path: Path, data: Recording, options: InsOptions) -> None:
+def refuse_unaided(path: Path, data: Recording, options: Options) -> None:
     """Raises UsageError for a recording that tells no place, unless the options do."""
     if "position" in data.aids or options.start_place == "given":
         return
@@ -149,7 +149,7 @@ def refuse_unaided(path: Path, data: Recording, options: InsOptions) -> None:
     )
 
 
-def run_of_pieces(table: LongTable, options: InsOptions, given: Mapping[str, AidSamples]) -> NavigationRun | None:
+def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSamples]) -> NavigationRun | None:
     """A run for a long table; None for one that has to be looked at as a whole."""
     first = next(iter(table))
     if paired(first) is not first or not {*first.aids, *given} & {"position"}:

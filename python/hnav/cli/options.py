@@ -11,8 +11,7 @@ import typer
 from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterOrIns
 from hnav.cli.words import UsageError
-from hnav.filters.attitude_options import option_table
-from hnav.filters.ins_options import ins_option_table
+from hnav.filters.options import option_table
 from hnav.native.options import OptionInfo
 
 FEW = 5  # of which everything is told
@@ -25,7 +24,7 @@ def command(
     filter: FilterOrIns = "ahrs",
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, with the reasons of the defaults")] = False,
 ) -> None:
-    everything = list(ins_option_table().values() if filter == "ins" else option_table(filter).values())
+    everything = list(option_table(filter).values())
     found = sorted((info for info in everything if matches(info, words or [])), key=lambda info: info.advanced)
     if as_json:
         typer.echo(json.dumps([described(info) for info in found], indent=1))

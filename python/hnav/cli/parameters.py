@@ -9,7 +9,7 @@ import typer
 
 from hnav.cli.completion import among, grade_names, option_names, scenario_names, system_names
 from hnav.cli.words import UsageError
-from hnav.filters.attitude_options import FILTERS
+from hnav.filters.options import FILTERS
 from hnav.fmi.engines import ENGINES
 from hnav.io.readers import FORMATS
 

@@ -19,7 +19,6 @@ run in parallel; one filter serves one thread at a time.
 
 from __future__ import annotations
 
-from copy import copy
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -27,8 +26,8 @@ import numpy.typing as npt
 
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.filters.attitude_answers import RUN_COLUMNS, Field, Posterior, Run, empty_run
-from hnav.filters.attitude_options import Options
-from hnav.filters.filter_object import FilterObject
+from hnav.filters.filter_object import FilterObject, with_arguments_of
+from hnav.filters.options import Options
 from hnav.native.arrays import Array, address, doubles, times
 from hnav.native.library import ffi, new
 from hnav.native.options import complete
@@ -49,21 +48,17 @@ class Filter(FilterObject):
     are impossible, HnavRuntimeError when there is no memory.
     """
 
-    _options: Options
-    """Those it was made with."""
-
     @overload
     def __new__(cls, options: Literal["ins"], preset: str | None = None, **values: object) -> Ins: ...  # type: ignore[misc]
     @overload
     def __new__(cls, options: Options | str, preset: str | None = None, **values: object) -> Filter: ...
 
     def __new__(cls, options: Options | str, preset: str | None = None, **values: object) -> Any:
-        if options != "ins":
+        if (options if isinstance(options, str) else options.filter) != "ins":
             return super().__new__(cls)
-        from hnav.filters.ins import Ins
-        from hnav.filters.ins_options import INS_PRESETS  # a filter of another kind, so that this one is not initialised
+        from hnav.filters.ins import Ins  # a filter of another kind, so that this one is not initialised
 
-        return Ins(preset or INS_PRESETS[0], **values)
+        return Ins((preset or "default") if isinstance(options, str) else options, **values)
 
     def __init__(self, options: Options | str, preset: str | None = None, **values: object):
         if isinstance(options, str):
@@ -73,11 +68,6 @@ class Filter(FilterObject):
         else:
             raise HnavValueError("option", "Options are complete: a preset belongs to Options(...)", "preset")
         super().__init__(f"hnav_{self._options.filter}_create", self._options.struct)
-
-    @property
-    def options(self) -> Options:
-        """A copy of the options that the filter was made with."""
-        return copy(self._options)
 
     # ----------------------------------------------------------------------------------------- samples
 
@@ -99,31 +89,27 @@ class Filter(FilterObject):
         force_b_m_s2: npt.ArrayLike | None = None,
         field_b_tesla: npt.ArrayLike | None = None,
         only: tuple[str, ...] = (),
+        smooth: bool = False,
     ) -> Run:
         """A whole recording: push and advance of row after row, bit for bit.
 
         t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample.
-        only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself.
+        only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself. smooth: with hindsight, as by
+        the method smooth.
 
         A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
         arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
-        return self._batch("run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+        return self._batch("smooth" if smooth else "run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
 
-    def smooth(
-        self,
-        t_s: npt.ArrayLike,
-        rate_b_rad_s: npt.ArrayLike | None = None,
-        force_b_m_s2: npt.ArrayLike | None = None,
-        field_b_tesla: npt.ArrayLike | None = None,
-        only: tuple[str, ...] = (),
-    ) -> Run:
+    @with_arguments_of(run)
+    def smooth(self, *samples: Any, **named: Any) -> Run:
         """As run, with hindsight: every row from all samples, before and after it. The filter is reset before and after.
 
         Takes five times as long as run. Raises HnavRuntimeError for the HREKF, which has no smoother, and for recordings
         that the filter cannot start on.
         """
-        return self._batch("smooth", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+        return self.run(*samples, **(named | {"smooth": True}))
 
     def run_recording(self, recording: Recording, smooth: bool = False) -> Run:
         """A whole recording by a filter with the options of this one, which stays as it is. Fields that arrive late are waited for,

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hnav.filters.attitude_options import Options
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
 from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
 from hnav.native.library import enumerators

@@ -13,8 +13,8 @@ import numpy as np
 
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_answers import Run, empty_run
-from hnav.filters.attitude_options import Options
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 
 CHUNK = 20000  # rows that the library runs between two reports of progress
@@ -57,9 +57,8 @@ class LibraryRun:
         t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
         field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
         begin = time.perf_counter()
-        run = (self._filter.smooth if smooth else self._filter.run)(t_s, rate, force, field)
+        run = self._filter.run(t_s, rate, force, field, smooth=smooth)
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)
-        run.options = self.options
         return run
 
     @property

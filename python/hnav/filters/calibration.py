@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, fields, replace
 from dataclasses import field as dataclass_field
 from pathlib import Path
@@ -26,7 +25,7 @@ from hnav.io.json_file import read_json
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array, Named, Record, Shaped, address, rows_of_three
 from hnav.native.library import failure, library, message_buffer, new, text
-from hnav.native.options import OptionInfo, OptionSet, option_rows
+from hnav.native.options import OptionSet
 from hnav.units import TESLA_PER
 
 FITS = ("full", "without rotation", "hard iron only")
@@ -34,20 +33,14 @@ FITS = ("full", "without rotation", "hard iron only")
 
 
 class MagnetometerOptions(OptionSet):
-    """Options of the calibration, as attributes; option_table() tells unit, range and meaning of each.
+    """Options of the calibration, as attributes; option_rows("magnetometer") has unit, range and meaning of each.
 
         MagnetometerOptions(allow_hard_iron_only=1)
 
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("magnetometer", None, values)
-
-
-def option_table() -> Mapping[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    return option_rows("magnetometer")
+    LIST = "magnetometer"
 
 
 class Magnetic(Protocol):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from copy import copy
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +13,24 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError
 from hnav.filters.filter_answers import Attitude, Diagnostics, Health, Innovation
 from hnav.filters.hybrid_view import HybridView
+from hnav.filters.options import Options
 from hnav.native.arrays import Array, address, doubles
 from hnav.native.library import SENSORS, continued
-from hnav.native.options import PresetOptions
+
+Arguments = ParamSpec("Arguments")
+Made = TypeVar("Made")
+
+
+def with_arguments_of(run: Callable[Arguments, Made]) -> Callable[[Callable[..., Made]], Callable[Arguments, Made]]:
+    """A method that takes what another one does, and shows it: the arguments are stated once."""
+
+    def shown(method: Callable[..., Made]) -> Callable[Arguments, Made]:
+        known = inspect.signature(run)
+        kept = [one for name, one in known.parameters.items() if name != method.__name__]
+        method.__signature__ = known.replace(parameters=kept)  # type: ignore[attr-defined]
+        return method
+
+    return shown
 
 
 class FilterObject(HybridView):
@@ -25,7 +42,7 @@ class FilterObject(HybridView):
     """
 
     KIND = "filter"
-    _options: PresetOptions
+    _options: Options
     """Those it was made with."""
 
     def __repr__(self) -> str:
@@ -33,6 +50,11 @@ class FilterObject(HybridView):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return continued, (type(self), (copy(self._options),), self.save())
+
+    @property
+    def options(self) -> Options:
+        """A copy of the options that the filter was made with."""
+        return copy(self._options)
 
     # ----------------------------------------------------------------------------------------- samples
 

@@ -19,19 +19,16 @@ parallel; one filter serves one thread at a time.
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
-from copy import copy
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.filters.filter_object import FilterObject
+from hnav.filters.filter_object import FilterObject, with_arguments_of
 from hnav.filters.ins_aids import Aids
 from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsRun, Navigation, Observed, unfilled_run
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.native.arrays import Array, address, doubles, times
 from hnav.native.library import ffi, new
 from hnav.native.options import complete
@@ -39,42 +36,24 @@ from hnav.native.options import complete
 if TYPE_CHECKING:
     from hnav.io.recordings import Recording
 
-_Arguments = ParamSpec("_Arguments")
-
-
-def _with_arguments_of(run: Callable[_Arguments, InsRun]) -> Callable[[Callable[..., InsRun]], Callable[_Arguments, InsRun]]:
-    """A method that takes what another one does, and shows it: the arguments are stated once."""
-
-    def shown(method: Callable[..., InsRun]) -> Callable[_Arguments, InsRun]:
-        known = inspect.signature(run)
-        kept = [one for name, one in known.parameters.items() if name != method.__name__]
-        method.__signature__ = known.replace(parameters=kept)  # type: ignore[attr-defined]
-        return method
-
-    return shown
-
 
 class Ins(FilterObject):
     """The navigation filter, the same as Filter("ins", ...).
 
         Ins("industrial", car_across_m_s=0.1)
-        Ins(InsOptions("industrial"))
+        Ins(Options("ins", "industrial"))
 
-    options: a preset, with values as of InsOptions, or InsOptions. Raises HnavValueError for options that are impossible,
+    options: a preset, with values as of Options("ins", ...), or those. Raises HnavValueError for options that are impossible,
     HnavRuntimeError when there is no memory.
     """
 
-    _options: InsOptions
-    """Those it was made with."""
-
-    def __init__(self, options: InsOptions | str = "consumer", **values: object):
-        self._options = InsOptions(options, **values) if isinstance(options, str) else complete(InsOptions, options, values)
+    def __init__(self, options: Options | str = "default", **values: object):
+        self._options = Options("ins", options, **values) if isinstance(options, str) else complete(Options, options, values)
+        if self._options.filter != "ins":
+            raise HnavValueError(
+                "option", f"these are options of {self._options.filter}: Ins takes Options('ins', ...)", "options"
+            )
         super().__init__("hnav_ins_create", self._options.struct)
-
-    @property
-    def options(self) -> InsOptions:
-        """A copy of the options that the filter was made with."""
-        return copy(self._options)
 
     def push_position(
         self, t_s: float, latitude_rad: float, longitude_rad: float, height_m: float, sigma_n_m: npt.ArrayLike
@@ -134,7 +113,7 @@ class Ins(FilterObject):
         run.options, run.smoothed = self.options, smooth
         return run
 
-    @_with_arguments_of(run)
+    @with_arguments_of(run)
     def smooth(self, *samples: Any, **named: Any) -> InsRun:
         """The same with hindsight: every row from all samples, before it and after it, by a filter with the options of this one,
         which stays as it is. It takes the arguments of run.
@@ -151,9 +130,10 @@ class Ins(FilterObject):
         every: as of run. smooth: with hindsight, as by smooth. Late samples are waited for, whatever horizon_s is; where gyroscope
         and accelerometer have times of their own, the force is interpolated. Raises HnavError.
         """
-        from hnav.filters.ins_recording import run_recording  # it knows this filter
+        from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired  # they know this filter
 
-        return run_recording(recording, self._options, every, smooth)
+        made = paired(recording)
+        return NavigationRun.over(made, self._options).go_on(inertial_rows(made), every, smooth)
 
     def navigation(self) -> Navigation:
         """The estimate at the time of the last advance."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
 from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
 from hnav.native.library import enumerators
@@ -132,7 +132,7 @@ class InsRun(RunBase):
     """n x 4: tilt, heading, velocity, position."""
     at_rest: BoolArray
     """n: the body stands."""
-    options: InsOptions | None = field(default=None, kw_only=True)
+    options: Options | None = field(default=None, kw_only=True)
     """Those of the filter."""
     smoothed: bool = field(default=False, kw_only=True)
     """Every row is from all samples."""

@@ -14,7 +14,6 @@ printed forms: Hajiyev and Hacizade, WSEAS Trans. Systems and Control 18, 2023, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, fields
 from typing import Any
@@ -26,7 +25,7 @@ from hnav.errors import HnavValueError
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array, Record, address, doubles
 from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
-from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
+from hnav.native.options import OptionSet, complete
 
 FORMS = enumerators("hnav_ins_error_form", "HNAV_INS_ERROR_")
 """How the filter treats the correlation: the printed mdkf and amdkf, differenced, augmented (optimal), plain (ignores it)."""
@@ -37,21 +36,15 @@ NOISE_SCALINGS = enumerators("hnav_noise_scaling", "HNAV_NOISE_SCALING_")
 # --------------------------------------------------------------------------------------------- options
 
 
-def option_table() -> Mapping[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    return option_rows("ins_error")
-
-
 class InsErrorOptions(OptionSet):
-    """Options of the filter for coloured errors, as attributes; option_table() tells unit, range and meaning of each.
+    """Options of the filter for coloured errors, as attributes; option_rows("ins_error") has unit, range and meaning of each.
 
         InsErrorOptions(form="amdkf", window=20)
 
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("ins_error", None, values)
+    LIST = "ins_error"
 
 
 # --------------------------------------------------------------------------------------------- results

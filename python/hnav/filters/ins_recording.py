@@ -1,6 +1,6 @@
 """The navigation filter over a recording, whole or in pieces: its aids, with sigmas where a file tells none.
 
-run = NavigationRun.over(recording, InsOptions("industrial")).go_on(inertial_rows(recording))
+run = NavigationRun.over(recording, Options("ins", "industrial")).go_on(inertial_rows(recording))
 hnav.Ins("industrial").run_recording(recording)                     # the same, of a whole one
 """
 
@@ -17,7 +17,7 @@ from hnav.errors import HnavValueError
 from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import AIDS, Aids
 from hnav.filters.ins_answers import InsRun
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.io.aids import AidSamples, arrived_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
@@ -85,7 +85,7 @@ class NavigationRun:
     HnavError for impossible options.
     """
 
-    def __init__(self, options: InsOptions, aids: Mapping[str, AidSamples] | None = None, interval_s: float = 0.01):
+    def __init__(self, options: Options, aids: Mapping[str, AidSamples] | None = None, interval_s: float = 0.01):
         self.options = _waiting(options, aids or {}, interval_s)
         self.ins = Ins(self.options)
         self._waiting = dict(aids or {})
@@ -93,7 +93,7 @@ class NavigationRun:
         self._last_pressure = -np.inf  # the interval of the newest one, counted from time 0
 
     @classmethod
-    def over(cls, recording: Recording, options: InsOptions) -> NavigationRun:
+    def over(cls, recording: Recording, options: Options) -> NavigationRun:
         """Over a recording that is whole: it has all of its aids from the first row on, and goes on with its inertial_rows."""
         return cls(options, aids_in(recording), interval_of(recording))
 
@@ -147,12 +147,6 @@ class NavigationRun:
         return {"imu": seen.used["gyro"], **used, **inflated, **refused}
 
 
-def run_recording(recording: Recording, options: InsOptions, every: int = 1, smooth: bool = False) -> InsRun:
-    """A whole recording. every: a row of the result for each so many rows. smooth: with hindsight. Raises HnavError."""
-    made = paired(recording)
-    return NavigationRun.over(made, options).go_on(inertial_rows(made), every, smooth)
-
-
 def inertial_rows(recording: Recording, rows: slice = slice(None)) -> Recording:
     """Rate and force of some rows alone."""
     return Recording(recording.name, recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows])
@@ -192,7 +186,7 @@ def joined(parts: Iterable[AidSamples]) -> AidSamples:
     return AidSamples(t_s, values, sigma, received_s)
 
 
-def _waiting(options: InsOptions, aids: Mapping[str, AidSamples], interval_s: float) -> InsOptions:
+def _waiting(options: Options, aids: Mapping[str, AidSamples], interval_s: float) -> Options:
     """With a horizon, and a queue, that the longest delay asks for."""
     made = copy(options)
     delay_s = max((float(np.max(one.arrived_s - one.t_s, initial=0.0)) for one in aids.values()), default=0.0)

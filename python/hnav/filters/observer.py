@@ -30,27 +30,21 @@ from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
 from hnav.native.arrays import Array, Record, address, times
 from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
-from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
+from hnav.native.options import OptionSet, complete
 
 BLOCKS = enumerators("hnav_plant_block", "HNAV_")
 """What derivatives a plant may offer: derivatives_by_states, ..., outputs_by_parameters."""
 
 
-def option_table() -> Mapping[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    return option_rows("observer")
-
-
 class ObserverOptions(OptionSet):
-    """Options of the observer, as attributes; option_table() tells unit, range and meaning of each.
+    """Options of the observer, as attributes; option_rows("observer") has unit, range and meaning of each.
 
         ObserverOptions(horizon_s=0.2)
 
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("observer", None, values)
+    LIST = "observer"
 
 
 NAMED = 3  # estimates in the line of a run

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from hnav.filters.observer import ObserverRun
 from hnav.filters.observer_plan import Plan
-from hnav.native.arrays import Array
+from hnav.native.arrays import Array, stretches
 
 SIGMAS = 3.0  # beyond which something is away from its usual value
 SURE = 5.0  # that it has to reach: of thousands of samples some are beyond 3 sigma
@@ -86,8 +86,7 @@ def _away(run: ObserverRun, plan: Plan) -> Iterator[Finding]:
 
 def _between(values: Array, above: float) -> list[tuple[int, int]]:
     """First and last rows of intervals above a limit."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], values > above, [False]]).astype(np.int8)))
-    return [(int(first), int(end) - 1) for first, end in edges.reshape(-1, 2)]
+    return [(first, end - 1) for first, end in stretches(np.asarray(values > above))]
 
 
 def _gated(run: ObserverRun, name: str, gate: float) -> Iterator[Finding]:

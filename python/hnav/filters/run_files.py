@@ -21,9 +21,9 @@ from hnav import __version__
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.options import Options
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
-from hnav.native.options import PresetOptions
 
 PARQUET = (".parquet", ".pq")
 ROWS = 50_000  # that become text at once
@@ -83,7 +83,7 @@ def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
     ]
 
 
-def option_lines(options: PresetOptions | None) -> list[str]:
+def option_lines(options: Options | None) -> list[str]:
     """What the head says of a filter's options."""
     if options is None:
         return []

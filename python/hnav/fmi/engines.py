@@ -12,8 +12,8 @@ import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.filters import attitude_recording
-from hnav.filters.attitude_options import FILTERS, Options
 from hnav.filters.attitude_recording import Progress
+from hnav.filters.options import FILTERS, Options
 from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 

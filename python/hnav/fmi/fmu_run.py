@@ -15,9 +15,9 @@ from typing import Protocol
 import numpy as np
 
 from hnav.filters.attitude_answers import empty_run
-from hnav.filters.attitude_options import Options, option_table
 from hnav.filters.attitude_recording import Progress
 from hnav.filters.filter_answers import HEALTH_SENSORS
+from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
 from hnav.fmi.results import Result

@@ -48,6 +48,12 @@ def _numbers(values: npt.ArrayLike, name: str) -> Array:
         raise HnavValueError("size", f"{name} is no array of numbers", name) from None
 
 
+def stretches(flags: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row of each stretch of marked ones, and the row after its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
+
+
 def address(array: npt.NDArray[Any] | None) -> Any:
     """Of the first number, null for None; C reads float64, and uint8 for bool and uint8. The caller keeps the array."""
     if array is None:

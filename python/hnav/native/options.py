@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 from hnav.errors import HnavValueError, UnknownOptionError, nearest
 from hnav.native.library import ffi, library, text
@@ -144,7 +144,13 @@ class OptionSet:
     ranges it says when an object is made with the options.
     """
 
-    def __init__(self, options: str, preset: int | None, values: Mapping[str, object]):
+    LIST: ClassVar[str]
+    """The list of those without presets, by its name for hnav_option."""
+
+    def __init__(self, **values: object):
+        self._fill(self.LIST, None, values)
+
+    def _fill(self, options: str, preset: int | None, values: Mapping[str, object]) -> None:
         defaults = getattr(library(), f"hnav_{options}_defaults")
         made = defaults() if preset is None else defaults(preset)
         struct, before = (ffi.new(f"hnav_{options}_options *", made) for _ in range(2))
@@ -214,24 +220,6 @@ class OptionSet:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _made_again, (type(self), self._arguments(), self.changed())
-
-
-class PresetOptions(OptionSet):
-    """Options of a filter, from one of its presets on."""
-
-    def __init__(self, filter: str, preset: str, number: int, values: Mapping[str, object]):
-        self.__dict__["_preset"] = preset
-        super().__init__(filter, number, values)
-
-    @property
-    def filter(self) -> str:
-        """The filter that the options are of."""
-        return str(self._options)
-
-    @property
-    def preset(self) -> str:
-        """The preset that the options started from."""
-        return str(self._preset)
 
 
 def _made_again(kind: Callable[..., Made], arguments: tuple[str, ...], values: dict[str, Any]) -> Made:

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,

@@ -26,7 +26,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq
 
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 

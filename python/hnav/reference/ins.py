@@ -1,6 +1,6 @@
 """The navigation filter once it navigates, again in NumPy: attitude and velocity given, satellites, forward hold, closed form.
 
-    twin = InsReference(options, t_s, place, rate, force)       # options: InsOptions with start "state"
+    twin = InsReference(options, t_s, place, rate, force)       # options: Options with start "state"
     twin.advance(t_s, rate, force)                              # a sample of the inertial sensor; or with the satellites of that instant
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference import earth
 
@@ -58,7 +58,7 @@ class InsReference:
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
     """Of the satellites, each axis, where nothing else is told."""
 
-    def __init__(self, options: InsOptions, t_s: float, place: Array, rate: Array, force: Array):
+    def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array):
         """At the first fix: place is latitude and longitude in rad, and height."""
         self.o = o = options
         self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)

@@ -10,7 +10,7 @@ from plotly.subplots import make_subplots
 
 from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import FAINT, INK, SKY
-from hnav.reports.panels import band, blocks, colour_of, dots, grid_of, line, panel, small, translucent
+from hnav.reports.panels import band, blocks, colour_of, dots, grid_of, line, panel, small, span, translucent
 from hnav.rotations import euler_rad
 from hnav.systems.results import Run
 from hnav.systems.run_views import (
@@ -52,16 +52,6 @@ def _settled(run: Run) -> np.ndarray:
     """Rows after the start."""
     settled: np.ndarray = run.t_s >= run.t_s[0] + SETTLING_SHARE * (run.t_s[-1] - run.t_s[0])
     return settled
-
-
-def _span(values: np.ndarray) -> list[float] | None:
-    """The range of an axis that shows all these values; None when there is none."""
-    known = values[np.isfinite(values)]
-    if not len(known):
-        return None
-    low, high = float(known.min()), float(known.max())
-    room = 0.06 * (high - low) or max(1e-6, 0.01 * abs(high))
-    return [low - room, high + room]
 
 
 def truth_name(run: Run) -> str:
@@ -114,8 +104,8 @@ def attitude_panel(run: Run) -> go.Figure:
         if angles is not None:
             dashed = line(run.t_s, angles[:, axis], INK, truth_name(run), axis == 0, dash="dash", width=1.1)
             figure.add_trace(dashed, axis + 1, 1)
-        span = _span(np.concatenate([values[:, axis] for values in held]))
-        figure.update_yaxes(title_text=f"{name} / deg", range=span, row=axis + 1)
+        shown_range = span([values[:, axis] for values in held])
+        figure.update_yaxes(title_text=f"{name} / deg", range=shown_range, row=axis + 1)
     return figure
 
 
@@ -159,8 +149,8 @@ def bias_panel(run: Run) -> go.Figure:
             figure.add_trace(band(run.t_s, low, high, colour, f"{estimate.name} ±1σ", axis == 0), axis + 1, 1)
             figure.add_trace(line(run.t_s, bias[:, axis], colour, estimate.name, axis == 0), axis + 1, 1)
     for axis, name in enumerate("xyz"):
-        span = _span(np.concatenate([values[:, axis] for values in held]))
-        figure.update_yaxes(title_text=f"{name} / (deg/s)", range=span, row=axis + 1)
+        shown_range = span([values[:, axis] for values in held])
+        figure.update_yaxes(title_text=f"{name} / (deg/s)", range=shown_range, row=axis + 1)
     return figure
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hnav.native.arrays import stretches
 from hnav.reports.colours import BLUE, FAINT, INK, ORANGE, PURPLE, VERMILION
 from hnav.systems.results import Run
 
@@ -65,8 +66,7 @@ class Channel:
 
     def fault_windows(self) -> list[tuple[float, float]]:
         """First and last time of each stretch of samples with more noise."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], self.fault.astype(int), [0]])))
-        return [(self.t_s[i], self.t_s[j - 1]) for i, j in zip(edges[::2], edges[1::2])]
+        return [(self.t_s[i], self.t_s[j - 1]) for i, j in stretches(self.fault)]
 
     def rmse(self, track: Track, faulty: bool) -> float:
         """Root mean square error of the samples with, or without, more noise in this channel; NaN for too few."""

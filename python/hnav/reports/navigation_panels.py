@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 
 from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.io.aids import AidSamples
-from hnav.native.arrays import Array, BoolArray
+from hnav.native.arrays import Array, BoolArray, stretches
 from hnav.reference.earth import axes_at, position_of
 from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
-from hnav.reports.panels import Panel, band, blocks, dots, extremes, grid_of, line, panel_of, small, translucent
+from hnav.reports.panels import Panel, band, blocks, dots, extremes, grid_of, line, panel_of, small, span, translucent
 
 OUTAGE_INTERVALS, OUTAGE_S = 3.0, 2.0  # without a fix for so many usual intervals, and for so long
 CIRCLE_POINTS = 500
@@ -114,24 +114,14 @@ def _heights(seen: View) -> go.Figure:
     figure.add_trace(line(seen.t_s, speed, BLUE, "estimate", False), 2, 1)
     if (fixes := seen.aids.get("position")) is not None:
         figure.add_trace(dots(fixes.t_s, fixes.values[:, 2], INK, "satellites", True), 1, 1)
-        figure.update_yaxes(range=_span(height[run.ready[:, 3]], fixes.values[:, 2]), row=1)
+        figure.update_yaxes(range=span([height[run.ready[:, 3]], fixes.values[:, 2]]), row=1)
     if (fixes := seen.aids.get("velocity")) is not None:
         told = np.hypot(*fixes.values[:, :2].T)
         figure.add_trace(dots(fixes.t_s, told, INK, "satellites", False), 2, 1)
-        figure.update_yaxes(range=_span(speed[run.ready[:, 2]], told, [0.0]), row=2)
+        figure.update_yaxes(range=span([speed[run.ready[:, 2]], told, np.zeros(1)]), row=2)
     figure.update_yaxes(title_text="height / m", row=1)
     figure.update_yaxes(title_text="speed / (m/s)", row=2)
     return figure
-
-
-def _span(*values: Array | list[float]) -> list[float] | None:
-    """The range of an axis that shows all these; a band that starts wider is cut off."""
-    known = np.concatenate([np.asarray(v, float) for v in values])
-    known = known[np.isfinite(known)]
-    if not len(known):
-        return None
-    room = 0.06 * float(np.ptp(known)) or 1.0
-    return [float(known.min()) - room, float(known.max()) + room]
 
 
 def _heading(seen: View) -> go.Figure:
@@ -214,9 +204,8 @@ def _known(seen: View) -> go.Figure:
 
 def spans_of(t_s: Array, flags: BoolArray) -> list[tuple[float, float]]:
     """Begin and end of the times in which rows are marked; the end is the next row's time."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     ends = np.append(t_s, t_s[-1:])
-    return [(float(t_s[begin]), float(ends[end])) for begin, end in zip(edges[::2], edges[1::2])]
+    return [(float(t_s[begin]), float(ends[end])) for begin, end in stretches(flags)]
 
 
 def _bars(figure: go.Figure, row: str, text: str, colour: str, spans: Sequence[tuple[float, float]]) -> None:

@@ -88,6 +88,17 @@ def small(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float32)
 
 
+def span(values: Sequence[np.ndarray]) -> list[float] | None:
+    """The range of an axis that shows all these values; None when there is none."""
+    known = np.concatenate(values)
+    known = known[np.isfinite(known)]
+    if not len(known):
+        return None
+    low, high = float(known.min()), float(known.max())
+    room = 0.06 * (high - low) or max(1e-6, 0.01 * abs(high))
+    return [low - room, high + room]
+
+
 def translucent(colour: str, alpha: float) -> str:
     return f"rgba({int(colour[1:3], 16)},{int(colour[3:5], 16)},{int(colour[5:7], 16)},{alpha})"
 

@@ -14,7 +14,7 @@ from hnav import __version__
 from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.run_summary import NIS_DIMENSIONS
 from hnav.reports.recording_run import RecordingRun
-from hnav.rotations import quaternion_product
+from hnav.rotations import quaternion_product, rotated
 from hnav.systems.results import Run
 from hnav.systems.run_views import TRUTH_ATTITUDE
 
@@ -71,8 +71,7 @@ def field_n(run: RecordingRun) -> np.ndarray:
     q_ns, options = run.result.q_nb, run.result.options
     if options is not None:
         q_ns = quaternion_product(q_ns, np.broadcast_to(options.q_body_sensor, q_ns.shape))
-    vector = np.concatenate([np.zeros((len(field), 1)), field], axis=1)
-    turned = quaternion_product(quaternion_product(q_ns, vector), q_ns * [1, -1, -1, -1])[:, 1:]
+    turned = rotated(q_ns, field)
     turned[:, 2] *= 1 if run.frame == "ned" else -1
     return turned
 

@@ -156,6 +156,12 @@ class PlantFlight:
     """n x nx: on the standard deviation of the white noise; 1 without fault."""
 
 
+class AircraftOptions(OptionSet):
+    """Seed and kinds of noise of the plant, as attributes."""
+
+    LIST = "aircraft"
+
+
 class AircraftPlant(StatefulObject):
     """An aircraft that flies: truth and measurements, sample after sample.
 
@@ -182,7 +188,7 @@ class AircraftPlant(StatefulObject):
     ):
         self.nx, self.nu = len(aircraft.channels), len(aircraft.controls)
         chosen = dict(seed=seed, euler_colour=euler_colour, exact_process_noise=exact_process_noise)
-        options = OptionSet("aircraft", None, chosen)
+        options = AircraftOptions(**chosen)
         kept = _struct_arrays(aircraft)
         model = new("hnav_aircraft_model", nx=self.nx, nu=self.nu, interval_s=aircraft.interval_s,
                     **{name: address(array) for name, array in kept.items()})  # fmt: skip

@@ -13,7 +13,6 @@ neither communication steps nor the other sensors change it. What the errors are
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +20,7 @@ from typing import Any
 from hnav.errors import HnavValueError
 from hnav.native.arrays import Array, Record
 from hnav.native.library import SENSORS, StatefulObject, continued, ffi
-from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
+from hnav.native.options import OptionSet, complete
 from hnav.simulation.turntable import Truth
 
 KINDS = SENSORS[:3]
@@ -44,11 +43,6 @@ class Reading(Record):
     """Samples that were taken and are never delivered."""
 
 
-def option_table() -> Mapping[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    return option_rows("imu_mag_sensor")
-
-
 class ImuMagSensorOptions(OptionSet):
     """Options of the sensors, as attributes: gyro_..., accel_..., mag_... of each, fault_..., and the seed.
 
@@ -57,8 +51,7 @@ class ImuMagSensorOptions(OptionSet):
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("imu_mag_sensor", None, values)
+    LIST = "imu_mag_sensor"
 
 
 class ImuMagSensor(StatefulObject):

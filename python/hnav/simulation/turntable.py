@@ -10,7 +10,6 @@ are Hamilton's, scalar first.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +19,7 @@ import numpy.typing as npt
 
 from hnav.native.arrays import Array, Record, address, doubles
 from hnav.native.library import LibraryObject, ffi
-from hnav.native.options import OptionInfo, OptionSet, complete, option_rows
+from hnav.native.options import OptionSet, complete
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +40,6 @@ class Truth(Record):
     """3."""
 
 
-def option_table() -> Mapping[str, OptionInfo]:
-    """The options by name, in the library's order: unit, range, meaning."""
-    return option_rows("turntable")
-
-
 class TurntableOptions(OptionSet):
     """Options of the turntable, as attributes: roll_..., pitch_..., yaw_... of each axis, and the place.
 
@@ -54,8 +48,7 @@ class TurntableOptions(OptionSet):
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("turntable", None, values)
+    LIST = "turntable"
 
 
 class Turntable(LibraryObject):

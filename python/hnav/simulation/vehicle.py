@@ -35,8 +35,7 @@ class VehicleOptions(OptionSet):
     Raises HnavValueError for names (UnknownOptionError) and values that do not exist.
     """
 
-    def __init__(self, **values: object):
-        super().__init__("vehicle", None, values)
+    LIST = "vehicle"
 
 
 @dataclass(frozen=True, eq=False)

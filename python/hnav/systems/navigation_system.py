@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hnav.filters.ins_options import INS_PRESETS, InsOptions
+from hnav.filters.options import INS_PRESETS, Options
 from hnav.systems.sensors import DEG, G_M_S2
 from hnav.systems.system_files import NOMINAL, Definition, Values
 
@@ -60,7 +60,7 @@ ALWAYS: Values = {"vehicle.mean_over_s": PERIOD_S, "ins.sampling_mode": "counter
 
 def grade_values(name: str) -> Values:
     """A preset of the Ins, and the inertial sensors that it is for."""
-    told = InsOptions(name)
+    told = Options("ins", name)
     return {
         "sensor.gyro.noise_deg_per_sqrt_h": told.gyro_noise_rad_per_sqrt_s / DEG * ROOT_HOUR,
         "sensor.gyro.random_walk_deg_per_h_per_sqrt_h": told.gyro_bias_walk_rad_s_per_sqrt_s / DEG * 3600 * ROOT_HOUR,

@@ -13,7 +13,7 @@ import numpy as np
 from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.rotations import rotation_error_rad
 from hnav.systems.results import Run
-from hnav.systems.statistics import finite_mean
+from hnav.systems.statistics import finite_mean, normalised_squares
 
 TRUTH_ATTITUDE, TRUTH_FIELD = "truth.q", "truth.field"
 SENSORS = {"accel": "force", "mag": "field"}
@@ -67,9 +67,7 @@ class Estimate:
             P[:, i, j] = P[:, j, i] = self.run[f"{self.name}.cov.P[{i + 1},{j + 1}]"]
         known = np.isfinite(self.error_rad).all(axis=1)
         values = np.full(len(P), np.nan)
-        values[known] = np.einsum(
-            "ni,ni->n", self.error_rad[known], np.linalg.solve(P[known], self.error_rad[known][:, :, None])[:, :, 0]
-        )
+        values[known] = normalised_squares(self.error_rad[known], P[known])
         return values
 
     @cached_property

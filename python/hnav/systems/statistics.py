@@ -13,6 +13,12 @@ CONFIDENCE = 0.95
 BOOTSTRAP_DRAWS, BOOTSTRAP_SEED = 2000, 1
 
 
+def normalised_squares(error: np.ndarray, P: np.ndarray) -> np.ndarray:
+    """e' P^-1 e of each error (... x n), P its covariance (... x n x n)."""
+    squares: np.ndarray = np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
+    return squares
+
+
 def finite_mean(values: np.ndarray) -> float:
     """Of the finite ones; NaN without any."""
     known = values[np.isfinite(values)]

@@ -20,7 +20,7 @@ NOMINAL = "nominal"
 """The scenario that the structure binds."""
 
 
-def connector(variable: ScalarVariable, kind: str) -> str:
+def _connector(variable: ScalarVariable, kind: str) -> str:
     """ssd:Connector of a variable."""
     element = variable.type if variable.type in ("Real", "Boolean") else "Integer"
     unit = f" unit={quoteattr(variable.unit)}" if element == "Real" and variable.unit in BASE_UNITS else ""
@@ -35,8 +35,8 @@ class Definition:
     description: str
     components: Mapping[str, tuple[str, str]]
     """Name -> FMU, what it is here."""
-    connections: Sequence[tuple[str, str, str]]
-    """From component, to component, the connector that is called alike in both."""
+    connections: Sequence[tuple[str, ...]]
+    """From component, to component, the connector, and what it is called at the end where that is another name."""
     scenarios: Mapping[str, tuple[str, Values]]
     """Name -> what it is, values; each sets every parameter that any of them sets, so that one may follow another."""
     grades: Mapping[str, tuple[str, Values]]
@@ -70,9 +70,9 @@ class Definition:
         components = "".join(self._component(name, bound) for name in self.components)
         units = {v.unit for variables in self.variables.values() for v in variables.values() if v.unit}
         connections = [
-            f'      <ssd:Connection startElement="{start}" startConnector={quoteattr(name)}'
-            f' endElement="{end}" endConnector={quoteattr(name)}/>\n'
-            for start, end, name in self.connections
+            f'      <ssd:Connection startElement="{start}" startConnector={quoteattr(names[0])}'
+            f' endElement="{end}" endConnector={quoteattr(names[-1])}/>\n'
+            for start, end, *names in self.connections
         ]
         return (
             f"{self._head()}{components}    </ssd:Elements>\n    <ssd:Connections>\n{''.join(connections)}"
@@ -92,16 +92,16 @@ class Definition:
 
     def _connectors(self, component: str, bound: set[str]) -> str:
         """Inputs that are fed, outputs, and parameters that a scenario or a grade sets."""
-        fed = {name for _, end, name in self.connections if end == component}
+        fed = {names[-1] for _, end, *names in self.connections if end == component}
         always = {"seed", *self.bound_always.get(component, ())}
         lines = []
         for v in self.variables[component].values():
             if v.name in fed and v.causality == "input":
-                lines.append(connector(v, "input"))
+                lines.append(_connector(v, "input"))
             elif v.causality == "output":
-                lines.append(connector(v, "output"))
+                lines.append(_connector(v, "output"))
             elif f"{component}.{v.name}" in bound or v.name in always:
-                lines.append(connector(v, "parameter"))
+                lines.append(_connector(v, "parameter"))
         return "".join(lines)
 
     def _component(self, component: str, bound: set[str]) -> str:

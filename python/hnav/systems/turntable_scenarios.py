@@ -11,7 +11,7 @@ import math
 from functools import partial
 from typing import Any
 
-from hnav.filters.attitude_options import Options, option_table
+from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import parameter_values
 from hnav.systems.sensors import DEG, G_M_S2, read_grade
 from hnav.systems.structure import Value

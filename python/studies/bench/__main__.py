@@ -19,9 +19,9 @@ from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
 from studies.bench.peers import PEERS
 from studies.bench.picture import draw_benchmark
-from studies.bench.rows import Line, Row, benchmark, summary, write_csv
+from studies.bench.rows import Line, Row, benchmark, summary
 from studies.bench.stress import SETS, variant_count
-from studies.command import study
+from studies.command import study, write_rows
 
 ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
 DRAWN = "BROAD"
@@ -58,7 +58,7 @@ def command(
     for text in [*missing, *findings(rows)]:
         say(text)
     if csv_file:
-        write_csv(csv_file, rows)
+        write_rows(csv_file, map(vars, rows))
         say(str(csv_file))
     if picture:
         draw(picture, rows, entered)

@@ -12,7 +12,7 @@ import numpy as np
 from hnav.cli.parameters import parse_settings
 from hnav.errors import HnavValueError
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import FILTERS, Options
+from hnav.filters.options import FILTERS, Options
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
 from studies.bench.peers import PEERS, find_peer, run_peer

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.reference import earth
@@ -136,7 +136,7 @@ def motion(kind: str, seed: int) -> Recording:
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) / RATE_HZ, axis=0)])
     turned = Rotation.from_matrix(axes) * attitude
     truth = Truth(t, earth.position_of(place) + way @ axes.T, velocity @ axes.T, turned)
-    rate, force = real(rng, *ideal(truth), InsOptions(GRADES[int(rng.integers(len(GRADES)))]))
+    rate, force = real(rng, *ideal(truth), Options("ins", GRADES[int(rng.integers(len(GRADES)))]))
     field_n = FIELD_T * np.array([np.cos(DIP_RAD), 0, np.sin(DIP_RAD)])
     field = attitude.inv().apply(field_n) + rng.normal(0, FIELD_NOISE_T, (len(t), 3))
     reference = (ENU * attitude).as_quat(scalar_first=True)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from hnav.io.outputs import write_files
 from hnav.io.readers.broad import is_disturbed
 from hnav.io.recordings import Recording
 from hnav.reports.scores import nees, score
@@ -135,21 +131,3 @@ def _line(set_name: str, name: str, rows: list[Row]) -> Line:
         mean("total_deg", lambda row: not row.disturbed), mean("total_deg", lambda row: row.disturbed),
         mean("nees_per_axis"), mean("us_per_sample", middle=np.median), len(good), len(rows) - len(good),
     )  # fmt: skip
-
-
-def write_csv(path: Path, rows: Iterable[Row]) -> None:
-    """One row for each set, filter and trial; empty cells where there is no figure. Raises OutputError."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(field.name for field in fields(Row))
-    for row in rows:
-        writer.writerow(_cell(value) for value in vars(row).values())
-    write_files({path: file.getvalue()})
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, bool):
-        return str(int(value))
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.6g}"
-    return str(value)

@@ -21,7 +21,7 @@ from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
-from studies.command import WORKERS, Trials, Workers, check_choices, study
+from studies.command import WORKERS, Trials, Workers, check_choices, study, titled_table, tracked
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment
 from studies.faults.recordings import FAULTS
@@ -65,21 +65,15 @@ def recordings(folder: Path, filter: str, settings: dict[str, str]) -> dict[str,
     """By fault. Raises HnavError."""
     trials = [read(find_trial(folder, number)) for number in TRIALS]
     found: dict[str, list[Damage]] = {}
-    with bar() as progress:
-        task = progress.add_task("faults", total=len(FAULTS))
-        for fault in FAULTS:
-            found[fault] = [damage_of(trial, fault, i, filter, settings) for i, trial in enumerate(trials)]
-            progress.advance(task)
+    for fault in tracked(FAULTS, "faults"):
+        found[fault] = [damage_of(trial, fault, i, filter, settings) for i, trial in enumerate(trials)]
     return found
 
 
 def event_table(found: dict[str, list[Recovery]], title: str) -> Table:
     """A row for each event: seconds after its end, and after its begin for the flag."""
-    table = Table(title=f"{title}: seconds until the angle stays within 5 deg", title_justify="left")
-    table.add_column("event")
-    table.add_column("angle")
-    for head in ("median", "worst", "complementary: median", "worst", "ready and false", "worst run", "flag down after"):
-        table.add_column(head, justify="right")
+    figures = "median | worst | complementary: median | worst | ready and false | worst run | flag down after"
+    table = titled_table(f"{title}: seconds until the angle stays within 5 deg", "event | angle", figures)
     for event, runs in found.items():
         own, peer = [run.settled_s for run in runs], [run.peer_settled_s for run in runs]
         false = [run.false_share for run in runs]
@@ -92,11 +86,8 @@ def event_table(found: dict[str, list[Recovery]], title: str) -> Table:
 
 def recording_table(found: dict[str, list[Damage]], title: str) -> Table:
     """A row for each fault."""
-    table = Table(title=title, title_justify="left")
-    table.add_column("fault")
-    heads = ("total RMSE, deg", "VQF", "beyond 3 sigma, ready: inclination", "heading", "ready: tilt", "heading")
-    for head in heads:
-        table.add_column(head, justify="right")
+    heads = "total RMSE, deg | VQF | beyond 3 sigma, ready: inclination | heading | ready: tilt | heading"
+    table = titled_table(title, "fault", heads)
     table.add_column("not ok, share of the time")
     for fault, of_trials in found.items():
         total, peer = (np.mean([getattr(d, name) for d in of_trials]) for name in ("total_deg", "peer_deg"))

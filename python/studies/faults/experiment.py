@@ -11,8 +11,8 @@ import numpy as np
 
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_answers import Run
-from hnav.filters.attitude_options import Options
 from hnav.filters.health import findings
+from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.reports.scores import errors_rad, score
 from studies.bench.peers import PEERS, run_peer

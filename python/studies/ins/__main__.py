@@ -9,14 +9,14 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, show
+from hnav.cli.console import show
 from hnav.cli.words import UsageError
-from hnav.filters.ins_options import INS_PRESETS, InsOptions
+from hnav.filters.options import INS_PRESETS, Options
 from hnav.reference import earth
-from studies.command import WORKERS, Seed, Workers, after, check_choices, study
+from studies.command import WORKERS, Seed, Workers, after, check_choices, study, titled_table, tracked
 from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
-from studies.ins.experiment import DURATIONS_S, KINDS, Figures, Start, experiment, figures
+from studies.ins.experiment import DURATIONS_S, KINDS, Figures, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
@@ -80,37 +80,21 @@ def command(
 
 def starts_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool) -> Table:
     """A row for each kind, with a progress bar; magnetometer: and one with it."""
-    rows = []
+    rows: list[tuple[str, Figures]] = []
     ways = [(kind, field) for kind in kinds for field in ((False, True) if magnetometer else (False,))]
-    with bar() as progress:
-        task = progress.add_task("starts", total=runs * len(ways))
-        for kind, field in ways:
-            done: list[Start] = []
-            for start in experiment(kind, grade, runs, seed, workers, field):
-                done.append(start)
-                progress.advance(task)
-            rows.append((f"{kind}, magnetometer" if field else kind, figures(done)))
+    for kind, field in ways:
+        name = f"{kind}, magnetometer" if field else kind
+        rows.append((name, figures(list(tracked(experiment(kind, grade, runs, seed, workers, field), name, runs)))))
     return table(rows, f"{grade}, seed {seed}: first heading_ready, and the end")
 
 
 def table(rows: list[tuple[str, Figures]], title: str) -> Table:
     """A row for each kind."""
-    out = Table(title=title, title_justify="left")
-    out.add_column("kind", no_wrap=True)
-    for column in (
-        "runs",
-        "ready",
-        "median",
-        "95 %",
-        "false",
-        "heading rms at the end",
-        "stated",
-        "z2",
-        "position z2",
-        "tilt z2 after 5 s",
-        "at the end",
-    ):
-        out.add_column(column, justify="right")
+    out = titled_table(
+        title,
+        "kind",
+        "runs | ready | median | 95 % | false | heading rms at the end | stated | z2 | position z2 | tilt z2 after 5 s | at the end",
+    )
     for kind, f in rows:
         out.add_row(
             kind, str(f.runs), str(f.ready), after(f.median_s), after(f.late_s), str(f.false), f"{f.rms_end:.3g} deg",
@@ -123,23 +107,14 @@ def table(rows: list[tuple[str, Figures]], title: str) -> Table:
 def north_table(runs: int, seed: int, workers: int) -> Table:
     """A row for each base and grade."""
     title = f"{runs} starts each, seed {seed}, {DURATIONS_S['rest']:g} s at rest: north by the rate of the Earth"
-    out = Table(title=title, title_justify="left")
-    for column in ("base", "grade"):
-        out.add_column(column, no_wrap=True)
-    for column in (
-        "ready",
-        "median",
-        "false",
-        "heading rms at the end",
-        "stated",
-        "z2",
-        "bias over Earth's rate",
-        "rms over that",
-    ):
-        out.add_column(column, justify="right")
+    out = titled_table(
+        title,
+        "base | grade",
+        "ready | median | false | heading rms at the end | stated | z2 | bias over Earth's rate | rms over that",
+    )
     for kind, grade in (*((kind, "navigation") for kind in AT_REST), ("rest", "tactical")):
         f = figures(list(experiment(kind, grade, runs, seed, workers)))
-        due = np.degrees(InsOptions(grade).start_sigma_gyro_bias_rad_s / (earth.RATE_RAD_S * np.cos(latitude_at_rest(kind))))
+        due = np.degrees(Options("ins", grade).start_sigma_gyro_bias_rad_s / (earth.RATE_RAD_S * np.cos(latitude_at_rest(kind))))
         out.add_row(
             kind, grade, f"{f.ready} of {f.runs}", after(f.median_s), str(f.false), f"{f.rms_end:.3g} deg", f"{f.stated_end:.3g} deg",
             f"{f.heading_z2:.2f}", f"{due:.3g} deg", f"{f.rms_end / due:.2f}",
@@ -149,11 +124,11 @@ def north_table(runs: int, seed: int, workers: int) -> Table:
 
 def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
     """A row for each kind and fault."""
-    out = Table(title=f"industrial, {runs} starts each, seed {seed}: faults while navigating", title_justify="left")
-    for column in ("kind", "fault", "lasts"):
-        out.add_column(column, no_wrap=True)
-    for column in ("told", "position within 3 sigma", "heading", "largest: median", "worst", "not back after 30 s"):
-        out.add_column(column, justify="right")
+    out = titled_table(
+        f"industrial, {runs} starts each, seed {seed}: faults while navigating",
+        "kind | fault | lasts",
+        "told | position within 3 sigma | heading | largest: median | worst | not back after 30 s",
+    )
     for kind in kinds:
         for name, fault in FAULTS.items():
             of = list(outcomes(kind, name, runs, seed, workers))
@@ -169,10 +144,7 @@ def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
 def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
     """Rows for cars without wheels, and for both ways in which wheels may be put."""
     title = f"{grade}, {runs} cars each, seed {seed}: horizontal error at the end of outages of the satellites"
-    out = Table(title=title, title_justify="left")
-    out.add_column("speed of wheels", no_wrap=True)
-    for column in ("lasts", "rms", "median", "worst", "z2"):
-        out.add_column(column, justify="right")
+    out = titled_table(title, "speed of wheels", "lasts | rms | median | worst | z2")
     for name, car in wheels.CARS.items():
         of = list(wheels.outages(name, grade, runs, seed, workers))
         for length in sorted({o.length_s for o in of}):
@@ -186,9 +158,7 @@ def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
 
 def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
     """Three rows for each kind: before the heading is known, after it, and in the middle of the outage."""
-    out = Table(title=f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2", title_justify="left")
-    out.add_column("kind", no_wrap=True)
-    out.add_column("rows", no_wrap=True)
+    out = titled_table(f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2", "kind | rows")
     for name in ("heading", "tilt", "position"):
         for column in (f"{name}: filter", "smoother", "z2", "smoother"):
             out.add_column(column, justify="right", no_wrap=True)
@@ -211,10 +181,13 @@ def flight_table(flight: Flight) -> Table:
         f"the reference is stamped {flight.late_s:.2f} s late"
     )
     title = f"{STARTS} starts in flight, {JUDGED_S:g} to {flights.LENGTH_S:g} s after each"
-    out = Table(title=title, title_justify="left", caption=told, caption_justify="left")
-    out.add_column("latency of the satellites", no_wrap=True)
-    for column in ("rms median", "rms worst", "mean", "ready", "ready after: median", "false"):
-        out.add_column(column, justify="right")
+    out = titled_table(
+        title,
+        "latency of the satellites",
+        "rms median | rms worst | mean | ready | ready after: median | false",
+        caption=told,
+        caption_justify="left",
+    )
     none: dict[str, object] = {"start_sigma_latency_s": 0.0}
     for name, options in (("estimated", {}), ("none", none)):
         starts = flight.starts(**options)
@@ -230,13 +203,11 @@ def flight_table(flight: Flight) -> Table:
 def hands_table(folder: Path, workers: int) -> Table:
     """A row for each way of telling the positions."""
     title = f"{LENGTH_S:g} s of a hand's motion each, consumer preset: the heading"
-    out = Table(title=title, title_justify="left")
-    out.add_column("positions", no_wrap=True)
-    for column in (
-        "minutes", f"rms of the last {LAST_S:g} s: median", "worst", "stated", "z2", "ready", "false",
-        "smoothed", "whole minute: median", "worst", "z2",
-    ):  # fmt: skip
-        out.add_column(column, justify="right")
+    out = titled_table(
+        title,
+        "positions",
+        f"minutes | rms of the last {LAST_S:g} s: median | worst | stated | z2 | ready | false | smoothed | whole minute: median | worst | z2",
+    )
     for fixes in WAYS:
         of = list(minutes(folder, fixes, workers))
         rms, stated, after = np.degrees([(m.rms, m.stated, m.smoothed_rms) for m in of]).T

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins_aids import Aids
-from hnav.filters.ins_options import InsOptions
+from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
 from hnav.reference import earth
@@ -111,7 +111,7 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magneto
     axes = earth.axes_at(place)
     truth = Truth(t, earth.position_of(place) + d @ axes.T, velocity @ axes.T, Rotation.from_matrix(axes @ attitude.as_matrix()))
     rate, force = ideal(truth)
-    rate, force = real(rng, rate, force, InsOptions(grade))
+    rate, force = real(rng, rate, force, Options("ins", grade))
     if kind in VIBRATION:
         share = rng.uniform(0.1, 1)
         rate, force = (y + share * size * rng.standard_normal(y.shape) for y, size in zip((rate, force), VIBRATION[kind]))
@@ -154,7 +154,7 @@ def _mean_turn(turn: Array) -> Array:
     return mean
 
 
-def real(rng: np.random.Generator, rate: Array, force: Array, grade: InsOptions) -> tuple[Array, Array]:
+def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) -> tuple[Array, Array]:
     """With the errors of scale and axes, the white noise, the bias at the start and its walk that the preset tells."""
 
     def noise(white: float, start: float, walk: float) -> Array:

@@ -18,7 +18,8 @@ import numpy as np
 
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import Flight
-from studies.ins_error_table.comparison import Result, augmented, nees_of
+from hnav.systems.statistics import normalised_squares
+from studies.ins_error_table.comparison import Result, augmented
 
 ALARM = 4.0  # factor on the variance that counts as saying that a channel is at fault
 
@@ -161,7 +162,7 @@ class Multiple(Peer):
                 x, P = self.m.predict(x, P, u)
             R = np.broadcast_to(factor * self.m.r, z.shape)
             S, nu = self.m.innovation_covariance(P, R), z - x @ self.m.H.T
-            log_belief[:, j] -= 0.5 * (np.linalg.slogdet(S)[1] + nees_of(nu, S))
+            log_belief[:, j] -= 0.5 * (np.linalg.slogdet(S)[1] + normalised_squares(nu, S))
             answers.append(self.m.correct(x, P, z, R))
         self.each_x, self.each_P = (np.array(values) for values in zip(*answers))
         self.belief = np.exp(log_belief - log_belief.max(axis=1, keepdims=True))
@@ -184,5 +185,5 @@ def run_peer(kind: type[Peer], plane: Aircraft, flight: Flight) -> Result:
     for k in range(flight.z.shape[1]):
         scale[:, k] = peer.step(flight.u[k] if k > 0 else None, flight.z[:, k])
         error[:, k] = peer.x[:, :n] - flight.x[:, k]
-        nees[:, k] = nees_of(error[:, k], peer.P[:, :n, :n])
+        nees[:, k] = normalised_squares(error[:, k], peer.P[:, :n, :n])
     return Result(error, nees, (scale > ALARM).astype(float), scale)

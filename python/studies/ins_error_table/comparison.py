@@ -17,6 +17,7 @@ from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import LinearModel
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import Flight, simulate
+from hnav.systems.statistics import normalised_squares
 
 STEPS = 200
 BEFORE, FAULT, AFTER = slice(30, 80), slice(80, 151), slice(151, 181)
@@ -69,11 +70,6 @@ class Result:
         return rms
 
 
-def nees_of(error: np.ndarray, P: np.ndarray) -> np.ndarray:
-    nees: np.ndarray = np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
-    return nees
-
-
 def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
     m = aircraft.model()
     to_now = setting.get("to_now", False)
@@ -92,7 +88,7 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
         elif late:
             x, P, steps = x[1:], P[1:], slice(0, -1)
         error[i, steps] = x - flight.x[i, steps]
-        nees[i, steps] = nees_of(error[i, steps], P)
+        nees[i, steps] = normalised_squares(error[i, steps], P)
         fault[i], scale[i] = run.fault_probability, run.noise_scale
         bias[i], process[i] = run.bias_fault_probability, run.process_fault_probability
     return Result(error, nees, fault, scale, bias, process)
@@ -137,7 +133,7 @@ def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
         E = np.eye(len(P)) - K @ H
         P = E @ P @ E.T + K @ R @ K.T
         error[:, k] = X[:, :n] - flight.x[:, k]
-        nees[:, k] = nees_of(error[:, k], np.broadcast_to(P[:n, :n], (len(X), n, n)))
+        nees[:, k] = normalised_squares(error[:, k], np.broadcast_to(P[:n, :n], (len(X), n, n)))
     true = np.broadcast_to(flight.noise_factor, flight.x.shape)
     return Result(error, nees, (true > 1).astype(float), true**2)
 

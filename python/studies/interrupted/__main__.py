@@ -18,7 +18,7 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.words import UsageError
 from hnav.io.outputs import PART, temporary_folder
-from studies.command import study
+from studies.command import study, titled_table
 from studies.interrupted.children import full_after, run_here, start, wait_for_writing, without_privilege
 from studies.interrupted.commands import NEW, NOT_WHOLE, OLD, Command, commands, comparable, contents, prepare
 
@@ -142,9 +142,8 @@ def interrupt(kills: int, seed: int, folder: Path, names: list[str] | None = Non
 
 def table(done: list[Interrupted]) -> Table:
     """A row for each command and what was done to it."""
-    out = Table(title="What was left behind, times", title_justify="left")
-    for column in ("command", "", "times", "old output, whole", "new output, whole", NOT_WHOLE, "fault"):
-        out.add_column(column, no_wrap=True)
+    names = f"command |  | times | old output, whole | new output, whole | {NOT_WHOLE} | fault"
+    out = titled_table("What was left behind, times", names)
     for trial in done:
         for what, found in trial.found.items():
             counts = (found[state] for state in (OLD, NEW, NOT_WHOLE, "fault"))

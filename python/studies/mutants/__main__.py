@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import study
+from studies.command import study, tracked
 from studies.mutants.mutated_copy import ROOMS, chosen, room_of, write_copy
 from studies.mutants.sites import Mutant
 from studies.mutants.trials import Build, Test, trial, with_reach
@@ -86,19 +86,8 @@ def asked_for(mutants: list[Mutant], only: str) -> list[Mutant]:
 
 def tried(build: Build, mutants: list[Mutant]) -> list[Fate]:
     """Each mutant with every test that comes to it, until one fails."""
-    found: list[Fate] = []
-    tests: list[Test] = []
-    with bar() as progress:
-        waiting = list(build.tests())
-        task = progress.add_task("what each test reaches", total=len(waiting))
-        for test in waiting:
-            tests.append(with_reach(build, test))
-            progress.advance(task)
-        task = progress.add_task("mutants", total=len(mutants))
-        for fate in fates(build, tests, mutants):
-            found.append(fate)
-            progress.advance(task)
-    return found
+    tests = [with_reach(build, test) for test in tracked(list(build.tests()), "what each test reaches")]
+    return list(tracked(fates(build, tests, mutants), "mutants", len(mutants)))
 
 
 def command(

@@ -14,6 +14,7 @@ from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 from hnav.native.arrays import Array
+from hnav.systems.statistics import normalised_squares
 
 GRAVITY = 9.81
 PARTICLES = 5000
@@ -165,8 +166,7 @@ def measured(case: Case, runs: int, first_seed: int) -> EventResult:
         run = observer.run(case.interval_s * np.arange(1, len(y) + 1), {sensor: y})
         spent.append((time.thread_time() - begin) / len(y))
         error = truth - np.stack([run.x[name] for name in case.start], axis=1)
-        solved = np.linalg.solve(run.covariance, error[..., None])[..., 0]
-        nees.append(np.mean((error * solved).sum(axis=1)) / error.shape[1])
+        nees.append(np.mean(normalised_squares(error, run.covariance)) / error.shape[1])
         errors.append(error[:, case.worst])
         of_particles.append((truth - particles(case, y, np.random.default_rng(10**6 + seed)))[:, case.worst])
         parts.append(run.parts.mean())

@@ -15,6 +15,7 @@ from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 from hnav.native.arrays import Array
+from hnav.systems.statistics import normalised_squares
 
 SETTLED = 20  # samples that a start far off is given
 
@@ -72,7 +73,7 @@ def oscillators(plant: Plant | Path, seeds: int) -> Iterator[tuple[Array, Array,
         run = observer.run(0.05 * np.arange(1, len(y) + 1), {"x0": y})
         spent = time.thread_time() - begin
         error = truth - np.stack([run.x["x0"], run.x["x1"]], axis=1)
-        yield normalised(error, run.covariance)[SETTLED:], run.nis["x0"][SETTLED:], spent / len(y)
+        yield normalised_squares(error, run.covariance)[SETTLED:] / error.shape[1], run.nis["x0"][SETTLED:], spent / len(y)
 
 
 def room(fmu: Path, seed: int) -> tuple[Array, ObserverRun, float]:
@@ -111,13 +112,7 @@ def rooms(fmu: Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
     for seed in range(seeds):
         truth, run, spent = room(fmu, seed)
         error = truth - np.column_stack([*run.x.values()])
-        yield normalised(error, run.covariance)[SETTLED::20], run.nis["T_air"][SETTLED:], spent
-
-
-def normalised(error: Array, covariance: Array) -> Array:
-    """e' P^-1 e over the number of states, row by row."""
-    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
-    return np.asarray((error * solved).sum(axis=1) / error.shape[1])
+        yield normalised_squares(error, run.covariance)[SETTLED::20] / error.shape[1], run.nis["T_air"][SETTLED:], spent
 
 
 def measured(name: str, runs: Iterator[tuple[Array, Array, float]]) -> Result:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.filters.attitude import Filter
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording

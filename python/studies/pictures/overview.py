@@ -13,7 +13,7 @@ from matplotlib import rc_context
 
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_answers import Run
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording

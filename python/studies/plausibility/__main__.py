@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import product
 from typing import Annotated
@@ -18,16 +17,17 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.words import told
 from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.systems.sensors import GRADES
-from studies.command import WORKERS, Trials, Workers, study
+from studies.command import WORKERS, Trials, Workers, study, titled_table, tracked
 from studies.plausibility.faults import FAULTS, Fault
 from studies.plausibility.good import MOTIONS, good_recording
+from studies.processes import in_order
 
 SPOILT = 5  # recordings that each fault is put into
 
@@ -62,11 +62,8 @@ def false_alarms(seeds: int, workers: int) -> dict[str, list[list[Finding]]]:
     """By motion, of each recording."""
     jobs = list(product(MOTIONS, range(seeds)))
     found: dict[str, list[list[Finding]]] = {motion: [] for motion in MOTIONS}
-    with bar() as progress, ProcessPoolExecutor(workers) as pool:
-        task = progress.add_task("recordings", total=len(jobs))
-        for motion, findings in pool.map(one, jobs, chunksize=4):
-            found[motion].append(findings)
-            progress.advance(task)
+    for motion, findings in tracked(in_order(one, jobs, workers, 4), "recordings", len(jobs)):
+        found[motion].append(findings)
     return found
 
 
@@ -87,9 +84,8 @@ def outcomes(fault: Fault, recordings: list[Recording]) -> Iterator[str]:
 
 
 def fault_table(made: list[Recording], trials: list[Recording]) -> Table:
-    table = Table("fault", "what is said", title="faults", title_justify="left")
-    for head in ("hand: named", "said", "silent", *(("BROAD: named", "said", "silent") if trials else ())):
-        table.add_column(head, justify="right")
+    heads = "hand: named | said | silent" + " | BROAD: named | said | silent" * bool(trials)
+    table = titled_table("faults", "fault | what is said", heads)
     for name, fault in FAULTS.items():
         said = next((told(finding) for finding in fault.make(made[0]).check() if fault.is_named_by(finding)), "")
         counts = [Counter(outcomes(fault, some)) for some in (made, trials) if some]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
 
@@ -13,10 +10,9 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
-from hnav.io.outputs import write_files
-from studies.command import WORKERS, Seed, Workers, after, study
+from studies.command import WORKERS, Seed, Workers, after, study, titled_table, tracked, write_rows
 from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
 
@@ -34,38 +30,22 @@ def command(
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
-    done: list[Start] = []
-    with bar() as progress:
-        task = progress.add_task("starts", total=starts)
-        for start in experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error):
-            done.append(start)
-            progress.advance(task)
+    trials = experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error)
+    done = list(tracked(trials, "starts", starts))
     title = (
         f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
     )
     show(table(done, title), width=180)
     if csv_file:
-        write_csv(csv_file, done)
+        write_rows(csv_file, map(row_of, done))
         say(str(csv_file))
 
 
 def table(starts: Sequence[Start], title: str) -> Table:
     """A row for each group, after each disturbance all its motions together, at the end all starts."""
-    out = Table(title=title, title_justify="left")
-    for column in ("disturbance", "motion"):
-        out.add_column(column, no_wrap=True)
-    for column in (
-        "starts",
-        "wrong",
-        "95 % interval",
-        "in true field",
-        "ready after: median",
-        "95 %",
-        "never",
-        "error then: median",
-        "heading z2 at " + ", ".join(f"{t_s:g}" for t_s in JUDGED_S) + " s",
-    ):
-        out.add_column(column, justify="right")
+    columns = "starts | wrong | 95 % interval | in true field | ready after: median | 95 % | never | error then: median"
+    judged = ", ".join(f"{t_s:g}" for t_s in JUDGED_S)
+    out = titled_table(title, "disturbance | motion", f"{columns} | heading z2 at {judged} s")
 
     def add(disturbance: str, motion: str, group: Sequence[Start], style: str | None = None) -> None:
         if not group:
@@ -86,21 +66,10 @@ def table(starts: Sequence[Start], title: str) -> Table:
     return out
 
 
-def write_csv(path: Path, starts: Sequence[Start]) -> None:
-    """One row a start; empty cells where the filter never became ready. Raises OutputError."""
-    names = [field.name for field in fields(Start) if field.name != "heading_z2"]
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([*names, *(f"heading_z2_{t_s:g}_s" for t_s in JUDGED_S), "wrong"])
-    for start in starts:
-        values = (*(getattr(start, name) for name in names), *start.heading_z2)
-        writer.writerow(
-            [
-                *("" if isinstance(v, float) and np.isnan(v) else f"{v:.6g}" if isinstance(v, float) else v for v in values),
-                int(start.wrong),
-            ]
-        )
-    write_files({path: file.getvalue()})
+def row_of(start: Start) -> dict[str, object]:
+    """Of the CSV."""
+    values = {name: value for name, value in vars(start).items() if name != "heading_z2"}
+    return values | {f"heading_z2_{t_s:g}_s": z2 for t_s, z2 in zip(JUDGED_S, start.heading_z2)} | {"wrong": start.wrong}
 
 
 main = study("readiness", command)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from hnav.filters.attitude_options import Options
+from hnav.filters.options import Options
 from hnav.fmi.engines import run_recording
 from hnav.reports.scores import errors_rad
 from studies.processes import in_order

@@ -1,0 +1,63 @@
+"""Options of the AHRS, the HREKF and the INS, by name and preset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hnav.errors import HnavValueError
+from hnav.native.library import enumerators
+from hnav.native.options import OptionInfo, OptionSet, option_rows
+
+FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
+"""The attitude filters, and the presets of each."""
+INS_PRESETS = enumerators("hnav_ins_preset", "HNAV_INS_")
+"""Those of the INS, grades of inertial sensors: consumer, industrial, tactical, navigation."""
+PRESETS = {**FILTERS, "ins": INS_PRESETS}
+
+
+def option_table(filter: str) -> Mapping[str, OptionInfo]:
+    """The options of a filter by name, in the library's order. Raises HnavValueError for other filters."""
+    if filter not in PRESETS:
+        raise HnavValueError("option", f"filter = {filter}: choose one of {', '.join(PRESETS)}", "filter")
+    return option_rows(filter)
+
+
+def parse_setting(text: str) -> tuple[str, str]:
+    """Name and value of "NAME=VALUE". Raises HnavValueError."""
+    name, separator, value = text.partition("=")
+    if not (separator and name and value):
+        raise HnavValueError("option", f"setting = {text}: write NAME=VALUE", "setting")
+    return name, value
+
+
+class Options(OptionSet):
+    """Options of a filter, as attributes; option_table(filter) tells unit, range and meaning of each.
+
+        Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
+        Options("ins", "industrial", car_across_m_s=0.1)
+
+    filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. values: options that differ from
+    the preset. Raises HnavValueError for filters, presets, names (UnknownOptionError) and values that do not exist.
+    """
+
+    def __init__(self, filter: str, preset: str = "default", **values: object):
+        option_table(filter)
+        presets = PRESETS[filter]
+        preset = presets[0] if preset == "default" else preset
+        if preset not in presets:
+            raise HnavValueError("option", f"preset = {preset}: choose one of {', '.join(presets)}", "preset")
+        self.__dict__["_preset"] = preset
+        self._fill(filter, presets.index(preset), values)
+
+    @property
+    def filter(self) -> str:
+        """The filter that the options are of."""
+        return str(self._options)
+
+    @property
+    def preset(self) -> str:
+        """The preset that the options started from."""
+        return str(self._preset)
+
+    def _arguments(self) -> tuple[str, ...]:
+        return (self.filter,) if self.preset == PRESETS[self.filter][0] else (self.filter, self.preset)
