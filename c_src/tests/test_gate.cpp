@@ -27,6 +27,19 @@ TEST(Readiness, ASmallSigmaHasToBeEarned) {
     EXPECT_FALSE(angle_ready(-1e-9, 1.1e4, 0.01)); // no variance
 }
 
+TEST(Readiness, TheLargerVarianceCountsForTheTilt) {
+    EXPECT_EQ(tilt_variance<double>({1, 2, 9}), 2);
+    EXPECT_EQ(tilt_variance<double>({3, 2, 9}), 3);
+}
+
+TEST(Readiness, WhatACorrectionBringsIsAddedToItsAngle) {
+    AngleInformation<double> information{};
+    information.gain_tilt({1, 4, 9}, {1, 2, 3}); // from 4 to 2
+    information.gain_heading({1, 4, 8}, {1, 2, 4});
+    EXPECT_NEAR(information.tilt, 0.25, 1e-15);
+    EXPECT_NEAR(information.heading, 0.125, 1e-15);
+}
+
 TEST(Readiness, InformationIsTheDifferenceOfInverseVariances) {
     EXPECT_NEAR(information_gained(0.5, 0.25), 2, 1e-15);
     EXPECT_EQ(information_gained(0.25, 0.5), 0);

@@ -88,6 +88,13 @@ TEST(Mixture, AMergeKeepsTheMomentsAndTheWeight) {
     }
 }
 
+TEST(Mixture, TheCovarianceOfAllPartsIsSymmetric) {
+    const std::vector<double> all = some(2, 4).moments();
+    const Eigen::Map<const Eigen::Matrix<double, n, n>> P(all.data() + n);
+    EXPECT_EQ(P, P.transpose());
+    EXPECT_GT(P.ldlt().vectorD().minCoeff(), 0);
+}
+
 TEST(Mixture, ACovarianceOfPointsIsThatOfTheirPlaces) {
     const double at[] = {-1, 0, 2};
     std::vector<double> mean(1), P(1);
