@@ -24,7 +24,10 @@ struct HeldSample {
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double vibration_rate2, vibration_force2; // variance of one axis between neighbouring samples
 
-    void begin() { *this = {}; } // the first interval differs from past_interval_s = 0: the past is forgotten then
+    void begin() {
+        *this = {};
+        forget_past();
+    }
 
     // A new sample, interval_s after the last one. is_mean: it stands for the interval before it, as the mean; else it acts from now on.
     void hold(const Vector3& new_rate, const Vector3& new_force, double interval_s, double usual_interval_s, bool is_mean) {

@@ -160,6 +160,18 @@ TEST(HeldSample, VibrationIsTheVarianceOfWhiteSamplesAndNoneOfASmoothMotion) {
     EXPECT_LT(smooth.vibration_force2, 1e-6);
 }
 
+// Before the first sample there was none for ever: an interval without end, which has no second difference.
+TEST(HeldSample, TheFirstSamplesShowNoVibration) {
+    HeldSample held;
+    held.begin();
+    double interval_s = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        held.hold({1.0 + k % 2, 0, 0}, {0, 5.0 * (k % 2), 9.8}, interval_s, 0.01, true);
+        EXPECT_EQ(held.vibration_rate2 + held.vibration_force2, 0) << k;
+        interval_s = 0.01;
+    }
+}
+
 // ------------------------------------------------------------------------------------------------ gaps and rest
 
 TEST(GapMotion, CountsNothingWithinAFewIntervalsAndPartsOfAGapAddUp) {

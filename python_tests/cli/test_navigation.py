@@ -118,7 +118,7 @@ def test_smoothed_it_is_the_same_with_hindsight_in_table_and_page(tmp_path, driv
 
 @pytest.mark.parametrize("options, said", [
     (["--engine", "fmi3-cs"], "--engine with --filter ins"),
-    (["--preset", "paper"], "--preset paper: choose one of consumer, industrial"),
+    (["--preset", "paper"], "--preset paper: ins has consumer, industrial"),
     (["--set", "start_hight_m=1"], "did you mean start_height_m"),
     ([], "has no positions .lat_deg, lon_deg, alt_m.: give --gnss FILE, or of a body at rest"),
     (["--gnss", "{imu}"], "no position .lat_deg, lon_deg, alt_m., velocity"),

@@ -45,7 +45,7 @@ class Options(OptionSet):
         presets = PRESETS[filter]
         preset = presets[0] if preset == "default" else preset
         if preset not in presets:
-            raise HnavValueError("option", f"preset = {preset}: choose one of {', '.join(presets)}", "preset")
+            raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(presets)}", "preset")
         self.__dict__["_preset"] = preset
         self._fill(filter, presets.index(preset), values)
 
