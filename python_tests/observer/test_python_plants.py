@@ -15,6 +15,10 @@ def pendulum(derivatives=lambda t, x, u, p: (x[1], -9.81 * np.sin(x[0])), output
     return Plan(plant).sensor("angle", noise=0.01).state("rate", start_sigma=0.5, noise=0.02)
 
 
+def test_a_plant_shows_its_names():
+    assert repr(pendulum(inputs={"torque": 0.0}).plant) == "<Plant: states angle, rate; inputs torque; sensors angle>"
+
+
 def test_rows_and_calls_are_the_same_bits():
     run = Observer(spring_plan()).run(T_S, {"x": samples()}, {"u": np.sin(T_S)})
     observer = Observer(spring_plan())

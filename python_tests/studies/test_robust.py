@@ -41,4 +41,8 @@ def test_the_adaptation_converges_from_both_sides(claim):
 
 def test_a_part_that_there_is_not_is_one_line():
     done = answered(main, "--part", "everything")
-    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "scenarios, start, rates, adaptation" in done.stderr
+    assert (
+        done.returncode == 2
+        and done.stderr.count("\n") == 1
+        and "scenarios, measurements, start, rates, adaptation" in done.stderr
+    )

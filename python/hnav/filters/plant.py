@@ -76,6 +76,10 @@ class Plant:
                 "option", f"{twice} is the name of two things: states, inputs and parameters need names of their own", twice
             )
 
+    def __repr__(self) -> str:
+        named = {kind: ", ".join(getattr(self, kind)) for kind in ("states", "inputs", "parameters", "discrete", "sensors")}
+        return f"<Plant: {'; '.join(f'{kind} {names}' for kind, names in named.items() if names)}>"
+
 
 class Asked:
     """A plant as the C library asks it: some of its inputs, parameters and outputs, in another order.
