@@ -3,6 +3,7 @@
 
 #include "base/hash.hpp"
 #include "c_api/sized.hpp"
+#include "observer/bounded_plant.hpp"
 #include "observer/callback_plant.hpp"
 #include "options/lists.hpp"
 
@@ -20,8 +21,8 @@ using hnav::observer::Refusal;
 namespace {
 
 hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
-    return {k.start,           k.start_sigma, k.noise,        k.nominal, k.ready_sigma,
-            k.time_constant_s, k.input_start, k.sensor_sigma, k.gate_nis};
+    return {k.start,       k.start_sigma,  k.noise,    k.nominal, k.ready_sigma, k.time_constant_s,
+            k.input_start, k.sensor_sigma, k.gate_nis, k.min,     k.max,         k.logarithmic};
 }
 
 // The moment of a given start is a sample of its own kind.
@@ -44,21 +45,22 @@ bool take_memory(ObserverObject* o) {
     return true;
 }
 
-hnav_status prove(ObserverObject* o, hnav::observer::Plant& prover, double start_s, const hnav::CallersMessage& caller) {
+hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage& caller) {
     o->work->linearisation.create(*o->plant);
-    if (o->plant->remember(o->work->first_memory) != Answer::ok)
-        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s", o->colon(),
-                           o->plant->said());
     Refusal why;
     double* work = static_cast<double*>(hnav::take_block(hnav::observer::proof_doubles(*o->problem) * sizeof(double)));
     if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
-    const bool answers = hnav::observer::prove(prover, *o->problem, o->work->linearisation, start_s, work, &o->proof, why);
+    const bool answers = hnav::observer::prove(*o->plant, *o->problem, o->work->linearisation, start_s, work, &o->proof, why);
     hnav::release_block(work);
     if (!answers) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (!o->proof.memoryless)
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
+    if (!o->plant->begin_anew(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (o->plant->remember(o->work->first_memory) != Answer::ok)
+        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s", o->colon(),
+                           o->plant->said());
     return HNAV_OK;
 }
 
@@ -111,16 +113,21 @@ void each_holder(const void* context, void (*seen)(void*, const double*), void* 
     seen(visitor, o->work->first_memory);
 }
 
-hnav_status complete(ObserverObject* o, const hnav_observer_options& options, hnav::observer::Plant& prover,
-                     const hnav::observer::Statistics& known, std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
+hnav_status complete(ObserverObject* o, const hnav_observer_options& options, const hnav::observer::Statistics& known,
+                     std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
     if (!o->problem->assign(known, why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (o->problem->bounded) {
+        auto* bounded = hnav::observer::BoundedPlant::create(o->plant, *o->problem);
+        if (!bounded) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
+        o->plant = bounded;
+    }
     if (options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = options.start_time_s;
-    hnav_status status = prove(o, prover, options.start_time_s, caller);
+    hnav_status status = prove(o, options.start_time_s, caller);
     if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
     if (status != HNAV_OK) return status;
-    o->plant->holders = {o, each_holder};
+    o->plant->set_holders({o, each_holder});
     // A place is used again, and another copy of this library in the process counts by itself.
     static std::atomic<std::uint64_t> made{0};
     const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
@@ -166,37 +173,47 @@ hnav_status status_of(const Refusal& why) {
 }
 
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
-                          observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
-                          const CallersMessage& caller) {
+                          const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller) {
     auto* made = make_object<ObserverObject>();
     if (!made) {
         plant->destroy();
         return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     }
     made->plant = plant;
-    const hnav_status status = complete(made, options, prover, known, fingerprint, caller);
+    const hnav_status status = complete(made, options, known, fingerprint, caller);
     if (status != HNAV_OK) destroy_object(made);
     else *filter = made;
     return status;
 }
 
-// What the plant answered, if it was that.
 hnav_status ObserverObject::no_estimate(double t_s) const {
+    char what[80];
+    std::snprintf(what, sizeof what, "samples up to t = %.9g s were dropped", t_s);
+    return tell_trouble(what);
+}
+
+void ObserverObject::tell_held(double t_s) const {
+    char what[80];
+    std::snprintf(what, sizeof what, "the estimate was held before t = %.9g s", t_s);
+    tell_trouble(what);
+}
+
+// And why: what the plant answered, if it was that.
+hnav_status ObserverObject::tell_trouble(const char* what) const {
     if (!trouble.any)
         return fail(HNAV_ERROR_SOLVER,
-                    "samples up to t = %.9g s led to no usable estimate and were dropped: a state without bound, or more than "
-                    "max_steps steps of the solver",
-                    t_s);
+                    "%s: there is no usable estimate, but a state without bound, or more than max_steps steps of the solver",
+                    what);
     const char* names[] = {"derivatives", "outputs", "indicators", "events"};
-    const char* what = names[int(trouble.function)];
+    const char* of = names[int(trouble.function)];
     if (trouble.function == Function::event && trouble.answer == Answer::ok)
-        return fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the events of the plant do not end at t = %.9g s",
-                    t_s, filter.stamp_of(trouble.t_s));
+        return fail(HNAV_ERROR_SOLVER, "%s: the events of the plant do not end at t = %.9g s", what,
+                    filter.stamp_of(trouble.t_s));
     const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
                          : trouble.answer == Answer::broken ? "failed in"
                                                             : "had no answer for";
-    return fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s were dropped: the plant %s its %s at t = %.9g s%s%s", t_s, answer,
-                what, filter.stamp_of(trouble.t_s), colon(), plant->said());
+    return fail(HNAV_ERROR_SOLVER, "%s: the plant %s its %s at t = %.9g s%s%s", what, answer, of, filter.stamp_of(trouble.t_s),
+                *trouble.said ? ": " : "", trouble.said);
 }
 
 void ObserverObject::destroy() { destroy_object(this); }
@@ -236,7 +253,7 @@ hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_optio
         made->destroy();
         return caller.fail(hnav::status_of(why), "%s", why.text);
     }
-    return hnav::make_observer(filter, *options, made, *made, statistics_of(hnav::take_in(*known)),
+    return hnav::make_observer(filter, *options, made, statistics_of(hnav::take_in(*known)),
                                hnav::fingerprint(hnav::observer_options, options), caller);
 }
 

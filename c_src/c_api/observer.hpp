@@ -32,13 +32,16 @@ struct ObserverObject final : hnav_filter {
     // Instants that were used or wait to be.
     double instants() const { return number(layout().events) + filter.waiting(); }
     const observer::Layout& layout() const { return filter.model().layout(); }
+    // Intervals for the rest of which the plant had no answer.
+    double held() const { return number(layout().counts + observer::Layout::holding); }
     // Moves on, and counts what was dropped on the way.
     template <class Move>
     Outcome moved(Move&& move) {
         trouble = {};
-        const double before = instants();
+        const double before = instants(), held_before = held();
         const Outcome outcome = move();
         dropped += static_cast<std::uint64_t>(before - instants());
+        if (outcome == Outcome::ok && held() > held_before) tell_held(filter.now_s());
         return outcome;
     }
     // ": " and what the plant said of its last failure; "" when it said nothing.
@@ -68,6 +71,8 @@ struct ObserverObject final : hnav_filter {
     }
     double now_s() const override { return filter.now_s(); }
     hnav_status no_estimate(double t_s) const override;
+    // Leaves a message about what was held, which is no error.
+    void tell_held(double t_s) const;
 
     hnav_status attitude(hnav_attitude*) const override { return unsupported("attitude"); }
     hnav_status rate(double*) const override { return unsupported("rate"); }
@@ -98,6 +103,7 @@ struct ObserverObject final : hnav_filter {
     void show(double t_s, const double* x) override { filter.show(t_s, x); }
 
 private:
+    hnav_status tell_trouble(const char* what) const;
     hnav_status no_fixed_sensors() const {
         return fail(HNAV_ERROR_UNSUPPORTED, "the sensors of an observer are those of its plant: hnav_observer_push and its kin");
     }
@@ -107,15 +113,15 @@ private:
 template <>
 inline constexpr std::size_t first_size<hnav_plant> = offsetof(hnav_plant, n_indicators);
 template <>
+inline constexpr std::size_t first_size<hnav_observer_statistics> = offsetof(hnav_observer_statistics, min);
+template <>
 inline constexpr std::size_t first_size<hnav_observer_info> = offsetof(hnav_observer_info, parts);
 template <>
 inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hnav_observer_run_output, parts);
 
-// Makes the observer of a plant, which it takes over, whatever comes of it. prover: the instance of the plant that is asked for
-// the proof.
+// Makes the observer of a plant, which it takes over, whatever comes of it.
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
-                          observer::Plant& prover, const observer::Statistics& known, std::uint64_t fingerprint,
-                          const CallersMessage& caller);
+                          const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller);
 
 hnav_status status_of(const observer::Refusal& why);
 

@@ -215,6 +215,7 @@ hnav_status hnav_observer_get_info(const hnav_filter* handle, hnav_observer_info
     }
     result.stamps_left_out = filter.stamps().left_out();
     result.clock_jumps = filter.stamps().jumps();
+    result.held = count(Layout::holding);
     hnav::hand_out(result, info);
     return HNAV_OK;
 }
@@ -251,18 +252,20 @@ hnav_status hnav_observer_run(hnav_filter* handle, size_t n, const hnav_observer
     }
     const hnav_observer_run_input in = hnav::take_in(*input);
     const hnav_observer_run_output out = hnav::take_in(*output);
-    char first_drop[sizeof observer->message] = "";
+    char first_trouble[sizeof observer->message] = "";
     for (size_t i = 0; i < n; ++i) {
         bool any = false;
         hnav_status status = push_row(observer, handle, in, i, &any);
         const std::uint64_t dropped = observer->dropped;
+        const double held = observer->held();
         if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = advance_row(observer, in.t_s[i], any);
         if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
-        if (status == HNAV_ERROR_SOLVER && !*first_drop) std::strcpy(first_drop, observer->message);
+        if ((status == HNAV_ERROR_SOLVER || observer->held() > held) && !*first_trouble)
+            std::strcpy(first_trouble, observer->message);
         write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
         if (rows_done) *rows_done = i + 1;
     }
-    if (*first_drop) std::strcpy(observer->message, first_drop);
+    if (*first_trouble) std::strcpy(observer->message, first_trouble);
     return HNAV_OK;
 }
 

@@ -7,7 +7,7 @@
 #include "options/lists.hpp"
 
 #ifdef HNAV_FMU_PLANTS
-#include "observer/fmu_plant.hpp"
+#include "observer/live_plants.hpp"
 #endif
 
 #include <algorithm>
@@ -31,6 +31,9 @@ void replace(hnav::observer::Plan& plan, const hnav_observer_statistics& known) 
     take(known.input_start, sizes.known_inputs(), plan.input_start);
     take(known.sensor_sigma, sizes.outputs, plan.sensor_sigma);
     take(known.gate_nis, sizes.outputs, plan.gate_nis);
+    take(known.min, sizes.estimated(), plan.min);
+    take(known.max, sizes.estimated(), plan.max);
+    if (known.logarithmic) std::copy_n(known.logarithmic, sizes.parameters, plan.logarithmic);
 }
 
 // Of what a plan says and Problem does not know.
@@ -43,20 +46,14 @@ std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t sta
 
 hnav_status open(hnav_filter** filter, const hnav_observer_options& options, const char* folder,
                  const hnav_observer_statistics& known, hnav::observer::Plan& plan, const hnav::CallersMessage& caller) {
-    using hnav::observer::FmuPlant;
     hnav::observer::Refusal why;
     if (!plan.read(folder, why) || !hnav::observer::Problem::sizes_fit(plan.sizes, why))
         return caller.fail(hnav::status_of(why), "%s", why.text);
     replace(plan, known);
-    FmuPlant* plant = FmuPlant::open(folder, plan, options.start_time_s, why);
+    auto* plant = hnav::observer::open_beside_others(folder, plan, options.start_time_s, why);
     if (!plant) return caller.fail(hnav::status_of(why), "%s", why.text);
-    // The proof may cost an instance its life: it has its own, where there may be two.
-    FmuPlant* prover = plan.once ? plant : FmuPlant::open(folder, plan, options.start_time_s, why);
-    if (!prover) prover = plant;
     const std::uint64_t fingerprint = fingerprint_of(plan, hnav::fingerprint(hnav::observer_options, &options));
-    const hnav_status status = hnav::make_observer(filter, options, plant, *prover, plan.statistics(), fingerprint, caller);
-    if (prover != plant) prover->destroy();
-    return status;
+    return hnav::make_observer(filter, options, plant, plan.statistics(), fingerprint, caller);
 }
 
 #else

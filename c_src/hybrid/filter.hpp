@@ -482,6 +482,39 @@ private:
         }
     }
 
+    // What is not crossed as a whole is crossed in shorter pieces as far as they go; over the rest the model holds what it has, if it
+    // does that. before: the state, in another place.
+    bool flow_or_hold(State& state, const State& before, double interval_s, double longest_s) {
+        const bool whole = flow_over(state, interval_s, longest_s);
+        if constexpr (may_hold<Model>) {
+            if (whole) return true;
+            copy(*spare_, before);
+            const double left_s = interval_s - flow_in_pieces(state, interval_s, longest_s);
+            copy(state, *spare_);
+            model_.hold(state, left_s);
+            return sound(state);
+        }
+        return whole;
+    }
+
+    // From the spare state, which goes along with every piece that is crossed. Answers how far it has come.
+    bool flow_over_piece(State& state, double length_s, double longest_s) {
+        copy(state, *spare_);
+        if (!flow_over(state, length_s, longest_s) || !sound(state)) return false;
+        copy(*spare_, state);
+        return true;
+    }
+    double flow_in_pieces(State& state, double interval_s, double longest_s) {
+        constexpr int most_pieces = 24; // a plant that fails late costs as many intervals at most
+        double done_s = 0, piece_s = 0.5 * interval_s;
+        for (int k = 0; k < most_pieces && done_s < interval_s; ++k) {
+            const double length_s = std::min(piece_s, interval_s - done_s);
+            if (flow_over_piece(state, length_s, longest_s)) done_s += length_s;
+            else piece_s *= 0.25;
+        }
+        return done_s;
+    }
+
     // False: the state is as it was.
     bool integrate(State& state, double interval_s) {
         const Context context{&model_, &state};
@@ -556,17 +589,27 @@ private:
         const double interval_s = event.t_s - queue_.event(i - 1).t_s;
         go_on_from_before(i, state, before);
         model_.before_flow(state, event);
-        const bool crossed = flow_over(state, interval_s, max_commit_s);
+        const bool crossed = flow_or_hold(state, before, interval_s, max_commit_s);
         if (crossed) model_.jump(state, event);
         if constexpr (has_seldom_part<Model>)
             if (Model::seldom_changes(state) != Model::seldom_changes(before)) has_changed(i);
         if (!crossed || !sound(state)) {
             has_changed(i);
-            queue_.remove(i);
+            if (miss(state, before, event, interval_s)) queue_.mark_solved();
+            else queue_.remove(i);
             return Outcome::diverged;
         }
         queue_.mark_solved();
         return Outcome::ok;
+    }
+
+    // The event leads to no sound state: what is held without it, where the model does that.
+    bool miss(State& state, const State& before, const Event& event, double interval_s) {
+        if constexpr (may_hold<Model>) {
+            copy(state, before);
+            return flow_or_hold(state, before, interval_s, max_commit_s) && model_.miss(state, event) && sound(state);
+        }
+        return false;
     }
 
     // Closes the events that no sample may change any more. The newest stays open: its other sensors may follow.
@@ -594,7 +637,7 @@ private:
     HNAV_RARE Outcome coast(double interval_s) {
         State& ahead = coasted();
         copy(ahead, newest());
-        if (!flow_over(ahead, interval_s, max_look_ahead_s) || !sound(ahead)) return Outcome::diverged;
+        if (!flow_or_hold(ahead, newest(), interval_s, max_look_ahead_s) || !sound(ahead)) return Outcome::diverged;
         view_ = &ahead;
         return Outcome::ok;
     }

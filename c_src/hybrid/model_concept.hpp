@@ -123,6 +123,9 @@ using Crosses = decltype(object<const M>().crosses());
 template <class M>
 using Stiff = decltype(object<const M>().may_be_stiff());
 template <class M>
+using Hold = decltype(object<const M>().hold(object<State<M>>(), 0.0),
+                      object<const M>().miss(object<State<M>>(), object<const Event<M>>()));
+template <class M>
 using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>
 using Read = std::integral_constant<int, M::read>;
@@ -153,6 +156,10 @@ constexpr bool may_cross = model_concept::Answers<model_concept::Crosses, Model>
 // Whether it has a solver of its own for stiff intervals.
 template <class Model>
 constexpr bool may_stiffen = model_concept::Answers<model_concept::Stiff, Model>::value;
+
+// Whether it holds what it has over an interval that nothing crosses, and where a sample leads to no sound state.
+template <class Model>
+constexpr bool may_hold = model_concept::Answers<model_concept::Hold, Model>::value;
 
 template <class Model>
 auto sizes_of(const Model& model) {

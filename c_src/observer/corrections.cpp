@@ -36,7 +36,11 @@ void Model::jump(State& s, const Event& event) const {
     v[at.events] += 1;
     if (v[at.begun] == 0) return;
     for (int i = 0; i < p.sensors; ++i)
-        if (event.has(sensor_channel(i))) return correct(s, event);
+        if (event.has(sensor_channel(i))) {
+            correct(s, event);
+            break;
+        }
+    end_interval(s);
 }
 
 void Model::collect_all(State& s) const {
@@ -49,6 +53,7 @@ void Model::collect_all(State& s) const {
     }
     // The noise of an interval is judged by that of one about as long; two samples that are nearly one change little.
     if (interval_s > 0) v[at.usual] = std::max(interval_s, 0.5 * v[at.usual]);
+    note_course(s, interval_s);
 }
 
 // For a plant with events those that are new, and all of them at the beginning, are an event.
@@ -88,7 +93,9 @@ bool Model::linearise(State& s, const Event& event, int i) const {
         double variance = p.sensor_variance[k];
         for (int j = 0; j < p.N; ++j)
             for (int l = 0; l < p.N; ++l) variance += h[j] * work_->P[j * p.N + l] * h[l];
-        work_->nu[i * p.sensors + k] = *event.value(sensor_channel(k)) - y[k];
+        double& nu = work_->nu[i * p.sensors + k];
+        nu = *event.value(sensor_channel(k)) - y[k];
+        for (int j = 0; p.bounded && j < p.N; ++j) nu -= h[j] * part[layout().beyond + j];
         work_->variance[i * p.sensors + k] = variance;
     }
     return true;
@@ -293,9 +300,14 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
         likelihood -= 0.5 * (nu * nu / S + std::log(2 * M_PI * S));
     }
     for (int j = 0; j < p.N; ++j) X[j] += moved[j];
+    if (p.bounded) {
+        for (int j = 0; j < p.N; ++j) X[j] += part[at.beyond + j];
+        place(X, work_->P, part);
+    }
+    if (crosses()) plant_->recall(part + at.memory);
+    pull_back(s, part, X, work_->P);
     pack_upper(work_->P, p.N, part + at.P);
     if (crosses()) {
-        plant_->recall(part + at.memory);
         const Inside inside = put_inside(s, part, s.x()[at.t], X, work_->P);
         if (inside != Inside::was) s.x()[at.counts + Layout::projected] += 1;
         if (inside == Inside::failed) s.x()[at.broken] = 1;
@@ -351,13 +363,8 @@ void Model::judge(State& s, const double* before) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     double* v = s.x();
-    bool ready = parts(s).largest > sure_part;
-    for (int i = 0; i < p.N; ++i) {
-        const double after = work_->P[i * p.N + i], limit = p.ready_sigma[i] * p.ready_sigma[i];
-        double& information = v[at.information + i];
-        if (after > 0 && before[i] > after) information += 1 / after - 1 / before[i];
-        if (std::isfinite(limit)) ready = ready && after < limit && information > 1 / limit;
-    }
+    const bool earned = gather_information(s, before);
+    bool ready = earned && v[at.holds] == 0 && parts(s).largest > sure_part && is_below_limits(s);
     for (int i = 0; i < p.sensors; ++i) {
         const double mean = v[at.of_sensor(i, Layout::mean_nis)], samples = v[at.of_sensor(i, Layout::samples)];
         if (samples > 0) ready = ready && samples >= samples_to_ready && mean > min_mean_nis && mean < max_mean_nis;
@@ -366,13 +373,33 @@ void Model::judge(State& s, const double* before) const {
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.doubts] < doubts_to_fall);
 }
 
-bool Model::ready(const State& s) const {
+// Of a correction, from the variances before it; whether there is as much as the limits stand for.
+bool Model::gather_information(State& s, const double* before) const {
     const Problem& p = *problem_;
+    bool enough = true;
+    for (int i = 0; i < p.N; ++i) {
+        const double after = work_->P[i * p.N + i], sigma = p.ready_sigma[i] / to_unit(s, i);
+        double& information = s.x()[layout().information + i];
+        if (after > 0 && before[i] > after) information += 1 / after - 1 / before[i];
+        enough = enough && (std::isinf(sigma) || information > 1 / (sigma * sigma));
+    }
+    return enough;
+}
+
+// Of the covariance in the workspace.
+bool Model::is_below_limits(const State& s) const {
+    const Problem& p = *problem_;
+    for (int i = 0; i < p.N; ++i) {
+        const double sigma = p.ready_sigma[i] / to_unit(s, i);
+        if (!(work_->P[i * p.N + i] < sigma * sigma)) return false;
+    }
+    return true;
+}
+
+bool Model::ready(const State& s) const {
     if (s.x()[layout().ready] == 0) return false;
     fused(s, work_->x, work_->P);
-    for (int i = 0; i < p.N; ++i)
-        if (!(work_->P[i * p.N + i] < p.ready_sigma[i] * p.ready_sigma[i])) return false;
-    return true;
+    return is_below_limits(s);
 }
 
 } // namespace hnav::observer

@@ -19,7 +19,7 @@ constexpr double shortest_s = 1e-12; // that a solver is asked for
 bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
     Parts made{*this, work_->branches, 0};
     for (int i = 0; i < parts_of(s); ++i) {
-        Run run(s, interval_s, *work_, &propagator, &made);
+        Run run(s, s.x()[layout().elapsed] + interval_s, *work_, &propagator, &made);
         double* part = made[made.used++];
         std::copy_n(part_of(s, i), layout().part_numbers, part);
         if (!cross_part(run, part)) return false;
@@ -43,7 +43,7 @@ bool Model::cross_part(Run& run, double* part) const {
         if (stop == Stop::missed) return spread(run, part);
         if (stop == Stop::end && to_event_s > left_s) break;
         if (++events > most_events) {
-            *trouble_ = {true, Function::event, Answer::ok, begin_s + part[at.elapsed]};
+            *trouble_ = {true, Function::event, Answer::ok, begin_s + part[at.elapsed], ""};
             return false;
         }
         const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
@@ -93,7 +93,7 @@ bool Model::jump_part(Run& run, double* part, Cause cause, int count) const {
     std::copy_n(e.memory_after, p.sizes.memory, part + at.memory);
     part[at.next_event] = e.next_after;
     if (!e.silent) {
-        if (with_matrix) carry(e, e.P, part + at.P);
+        if (with_matrix) carry(e, e.P, part);
         part[at.jumps] += 1;
         ++run.passed;
     }

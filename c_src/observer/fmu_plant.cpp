@@ -45,7 +45,10 @@ FmuPlant* FmuPlant::open(const char* folder, Plan& plan, double start_s, Refusal
     plant->sizes = plan.sizes;
     plant->start_s_ = start_s;
     plant->list_asked();
-    if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) return plant;
+    if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) {
+        plant->plan_ = plan;
+        return plant;
+    }
     plant->destroy();
     return nullptr;
 }
@@ -66,7 +69,8 @@ bool FmuPlant::load(const char* folder, Refusal& why) {
         std::snprintf(path, sizeof path, "%s%s", resources_, binary) >= max_path || std::strlen(resources_) + 12 > max_path)
         return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
     std::strcat(resources_, "resources/");
-    if (!library_.open(path, reason, sizeof reason))
+    // What is static in a library is shared by all who have loaded it: each plant has a file of its own.
+    if (!library_.open_alone(path, reason, sizeof reason))
         return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", binary, reason);
     fmi_ = plan_.fmi == 2 ? make_fmi2_instance() : make_fmi3_instance();
     if (!fmi_) return why.refuse(Refusal::plant, "no memory for an instance");
@@ -239,6 +243,17 @@ bool FmuPlant::restart() {
     Refusal why;
     has_gone_on_ = sizes.events;
     return start(why) && (!sizes.events || recall(held_) == Answer::ok);
+}
+
+// One instance lives at a time: some FMUs lose events while there are two. So the one that was asked for its derivatives ends, and
+// another begins; one that there can be once goes on.
+bool FmuPlant::begin_anew(Refusal& why) {
+    if (plan_.once || plan_.never_freed)
+        return recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    free_instance();
+    running_ = false;
+    has_gone_on_ = false;
+    return start(why) && (remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_));
 }
 
 // ------------------------------------------------------------------------------------------------ events

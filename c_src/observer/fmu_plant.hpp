@@ -5,6 +5,7 @@
 
 #include "observer/fmi_instance.hpp"
 #include "observer/fmu_memory.hpp"
+#include "observer/live_plant.hpp"
 #include "observer/plan.hpp"
 
 namespace hnav::observer {
@@ -15,6 +16,8 @@ public:
     // says it.
     static FmuPlant* open(const char* folder, Plan& plan, double start_s, Refusal& why);
     ~FmuPlant() { close(); }
+
+    LivePlant live;
 
     Answer evaluate(Function function, const Point& at, double* values) override;
     bool offers(Function function, Variable variable) const override;
@@ -27,6 +30,10 @@ public:
     Answer step_done(const Point& at, bool* wants_event) override;
     bool memory_lasts() const override { return !sizes.events || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }
+    bool begin_anew(Refusal& why) override;
+    // After questions that led elsewhere. False: the instance is lost.
+    bool back_at_start() { return running_ && recall(held_) == Answer::ok; }
+    const Plan* plan() const { return &plan_; }
     int state_of_output(int output) const override;
     const char* said() const override { return said_; }
     void destroy() override;

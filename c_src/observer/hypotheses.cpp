@@ -7,6 +7,7 @@
 //
 // The next samples weigh the parts; those with equal numbers of events merge.
 #include "estimation/mixture.hpp"
+#include "estimation/truncation.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -181,7 +182,7 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
 
     const double l_jumped = density(a) / has_been;
     cut_by(l_jumped * (l_jumped - a));
-    carry(e, cut, jumped + at.P);
+    carry(e, cut, jumped);
     for (int i = 0; i < p.N; ++i) {
         X[i] = J[i];
         for (int j = 0; j < p.N; ++j) X[i] -= l_jumped * e.Xi[i * p.N + j] * k[j];
@@ -237,6 +238,7 @@ void Model::fused(const State& s, double* X, double* P) const {
         expected(s.x(), X);
         if (s.x()[at.clock] == 0) unpack_upper(s.x() + at.P, p.N, 1, P);
         else covariance(s, s.x(), s.x() + at.P, P);
+        if (p.bounded) truncate(p.N, p.low, p.high, expected_uncut(s.x(), s.x(), X), P);
         return;
     }
     const auto part = [&](int i) {
@@ -256,7 +258,10 @@ void Model::merge(double* part, const double* other) const {
     expected(other, with);
     std::copy_n(part + at.P, triangle, P);
     mixture::merge(problem_->N, share, X, P, with, other + at.P);
+    double* beyond = work_->cut;
+    for (int i = 0; i < problem_->N; ++i) beyond[i] = part[at.beyond + i] + share * (other[at.beyond + i] - part[at.beyond + i]);
     if (share > 0.5) std::copy_n(other, at.part_numbers, part);
+    std::copy_n(beyond, problem_->N, part + at.beyond);
     part[at.weight] = sum;
     put(X, part);
     std::copy_n(P, triangle, part + at.P);

@@ -12,7 +12,8 @@ Linearisation::Linearisation(Arena& arena, const Problem& problem)
       u_(arena.doubles(problem.sizes.inputs)),
       p_(arena.doubles(problem.sizes.parameters)),
       above_(arena.doubles(std::max(problem.n, problem.sensors))),
-      below_(arena.doubles(std::max(problem.n, problem.sensors))) {}
+      below_(arena.doubles(std::max(problem.n, problem.sensors))),
+      here_(arena.doubles(std::max(problem.n, problem.sensors))) {}
 
 void Linearisation::create(Plant& plant) {
     outputs_are_states_ = true;
@@ -51,24 +52,38 @@ Answer Linearisation::differences(Plant& plant, Function function, Variable vari
     std::copy_n(at.p, problem_.sizes.parameters, p_);
     const Point moved{at.t_s, x_, u_, p_};
     double* numbers = variable == Variable::state ? x_ : variable == Variable::unknown_input ? u_ + problem_.known : p_;
+    const double *low = problem_.low + first, *high = problem_.high + first;
+    for (int k = 0; k < problem_.sizes.count(variable); ++k) numbers[k] = std::clamp(numbers[k], low[k], high[k]);
     for (int k = 0; k < problem_.sizes.count(variable); ++k) {
         const double step = 6e-6 * std::max(std::fabs(numbers[k]), problem_.scale[first + k]);
-        const Answer answer = column(plant, function, moved, numbers + k, step, rows, J + first + k);
+        const double up = std::min(numbers[k] + step, high[k]), down = std::max(numbers[k] - step, low[k]);
+        const Answer answer = column(plant, function, moved, numbers + k, up, down, rows, J + first + k);
         if (answer != Answer::ok) return answer;
     }
     return Answer::ok;
 }
 
-Answer Linearisation::column(Plant& plant, Function function, const Point& moved, double* number, double step, int rows,
-                             double* out) {
-    const double kept = *number, up = kept + step, down = kept - step;
-    *number = up;
-    Answer answer = plant.evaluate(function, moved, above_);
-    *number = down;
-    if (answer == Answer::ok) answer = plant.evaluate(function, moved, below_);
-    *number = kept;
-    if (answer != Answer::ok) return answer;
-    for (int i = 0; i < rows; ++i) out[i * problem_.N] = (above_[i] - below_[i]) / (up - down);
+// One-sided where the plant has no answer on the other side: a root, a table that ends.
+Answer Linearisation::column(Plant& plant, Function function, const Point& moved, double* number, double up, double down,
+                             int rows, double* out) {
+    const double kept = *number;
+    const auto ask = [&](double at, double* values) {
+        *number = at;
+        Answer answer = plant.evaluate(function, moved, values);
+        *number = kept;
+        for (int i = 0; answer == Answer::ok && i < rows; ++i)
+            if (!std::isfinite(values[i])) answer = Answer::elsewhere;
+        return answer;
+    };
+    const double *above = above_, *below = below_;
+    const Answer of_up = ask(up, above_), of_down = ask(down, below_);
+    if (of_up != Answer::ok && of_down != Answer::ok) return of_up;
+    if (of_up != Answer::ok || of_down != Answer::ok) {
+        if (const Answer answer = ask(kept, here_); answer != Answer::ok) return answer;
+        (of_up != Answer::ok ? up : down) = kept;
+        (of_up != Answer::ok ? above : below) = here_;
+    }
+    for (int i = 0; i < rows; ++i) out[i * problem_.N] = (above[i] - below[i]) / (up - down);
     return Answer::ok;
 }
 

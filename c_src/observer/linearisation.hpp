@@ -21,11 +21,12 @@ public:
     Answer differences(Plant& plant, Function function, Variable variable, const Point& at, double* J);
 
 private:
-    Answer column(Plant& plant, Function function, const Point& moved, double* number, double step, int rows, double* out);
+    Answer column(Plant& plant, Function function, const Point& moved, double* number, double up, double down, int rows,
+                  double* out);
 
     const Problem& problem_;
     double *x_, *u_, *p_;
-    double *above_, *below_;
+    double *above_, *below_, *here_;
     bool outputs_are_states_ = false;
     bool exact_[functions][variables] = {};
 };

@@ -1,7 +1,10 @@
 #include "observer/observer_model.hpp"
 
+#include "estimation/truncation.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace hnav::observer {
 PassageMemory::PassageMemory(Arena& arena, const Problem& p)
@@ -30,6 +33,7 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       variance(arena.doubles(max_parts * p.sensors)),
       gain(arena.doubles(3 * p.N)),
       P(arena.doubles(p.N * p.N)),
+      cut(arena.doubles(p.N * p.N)),
       branches(arena.doubles(max_branches * layout.part_numbers)),
       step_from(arena.doubles(layout.nx)),
       step_to(arena.doubles(layout.nx)),
@@ -65,6 +69,12 @@ void Model::begin(State& s) const {
     std::copy_n(p.start + p.moving, p.sizes.parameters, v + at.parameters);
     double* variance = v + at.P;
     for (int i = 0; i < p.N; variance += p.N - i++) *variance = p.start_variance[i];
+    if (p.bounded) {
+        std::copy_n(p.start, p.N, work_->x);
+        unpack_upper(v + at.P, p.N, 1, work_->P);
+        place(work_->x, work_->P, v);
+        put(work_->x, v);
+    }
     std::copy_n(p.input_start, p.known, v + at.inputs);
     v[at.usual] = 1;
     v[at.parts_used] = v[at.weight] = 1;
@@ -94,7 +104,10 @@ bool Model::plausible(const State& s) const {
 bool Model::ask(Answer answer, Function function, double t_s, const double* values, int count) const {
     bool fine = answer == Answer::ok;
     for (int i = 0; fine && i < count; ++i) fine = std::isfinite(values[i]);
-    if (!fine) *trouble_ = {true, function, answer, t_s};
+    if (!fine) {
+        *trouble_ = {true, function, answer, t_s, ""};
+        std::snprintf(trouble_->said, sizeof trouble_->said, "%s", plant_->said());
+    }
     return fine;
 }
 
@@ -244,6 +257,13 @@ void Model::collect(const State& s, double* part) const {
         if (variance < 0 && variance > -1e-12 * p.scale[i] * p.scale[i]) variance = 0;
     }
     pack_upper(work_->P, p.N, part + at.P);
+    if (p.bounded) {
+        std::copy_n(part + at.beyond, p.N, work_->cut);
+        for (int i = 0; i < p.moving; ++i) {
+            part[at.beyond + i] = 0;
+            for (int j = 0; j < p.N; ++j) part[at.beyond + i] += part[at.S + i * p.N + j] * work_->cut[j];
+        }
+    }
     std::fill(part + at.S, part + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) part[at.S + i * p.N + i] = 1;
     part[at.elapsed] += part[at.clock];
@@ -260,9 +280,56 @@ void Model::put(const double* X, double* part) const {
     std::copy_n(X + problem_->moving, problem_->sizes.parameters, part + layout().parameters);
 }
 
+// The mean of the Gaussian that is not cut, where the part has flowed to.
+double* Model::expected_uncut(const double* flowed, const double* part, double* X) const {
+    const Problem& p = *problem_;
+    const Layout& at = layout();
+    const double *S = flowed + at.S, *beyond = part + at.beyond;
+    for (int i = 0; i < p.moving; ++i) {
+        X[i] = flowed[i];
+        for (int j = 0; j < p.N; ++j) X[i] += S[i * p.N + j] * beyond[j];
+    }
+    for (int i = p.moving; i < p.N; ++i) X[i] = part[at.parameters + i - p.moving] + beyond[i];
+    return X;
+}
+
+// X, of a Gaussian that is not cut, becomes the mean of what the bounds leave of it; the part keeps by how much.
+void Model::place(double* X, const double* P, double* part) const {
+    const Problem& p = *problem_;
+    double* beyond = part + layout().beyond;
+    std::copy_n(X, p.N, beyond);
+    std::copy_n(P, p.N * p.N, work_->cut);
+    truncate(p.N, p.low, p.high, X, work_->cut);
+    for (int i = 0; i < p.N; ++i) beyond[i] -= X[i];
+}
+
+// The parameter for one of its logarithm: its mean is so large.
+double Model::to_unit(const State& s, int i) const {
+    if (!is_log(i)) return 1;
+    const double* part = s.x();
+    const int N = problem_->N;
+    return std::exp(part[layout().parameters + i - problem_->moving] + 0.5 * part[layout().P + i * N - i * (i - 1) / 2]);
+}
+
+// Parameters of a logarithm with the moments that a Gaussian gives them.
+void Model::leave_logarithms(double* X, double* P) const {
+    const Problem& p = *problem_;
+    for (int i = p.moving; i < p.N; ++i) {
+        if (!is_log(i)) continue;
+        X[i] = std::exp(X[i] + 0.5 * P[i * p.N + i]);
+        for (int j = 0; j < p.N; ++j) {
+            if (j == i) continue;
+            // Of two logarithms the first has been left already when the second is, to the first order.
+            P[i * p.N + j] = P[j * p.N + i] *= X[i];
+        }
+        P[i * p.N + i] = X[i] * X[i] * std::expm1(P[i * p.N + i]);
+    }
+}
+
 void Model::estimate(const State& s, double* X, double* sigma, double* P) const {
     const Problem& p = *problem_;
     fused(s, work_->x, work_->P);
+    if (p.bounded) leave_logarithms(work_->x, work_->P);
     if (X) std::copy_n(work_->x, p.N, X);
     if (P) std::copy_n(work_->P, p.N * p.N, P);
     for (int i = 0; sigma && i < p.N; ++i) sigma[i] = std::sqrt(std::max(0.0, work_->P[i * p.N + i]));

@@ -72,6 +72,7 @@ public:
     // N; inputs; moving x N; N x N twice; for each part sensors x N, sensors, and of each sensor innovation and variance; N;
     // N x N.
     double *x, *u, *A, *Qd, *product, *H, *y, *nu, *variance, *gain, *P;
+    double* cut; // N x N, a covariance that is being cut
 
     // Of a plant with events: parts that an interval makes; points of a step; values of indicators at both ends of a bracket and
     // anywhere, at five places of a step, and at the beginning; their gradients and rates.
@@ -92,6 +93,7 @@ struct Trouble {
     Function function;
     Answer answer; // ok: a number that is not finite
     double t_s;
+    char said[200]; // by the plant
 };
 
 // What flows: a part of the state, null for the first, with its matrices or as a sigma point does, without.
@@ -146,6 +148,8 @@ public:
     // False: no memory.
     bool make_stiff_solver(long max_steps) const;
     void jump(State& s, const Event& event) const;
+    void hold(State& s, double by_s) const;
+    bool miss(State& s, const Event& event) const;
     void nominal(double* x) const;
 
     // N numbers each, of a state that may have flowed since its event; P is N x N. Null is not written.
@@ -237,6 +241,11 @@ private:
     void flow_of_sized(double usual_s, const double* x, double* dx) const;
     void expected(const double* part, double* X) const;
     void put(const double* X, double* part) const;
+    double* expected_uncut(const double* flowed, const double* part, double* X) const;
+    void place(double* X, const double* P, double* part) const;
+    bool is_log(int i) const { return i >= problem_->moving && problem_->is_log[i - problem_->moving] != 0; }
+    double to_unit(const State& s, int i) const;
+    void leave_logarithms(double* X, double* P) const;
     void covariance(const State& s, const double* flowed, const double* held, double* P) const;
     void collect(const State& s, double* part) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
@@ -262,6 +271,15 @@ private:
     void inflate(double* part, double since_s) const;
     double largest_variance(const double* P, double* vector, double* next) const;
     void judge(State& s, const double* before) const;
+    bool gather_information(State& s, const double* before) const;
+    bool is_below_limits(const State& s) const;
+
+    // holding.cpp
+    void note_course(State& s, double interval_s) const;
+    void end_interval(State& s) const;
+    void course(const State& s, const double* part, double* dX) const;
+    bool answers(const State& s, const double* X) const;
+    void pull_back(const State& s, const double* part, double* X, double* P) const;
 
     // crossing.cpp
     bool cross_part(Run& run, double* part) const;
@@ -295,7 +313,7 @@ private:
     int choose_guard(const double* part, int guard, Passage& e) const;
     bool probe(const State& s, double t_s, Passage& e) const;
     bool one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const;
-    void carry(const Passage& e, const double* P, double* to) const;
+    void carry(const Passage& e, const double* P, double* part) const;
     bool turns_beyond(const Run& run, double t_s, int guard, double* beyond_sigma) const;
     int coinciding(const State& s, const double* part, int guard, const Passage& e) const;
     void give_up(Run& run, int guard, int another) const;

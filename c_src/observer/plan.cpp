@@ -141,6 +141,8 @@ private:
         if (is(key, "unknown")) return take_unknown(words);
         if (is(key, "parameter")) return take_parameter(words);
         if (is(key, "sensor")) return take_sensor(words);
+        if (is(key, "bound")) return take_bound(words);
+        if (is(key, "logarithmic")) return take_logarithmic(words);
         return "its first word is not known";
     }
 
@@ -193,6 +195,21 @@ private:
         plan_.sensor_is_output[i] = words.flag();
         plan_.sensor_sigma[i] = words.number();
         plan_.gate_nis[i] = words.number();
+        return nullptr;
+    }
+
+    const char* take_bound(Words& words) {
+        const std::uint32_t i = words.reference();
+        if (i >= max_estimated) return "there is nothing of that place";
+        plan_.min[i] = words.number();
+        plan_.max[i] = words.number();
+        return nullptr;
+    }
+
+    const char* take_logarithmic(Words& words) {
+        const std::uint32_t i = words.reference();
+        if (i >= max_estimated) return "there is nothing of that place";
+        plan_.logarithmic[i] = 1;
         return nullptr;
     }
 

@@ -20,6 +20,8 @@
 //     unknown REFERENCE START SIGMA NOISE NOMINAL READY TIME_CONSTANT
 //     parameter REFERENCE START SIGMA NOISE NOMINAL READY
 //     sensor REFERENCE OUTPUT SIGMA GATE                          OUTPUT 1: of that causality, its derivatives may be asked
+//     bound INDEX MIN MAX                                         of what is estimated, by its place: states, unknown, parameters
+//     logarithmic INDEX                                           of a parameter, by its place among them: by its logarithm
 //     end                                                         last
 //
 // Each may end in a name, after its numbers. A START of nan is the FMU's own value, a READY of inf no limit.
@@ -27,6 +29,7 @@
 
 #include "observer/problem.hpp"
 
+#include <cmath>
 #include <cstdint>
 
 namespace hnav::observer {
@@ -50,9 +53,19 @@ struct Plan {
     double start[max_estimated], start_sigma[max_estimated], noise[max_estimated], nominal[max_estimated];
     double ready_sigma[max_estimated], time_constant_s[max_estimated], input_start[max_inputs];
     double sensor_sigma[max_channels_used], gate_nis[max_channels_used];
+    double min[max_estimated], max[max_estimated];
+    std::uint8_t logarithmic[max_estimated] = {};
+
+    Plan() {
+        for (int i = 0; i < max_estimated; ++i) {
+            min[i] = -HUGE_VAL;
+            max[i] = HUGE_VAL;
+        }
+    }
 
     Statistics statistics() const {
-        return {start, start_sigma, noise, nominal, ready_sigma, time_constant_s, input_start, sensor_sigma, gate_nis};
+        return {start,       start_sigma,  noise,    nominal, ready_sigma, time_constant_s,
+                input_start, sensor_sigma, gate_nis, min,     max,         logarithmic};
     }
 
     // From folder/observer.plan. False: why says in which line.

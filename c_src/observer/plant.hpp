@@ -13,6 +13,8 @@ enum class Function { derivatives, outputs, indicators, event };
 enum class Variable { state, unknown_input, parameter };
 constexpr int functions = 2, variables = 3; // that have derivatives
 
+struct Refusal;
+
 struct Point {
     double t_s;
     const double *x, *u, *p;
@@ -82,12 +84,16 @@ public:
     virtual bool memory_lasts() const { return true; }
     // When the first event of time comes, before there was any.
     virtual double first_event_s() { return HUGE_VAL; }
+    // The derivatives have been proven, which may have cost what was asked its life: it is as at the start again. False: why says it.
+    virtual bool begin_anew(Refusal&) { return true; }
 
     // The state that an output is, or -1.
     virtual int state_of_output(int) const { return -1; }
 
     // What it said of its last failure; "" if nothing.
     virtual const char* said() const { return ""; }
+
+    virtual void set_holders(const Holders& h) { holders = h; }
 
     virtual void destroy() = 0;
 

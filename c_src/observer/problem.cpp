@@ -18,19 +18,19 @@ struct Row {
     const char* name;
     const double* values;
     int count;
-    enum Range { any, not_negative, positive, limit } range; // limit: above 0, infinite for none
+    enum Range { any, bound, not_negative, positive, limit } range; // bound, limit: infinite for none, limit above 0
 
     bool check(Refusal& why) const {
         for (int i = 0; values && i < count; ++i) {
-            if (range == limit && values[i] == HUGE_VAL) continue;
+            if ((range == limit && values[i] == HUGE_VAL) || (range == bound && !std::isnan(values[i]))) continue;
             if (!std::isfinite(values[i]))
                 return why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, i, values[i]);
             const double square = values[i] * values[i];
-            const char* bound = range >= positive && !(values[i] > 0 && square > 0) ? "above 0"
-                                : range == not_negative && values[i] < 0            ? "at least 0"
-                                : !std::isfinite(square)                            ? "below 1e154"
-                                                                                    : nullptr;
-            if (bound) return why.refuse(Refusal::impossible, "%s[%d] = %g: it must be %s", name, i, values[i], bound);
+            const char* must = range >= positive && !(values[i] > 0 && square > 0) ? "above 0"
+                               : range == not_negative && values[i] < 0            ? "at least 0"
+                               : !std::isfinite(square)                            ? "below 1e154"
+                                                                                   : nullptr;
+            if (must) return why.refuse(Refusal::impossible, "%s[%d] = %g: it must be %s", name, i, values[i], must);
         }
         return true;
     }
@@ -63,7 +63,10 @@ Problem::Problem(Arena& arena, const PlantSizes& given)
       input_start(arena.doubles(known)),
       sensor_variance(arena.doubles(sensors)),
       gate_nis(arena.doubles(sensors)),
-      noise_scale(arena.doubles(N)) {}
+      noise_scale(arena.doubles(N)),
+      low(arena.doubles(N)),
+      high(arena.doubles(N)),
+      is_log(arena.doubles(given.parameters)) {}
 
 bool Problem::sizes_fit(const PlantSizes& s, Refusal& why) {
     for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs, s.indicators})
@@ -95,12 +98,28 @@ bool Problem::check(const Statistics& g, Refusal& why) const {
         {"input_start", g.input_start, known, Row::any},
         {"sensor_sigma", g.sensor_sigma, sensors, Row::positive},
         {"gate_nis", g.gate_nis, sensors, Row::not_negative},
+        {"min", g.min, N, Row::bound},
+        {"max", g.max, N, Row::bound},
     };
     for (const Row& row : rows)
         if (!row.check(why)) return false;
+    if (!check_bounds(g, why)) return false;
     for (int i = 0; i < N; ++i)
         if (g.start_sigma[i] > 0 || at(g.noise, i, 0) > 0) return true;
     return why.refuse(Refusal::impossible, "every start_sigma is 0 and there is no noise: give a state a start_sigma or noise");
+}
+
+bool Problem::check_bounds(const Statistics& g, Refusal& why) const {
+    for (int i = 0; i < N; ++i)
+        if (!(at(g.min, i, -HUGE_VAL) < at(g.max, i, HUGE_VAL)))
+            return why.refuse(Refusal::impossible, "min[%d] = %g is not below max[%d] = %g", i, g.min[i], i, g.max[i]);
+    for (int k = 0; g.logarithmic && k < sizes.parameters; ++k) {
+        const int i = moving + k;
+        if (g.logarithmic[k] && !(at(g.start, i, 0) > 0 && at(g.max, i, HUGE_VAL) > 0))
+            return why.refuse(Refusal::impossible, "start[%d] = %g and its max must be above 0: it is estimated by its logarithm",
+                              i, at(g.start, i, 0));
+    }
+    return true;
 }
 
 bool Problem::assign(const Statistics& g, Refusal& why) {
@@ -120,8 +139,37 @@ bool Problem::assign(const Statistics& g, Refusal& why) {
         sensor_variance[i] = g.sensor_sigma[i] * g.sensor_sigma[i];
         gate_nis[i] = at(g.gate_nis, i, 0);
     }
+    for (int k = 0; k < sizes.parameters; ++k) is_log[k] = g.logarithmic && g.logarithmic[k];
     set_scales(g);
+    set_bounds(g);
     return true;
+}
+
+// A logarithm of such a mean and variance that the parameter has those that were given.
+void Problem::set_logarithm(int k) {
+    const int i = moving + k;
+    const double mean = start[i];
+    start_variance[i] = std::log1p(start_variance[i] / (mean * mean));
+    start[i] = std::log(mean) - 0.5 * start_variance[i];
+    noise[i] /= mean * mean;
+    scale[i] = 1;
+}
+
+void Problem::set_bounds(const Statistics& g) {
+    constexpr double margin = 1e-9; // of a scale
+    bounded = false;
+    for (int i = 0; i < N; ++i) {
+        double min = at(g.min, i, -HUGE_VAL), max = at(g.max, i, HUGE_VAL);
+        const bool logarithm = i >= moving && is_log[i - moving] != 0;
+        if (logarithm) {
+            min = min > 0 ? std::log(min) : -HUGE_VAL;
+            max = std::log(max);
+        }
+        bounded = bounded || logarithm || std::isfinite(min) || std::isfinite(max);
+        const double within = std::min(margin * scale[i], 0.25 * (max - min));
+        low[i] = min + within;
+        high[i] = max - within;
+    }
 }
 
 // A nominal value of 1 for a pressure of 1e5 Pa is common: it is never trusted alone. What has no noise of its own receives
@@ -132,6 +180,7 @@ void Problem::set_scales(const Statistics& g) {
         const double nominal = at(g.nominal, i, i < n ? 1 : 0);
         scale[i] = std::max({nominal, std::fabs(start[i]), g.start_sigma[i]});
         if (!(scale[i] > 0)) scale[i] = 1;
+        if (i >= moving && is_log[i - moving] != 0) set_logarithm(i - moving);
         largest = std::max(largest, std::sqrt(noise[i]) / scale[i]);
     }
     for (int i = 0; i < N; ++i) noise_scale[i] = largest > 0 ? std::sqrt(noise[i]) + 1e-2 * largest * scale[i] : scale[i];
@@ -141,7 +190,9 @@ std::uint64_t Problem::fingerprint(std::uint64_t from) const {
     const int counts[] = {sizes.states,  sizes.inputs,     sizes.unknown_inputs, sizes.parameters,
                           sizes.outputs, sizes.indicators, sizes.memory,         sizes.events};
     std::uint64_t sum = hash(counts, sizeof counts, from);
-    for (const double* values : {start, start_variance, noise, scale, ready_sigma}) sum = hash(values, N * sizeof(double), sum);
+    for (const double* values : {start, start_variance, noise, scale, ready_sigma, low, high})
+        sum = hash(values, N * sizeof(double), sum);
+    sum = hash(is_log, sizes.parameters * sizeof(double), sum);
     sum = hash(decay_1_s, sizes.unknown_inputs * sizeof(double), sum);
     sum = hash(input_start, known * sizeof(double), sum);
     sum = hash(sensor_variance, sensors * sizeof(double), sum);

@@ -27,6 +27,8 @@ struct Statistics {
     const double* input_start;     // known inputs; null: zero
     const double* sensor_sigma;    // outputs
     const double* gate_nis;        // outputs; 0 and null: no gate
+    const double *min, *max;       // N; null: no bounds
+    const std::uint8_t* logarithmic; // parameters; 1: by its logarithm; null: none
 };
 
 // What is wrong with a plant or with what is said of it.
@@ -52,10 +54,17 @@ public:
     double *start, *start_variance, *noise, *scale, *ready_sigma, *decay_1_s, *input_start; // noise: squared density
     double *sensor_variance, *gate_nis;
     double* noise_scale; // of the tolerances of the noise, unit / sqrt(s)
+    // Between which X is, a billionth of its scale within what was given: roots have a derivative there. Of parameters: 1 where X is the
+    // logarithm; then all that stands here is of that, but for ready_sigma.
+    double *low, *high, *is_log;
+    bool bounded = false; // any bound, any logarithm
 
 private:
     bool check(const Statistics& given, Refusal& why) const;
+    bool check_bounds(const Statistics& given, Refusal& why) const;
     void set_scales(const Statistics& given);
+    void set_logarithm(int parameter);
+    void set_bounds(const Statistics& given);
 };
 
 constexpr int max_parts = 4;
@@ -71,7 +80,8 @@ struct Layout {
           nx(clock + 1),
           parameters(nx),
           P(parameters + p.sizes.parameters),
-          weight(P + triangle(p.N)),
+          beyond(P + triangle(p.N)),
+          weight(beyond + p.N),
           elapsed(weight + 1),
           jumps(weight + 2),
           next_event(weight + 3),
@@ -94,7 +104,11 @@ struct Layout {
           stiff(t + 10),
           corrected(t + 11),
           wants_event(t + 12),
-          counts(t + 13),
+          held(t + 13),
+          holds(t + 14),
+          from(t + 15),
+          course(from + p.moving),
+          counts(course + p.moving),
           sensors(counts + all_counts),
           checks(sensors + per_sensor * p.sensors),
           numbers(checks + check_numbers * p.sensors) {}
@@ -103,12 +117,15 @@ struct Layout {
     enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, repeats, usual_repeats, per_sensor };
     int of_sensor(int i, OfSensor what) const { return sensors + per_sensor * i + what; }
     static constexpr int check_numbers = sizeof(Check) / sizeof(double);
-    enum Counts { splits, grazing, chattering, projected, all_counts };
+    enum Counts { splits, grazing, chattering, projected, holding, all_counts };
 
     // Of a part, from where it begins. x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual`
     // seconds; clock: the time since S and Qd began, elapsed: of these since the event of the filter.
     int S, Qd, clock, nx;
     int parameters, P;
+    // Of a plant with bounds: what the mean of the Gaussian that is not cut has beyond x, d and the parameters, which are that of what
+    // is left of it. P is not cut: a bound that cuts at every sample what it has cut before would count for more than it says.
+    int beyond;
     // How likely it is; events of the plant that changed something; time of the next that time brings; 1 where an indicator is
     // above 0; what the plant remembers.
     int weight, elapsed, jumps, next_event, sides, memory, part_numbers;
@@ -117,9 +134,10 @@ struct Layout {
     int inputs, information;
     // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction; whether the plant
     // was stiff in the newest interval; time of the newest correction; whether the plant wants an event at the end of the newest step of
-    // an integrator outside.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event,
-        counts, sensors, checks;
+    // an integrator outside; how long the estimate has been held since the plant had an answer for a whole interval, and whether it is
+    // in this one; the moving numbers after the newest event, and the fastest that they went lately.
+    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event, held,
+        holds, from, course, counts, sensors, checks;
     int numbers;
 };
 

@@ -254,10 +254,15 @@ bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, 
     return true;
 }
 
-// Xi P Xi' and the floor, to an upper triangle.
-void Model::carry(const Passage& e, const double* P, double* to) const {
+// Xi P Xi' and the floor, to the part, and what it has beyond its bounds.
+void Model::carry(const Passage& e, const double* P, double* part) const {
     const Problem& p = *problem_;
-    double* product = work_->product;
+    double *product = work_->product, *to = part + layout().P, *beyond = part + layout().beyond;
+    std::copy_n(beyond, p.N, work_->cut);
+    for (int i = 0; i < p.N; ++i) {
+        beyond[i] = 0;
+        for (int k = 0; k < p.N; ++k) beyond[i] += e.Xi[i * p.N + k] * work_->cut[k];
+    }
     for (int i = 0; i < p.N; ++i)
         for (int j = 0; j < p.N; ++j) {
             double sum = 0;

@@ -14,6 +14,8 @@ public:
 
     // path: full, UTF-8. Its names stay its own: a plant and who loads it may export the same ones. False: why says it.
     bool open(const char* path, char* why, std::size_t size);
+    // The same of a copy of the file where another has loaded it, so that they share nothing that is static in it.
+    bool open_alone(const char* path, char* why, std::size_t size);
     void close();
     // Until the process ends.
     void stay() { stays_ = true; }
@@ -27,8 +29,14 @@ public:
 private:
     void* symbol(const char* name) const;
 
+    static bool is_loaded(const char* path);
+    static bool copy_file(const char* from, const char* to);
+    bool open_copy(const char* path, const char* folder, int length, const char* name);
+    void remove_copy();
+
     void* handle_ = nullptr;
     bool stays_ = false;
+    char copy_[1024] = ""; // that is to be removed when it is closed
 };
 
 } // namespace hnav::observer

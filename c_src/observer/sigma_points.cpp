@@ -52,7 +52,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     covariance(s, v, v + at.P, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
     root_of(N, P, L);
-    expected(v, mean);
+    expected_uncut(v, v, mean);
     std::copy_n(v, nx(), work_->step_from);
     bool whole = true;
     for (int k = 0; whole && k < 2 * N; ++k) {
@@ -70,6 +70,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     const auto point = [&](int k) { return mixture::Part{0.5 / N, points + k * N, nullptr}; };
     mixture::moments(2 * N, N, point, mean, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
+    place(mean, P, v);
     put(mean, v);
     pack_upper(P, N, v + at.P);
     std::fill(v + at.S, v + at.clock, 0.0);

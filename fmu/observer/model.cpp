@@ -96,7 +96,7 @@ public:
         });
     }
 
-    // What the plant answered when samples were dropped, once.
+    // What the plant answered when samples were dropped or the estimate was held, once.
     bool judge(Message* what) override {
         std::snprintf(what->text, sizeof what->text, "%s", trouble_);
         return trouble_[0] != '\0';
@@ -246,10 +246,13 @@ private:
                                  : hnav_observer_push(object_, sensor(channel), t_s, value);
     }
 
-    // Samples that lead to no estimate are dropped and counted: the simulation goes on.
+    // Samples that lead to no estimate are dropped and counted, and where the plant has no answer the estimate is held: the simulation
+    // goes on.
     bool goes_on(hnav_status status, Message* why) override {
-        if (status != HNAV_ERROR_SOLVER) return done(status, why);
-        if (!trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_filter_message(object_));
+        if (status != HNAV_ERROR_SOLVER && status != HNAV_OK) return done(status, why);
+        auto info = hnav_sized<hnav_observer_info>();
+        const bool any = status != HNAV_OK || (hnav_observer_get_info(object_, &info) == HNAV_OK && info.held > 0);
+        if (any && !trouble_[0]) std::snprintf(trouble_, sizeof trouble_, "%s", hnav_filter_message(object_));
         return true;
     }
 
@@ -275,6 +278,7 @@ private:
         case late: return static_cast<double>(info.late);
         case non_finite: return static_cast<double>(info.non_finite);
         case dropped: return static_cast<double>(info.dropped);
+        case held_intervals: return static_cast<double>(info.held);
         case missed: return memory_.sampled.missed;
         default: return count_of_events(role, info);
         }

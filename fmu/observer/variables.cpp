@@ -58,6 +58,7 @@ constexpr Kind kinds[] = {
     {"late", Type::integer, Causality::output, info_group, Index::one},
     {"non_finite", Type::integer, Causality::output, info_group, Index::one},
     {"dropped", Type::integer, Causality::output, info_group, Index::one},
+    {"held", Type::integer, Causality::output, info_group, Index::one},
     {"missed", Type::integer, Causality::output, info_group, Index::one},
     {"parts", Type::integer, Causality::output, info_group, Index::one},
     {"largest_part", Type::real, Causality::output, info_group, Index::one},

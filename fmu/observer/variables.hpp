@@ -51,6 +51,7 @@ enum Role {
     late,
     non_finite,
     dropped,
+    held_intervals,
     missed,
     parts,
     largest_part,

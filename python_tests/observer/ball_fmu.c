@@ -1,21 +1,24 @@
 /* A ball that bounces as an FMU for Model Exchange, FMI 2, which watches over the order of calls: what is not allowed is an error, and
  * then it is lost. What it does wrong is its parameter mode.
- * (lifts: gravity points up, so that a ball thrown down hardly comes to the floor, which throws it back)
+ * (lifts: gravity points up, so that a ball thrown down hardly comes to the floor, which throws it back; switches: gravity becomes 2 m/s2
+ * upwards at 1 s, an event of time that is lost while a second instance lives: as many as the library counts, or, with SHARES_PROCESS,
+ * the process)
  *     h' = v,  v' = -g while free, 0 at rest;  h <= 0, v < 0: v = -e v, at rest below 0.1 m/s;  kick: a discrete input that adds to v */
 #include <fmi2Functions.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { H, V, DH, DV, E, KICK, RESTS, BOUNCES, MODE, COUNT };
-enum { SOUND, ITERATES, TERMINATES, ERROR_IN_EVENT, NAN_AFTER_EVENT, ENDLESS_TIMES, STEP_EVENT, GROWS, LIFTS };
+enum { SOUND, ITERATES, TERMINATES, ERROR_IN_EVENT, NAN_AFTER_EVENT, ENDLESS_TIMES, STEP_EVENT, GROWS, LIFTS, SWITCHES };
 enum phase { START, EVENTS, CONTINUOUS };
 
 typedef struct {
     double value[COUNT], t, kicked;
     enum phase phase;
-    int lost;
+    int lost, switched;
 } State;
 typedef struct {
     State s;
@@ -23,6 +26,20 @@ typedef struct {
 } Plant;
 
 int copies = 0; /* of states that are out */
+
+/* How many instances live, one more or less. */
+static int living(int by) {
+#ifdef SHARES_PROCESS
+    const char* before = getenv("HNAV_TEST_BALLS");
+    char now[16];
+    snprintf(now, sizeof now, "%d", (before ? atoi(before) : 0) + by);
+    setenv("HNAV_TEST_BALLS", now, 1);
+    return atoi(now);
+#else
+    static int count = 0;
+    return count += by;
+#endif
+}
 
 static fmi2Status fail(Plant* p, const char* text) {
     p->callbacks.logger(p->callbacks.componentEnvironment, "plant", fmi2Error, "error", "%s", text);
@@ -45,9 +62,13 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     p->callbacks = *callbacks;
     p->s.value[H] = 1;
     p->s.value[E] = 0.7;
+    living(1);
     return p;
 }
-void fmi2FreeInstance(fmi2Component c) { free(c); }
+void fmi2FreeInstance(fmi2Component c) {
+    living(-1);
+    free(c);
+}
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2Real start, fmi2Boolean d, fmi2Real e) {
     (void)a, (void)b, (void)d, (void)e;
     ((Plant*)c)->s.t = start;
@@ -88,8 +109,9 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
     info->valuesOfContinuousStatesChanged = fmi2True;
     info->newDiscreteStatesNeeded = MODE_IS(ITERATES) && v[BOUNCES] > 0;
     info->terminateSimulation = MODE_IS(TERMINATES) && v[BOUNCES] > 0;
-    info->nextEventTimeDefined = MODE_IS(ENDLESS_TIMES);
-    info->nextEventTime = p->s.t;
+    if (p->s.t >= 1 && living(0) == 1) p->s.switched = 1;
+    info->nextEventTimeDefined = MODE_IS(ENDLESS_TIMES) || (MODE_IS(SWITCHES) && !p->s.switched && living(0) == 1);
+    info->nextEventTime = MODE_IS(SWITCHES) ? 1 : p->s.t;
     return fmi2OK;
 }
 
@@ -127,7 +149,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n) {
     IN(c, p->s.phase != START);
     (void)n;
     dx[0] = p->s.value[V];
-    dx[1] = p->s.value[RESTS] ? 0 : MODE_IS(LIFTS) ? 9.81 : -9.81;
+    dx[1] = p->s.value[RESTS] ? 0 : MODE_IS(LIFTS) ? 9.81 : MODE_IS(SWITCHES) && p->s.switched ? 2 : -9.81;
     if (MODE_IS(NAN_AFTER_EVENT) && p->s.value[BOUNCES] > 0) dx[1] = NAN;
     return fmi2OK;
 }

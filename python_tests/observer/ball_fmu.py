@@ -6,10 +6,21 @@ import zipfile
 from pathlib import Path
 
 SOURCE = Path(__file__).with_suffix(".c")
-MODES = ("sound", "iterates", "terminates", "error_in_event", "nan_after_event", "endless_times", "step_event", "grows", "lifts")
+MODES = (
+    "sound",
+    "iterates",
+    "terminates",
+    "error_in_event",
+    "nan_after_event",
+    "endless_times",
+    "step_event",
+    "grows",
+    "lifts",
+    "switches",
+)
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Ball" guid="{{ball}}" numberOfEventIndicators="{indicators}">
+<fmiModelDescription fmiVersion="2.0" modelName="Ball" guid="{token}" numberOfEventIndicators="{indicators}">
 <ModelExchange modelIdentifier="ball" {attributes}/>
 <ModelVariables>
 <ScalarVariable name="h" valueReference="0" causality="output" initial="exact"><Real start="1"/></ScalarVariable>
@@ -29,9 +40,9 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 SAVES, SERIALIZES = 'canGetAndSetFMUstate="true"', 'canGetAndSetFMUstate="true" canSerializeFMUstate="true"'
 
 
-def packed(path: Path, binary: Path, attributes: str = SERIALIZES, indicators: int = 1) -> Path:
+def packed(path: Path, binary: Path, attributes: str = SERIALIZES, indicators: int = 1, token: str = "{ball}") -> Path:
     """An FMU of it."""
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION.format(attributes=attributes, indicators=indicators))
+        archive.writestr("modelDescription.xml", DESCRIPTION.format(attributes=attributes, indicators=indicators, token=token))
         archive.write(binary, "binaries/linux64/ball.so")
     return path

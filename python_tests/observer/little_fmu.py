@@ -45,16 +45,18 @@ DERIVATIVES = '<Unknown index="3"/><Unknown index="4"/>'
 
 
 def compiled(
-    folder: Path, once: bool = False, calls_itself: bool = False, crashes_when_freed: bool = False, source: Path = SOURCE
-) -> Path:
+    folder: Path, once: bool = False, calls_itself: bool = False, crashes_when_freed: bool = False, source: Path = SOURCE,
+    define: tuple[str, ...] = (),
+) -> Path:  # fmt: skip
     """The binary; the test is skipped where there is no compiler."""
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
     spec = importlib.util.find_spec("fmpy")
     headers = Path(str(spec and spec.origin)).parent / "c-code"
     binary = folder / f"{source.stem}{'_once' * once}.so"
-    define = ["-DONCE"] * once + ["-DCALLS_ITSELF"] * calls_itself + ["-DCRASHES_WHEN_FREED"] * crashes_when_freed
-    subprocess.run(["cc", "-O1", "-shared", "-fPIC", *define, f"-I{headers}", str(source), "-o", str(binary), "-lm"], check=True)
+    defined = ["-DONCE"] * once + ["-DCALLS_ITSELF"] * calls_itself + ["-DCRASHES_WHEN_FREED"] * crashes_when_freed
+    defined += [f"-D{name}" for name in define]
+    subprocess.run(["cc", "-O1", "-shared", "-fPIC", *defined, f"-I{headers}", str(source), "-o", str(binary), "-lm"], check=True)
     return binary
 
 

@@ -49,7 +49,7 @@ def test_the_command_names_the_interval(box):
     assert told.returncode == 0, told.stderr
     assert "G_box was beyond 3 sigma of its usual 0.9" in told.stdout
     assert "from 2406 s (2020-09-13 13:06:49 UTC) to 2604 s (2020-09-13 13:10:07 UTC)" in told.stdout
-    assert "T2 reads 0.28 more than expected in the median: an offset of -0.28 in its table takes it away" in told.stdout
+    assert "T2 reads 0.28 more than expected in the median: offset = -0.28 in its table takes it away" in told.stdout
     assert "not in the plan, and not used: fan_on" in told.stdout
     assert 'id="findings"' in page.read_text() and 'id="events"' not in page.read_text()
 

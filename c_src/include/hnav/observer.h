@@ -84,6 +84,11 @@ typedef struct hnav_observer_statistics {
     const double* sensor_sigma; /* n_outputs: white noise of a sample, above 0; not null */
     const double* gate_nis; /* n_outputs: once ready, the variance of a sample of larger NIS is inflated by NIS / gate;
                                       0 and null: never */
+    /* Bounds of X. Its Gaussian is cut there: estimate and covariance are the moments of what is left, and the plant is not asked
+     * beyond. Infinite and null: none. */
+    const double *min, *max;
+    const uint8_t* logarithmic; /* n_parameters: 1: positive, estimated by its logarithm; start, sigmas, noise and bounds stay those of the
+                                   parameter itself, noise as it is at the start. Null: none */
 } hnav_observer_statistics;
 
 /* Refused, with a message that names what is wrong: sizes (SIZE; N at most 64, known inputs and sensors together at most 62),
@@ -157,6 +162,8 @@ typedef struct hnav_observer_info {
     uint64_t outliers, stuck; /* samples that were rejected, of all sensors */
     uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
     uint64_t clock_jumps; /* stamps ran back: a new time base began */
+    uint64_t held; /* intervals for the rest of which the plant had no answer: the estimate was held there, its covariance has grown by what
+                      was missed, and it was not ready */
 } hnav_observer_info;
 HNAV_API hnav_status hnav_observer_get_info(const hnav_filter* filter, hnav_observer_info* info);
 
@@ -200,8 +207,8 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double* plant_events; /* n: events that have been, the mean of the parts */
 } hnav_observer_run_output;
 
-/* A row that the plant has no answer for is dropped and counted, and the next one goes on; hnav_filter_message tells why the first
- * was. rows_done (may be null): less than n
+/* A row that the plant has no answer for is dropped and counted, or the estimate is held before it (see hnav_observer_info.held), and the
+ * next one goes on; hnav_filter_message tells why the first was. rows_done (may be null): less than n
  * only after an error: NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
 HNAV_API hnav_status hnav_observer_run(hnav_filter* filter, size_t n, const hnav_observer_run_input* input,
                                        const hnav_observer_run_output* output, size_t* rows_done);

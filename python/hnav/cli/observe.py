@@ -26,6 +26,8 @@ FEW = 100  # samples tell no offset
 OFFSET = 0.3  # in sigmas of the sensor, that is worth a word
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
+CORRELATED = 0.2  # of an innovation and one of the next five, that noise alone does not explain
+INCOMPLETE = 1  # exit code: the plant had no answer somewhere
 WHERE_IT_CRASHES = "ask its maker; one that crashes when it is freed goes with never_freed = true under [plant]"
 
 WithCovariance = Annotated[
@@ -63,6 +65,9 @@ def command(
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
     ] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Say what the samples of --data can tell at all of each state and parameter")
+    ] = False,
     export: Annotated[
         Path | None, typer.Option(metavar="FILE.fmu", help="FMU to write that estimates by this plan, with the plant inside")
     ] = None,
@@ -72,7 +77,7 @@ def command(
     ] = 0.01,
     covariance: WithCovariance = None,
 ) -> None:
-    refuse(fmu, plan, data, tune or out is not None or report is not None, export)
+    refuse(fmu, plan, data, tune or check or out is not None or report is not None, export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
     watch(fmu)
     if plan is None:
@@ -91,16 +96,26 @@ def command(
         write_fmu(observer, export, fmi, period_s, covariance)
     elif data is None and not prove:
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
-    if data is not None and tune:
+    if data is not None:
+        use_samples(observer, data, check, tune, out, report)
+
+
+def use_samples(observer: Observer, data: Path, check: bool, tune: bool, out: Path | None, report: Path | None) -> None:
+    """All that is made of samples. Exits with INCOMPLETE where the plant had no answer."""
+    if check:
+        tell_observability(observer, data)
+    if tune:
         tell_noises(observer, data)
-    if data is not None and (out is not None or report is not None):
-        observe(observer, data, out, report)
+    if out is not None or report is not None:
+        run = observe(observer, data, out, report)
+        if run.dropped or run.held:
+            raise typer.Exit(INCOMPLETE)
 
 
 def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export: Path | None) -> None:
     """Raises UsageError for options that do not fit each other; wanted: something is to be made of the samples."""
     if (data is not None) != wanted:
-        raise UsageError("--data belongs to --out, --report or --tune: samples in, estimates or noises out")
+        raise UsageError("--data belongs to --out, --report, --check or --tune: samples in, estimates or noises out")
     if plan is None and (data is not None or export is not None):
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
 
@@ -135,7 +150,7 @@ def samples_of(plan: Plan, data: Path) -> Samples:
     return t_s, sensors, {name: columns[column] for name, column in inputs.items() if column in columns}, columns
 
 
-def observe(observer: Observer, data: Path, out: Path | None, report: Path | None) -> None:
+def observe(observer: Observer, data: Path, out: Path | None, report: Path | None) -> ObserverRun:
     """Estimates from a table, into a table and a page."""
     plan = observer.plan
     t_s, sensors, inputs, columns = samples_of(plan, data)
@@ -169,6 +184,7 @@ def observe(observer: Observer, data: Path, out: Path | None, report: Path | Non
     if len(found) > SHOWN:
         say(f"and {len(found) - SHOWN} more, on the page of --report")
     say(f"{len(t_s)} rows to {' and '.join(str(file) for file in (out, report) if file is not None)}")
+    return run
 
 
 def summary(run: ObserverRun) -> list[str]:
@@ -180,7 +196,7 @@ def summary(run: ObserverRun) -> list[str]:
         lines.append(
             f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
         )
-    return lines + run.dropped_in_words()
+    return lines + run.dropped_in_words() + run.held_in_words()
 
 
 def innovations(run: ObserverRun) -> list[str]:
@@ -222,9 +238,19 @@ def offsets(run: ObserverRun, plan: Plan) -> list[str]:
         if abs(mean) > max(OFFSET * plan.sensors[name].noise, 5 * deviation / np.sqrt(len(used))):
             direction = "more" if mean > 0 else "less"
             lines.append(
-                f"{name} reads {abs(mean):.3g} {direction} than expected in the median: an offset of {-mean:.3g} in its table takes it away"
+                f"{name} reads {abs(mean):.3g} {direction} than expected in the median: "
+                f"offset = {plan.sensors[name].own_offset - mean:.3g} in its table takes it away"
             )
     return lines
+
+
+def tell_observability(observer: Observer, data: Path) -> None:
+    """What the samples can tell of each estimate."""
+    from hnav.filters.observer_observability import observability
+
+    t_s, sensors, inputs, _ = samples_of(observer.plan, data)
+    for line in observability(observer.plan, t_s, sensors, inputs, observer.options).sentences():
+        say(line)
 
 
 def tell_noises(observer: Observer, data: Path) -> None:
@@ -251,9 +277,16 @@ def tell_noises(observer: Observer, data: Path) -> None:
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
-        verdict = "the model holds" if nis < GOOD_AHEAD else "the model is wrong, not only its noise"
-        found = f"mean NIS {nis:.2f}: {verdict}" if nis == nis else "too few samples to say whether the model holds"
-        say(f"{name}, predicted over {AHEAD} samples: {found}")
+        say(f"{name}, predicted over {AHEAD} samples: {verdict_of(nis, tuned.correlation[name])}")
+
+
+def verdict_of(ahead_nis: float, correlation: float) -> str:
+    """Whether the model of a sensor holds: its predictions are as large as told, and its innovations are white."""
+    if ahead_nis != ahead_nis:
+        return "too few samples to say whether the model holds"
+    white = f"innovations correlated by {correlation:.2f}"
+    wrong = ahead_nis >= GOOD_AHEAD or abs(correlation) > CORRELATED
+    return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"
 
 
 # --------------------------------------------------------------------------------------------- what there is

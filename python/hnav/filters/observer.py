@@ -81,7 +81,9 @@ class ObserverRun(RunBase):
     dropped: int
     """Instants for which the plant had no answer."""
     dropped_because: str
-    """What was said of the first of them; "" for none."""
+    """What was said of the first of them, or of the first that was held; "" for none."""
+    held: int
+    """Intervals for the rest of which the plant had no answer: the estimate was held there, with a sigma that grew."""
     plan: Plan
     """That of the observer."""
 
@@ -106,6 +108,15 @@ class ObserverRun(RunBase):
         return [
             f"{self.dropped} of {len(self.t_s)} instants were dropped, and the estimate stayed where it was; the first: {self.dropped_because}; "
             "look at the model there, or begin nearer to the truth"
+        ]
+
+    def held_in_words(self) -> list[str]:
+        """A line about the intervals that the plant had no answer for, if any."""
+        if not self.held:
+            return []
+        return [
+            f"the plant had no answer for the rest of {self.held} intervals: the estimate was held there, its sigma grew, and it was not ready; "
+            f"the first: {self.dropped_because}; look at the model there, or give the states their bounds (min, max)"
         ]
 
     @property
@@ -170,6 +181,8 @@ class ObserverInfo(Record):
     """Samples whose stamp lay far ahead of all others."""
     clock_jumps: int
     """Stamps ran back: a new time base began."""
+    held: int
+    """Intervals for the rest of which the plant had no answer: the estimate was held there, its covariance grew, and it was not ready."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +266,9 @@ class Observer(StatefulObject):
             n_unknown_inputs=len(plan.unknown_inputs), n_parameters=len(plan.parameters), n_outputs=len(plan.sensors), **asked.sizes, **asked.functions,
         )  # fmt: skip
         rows = _statistics(plan, plant)
-        known = new("hnav_observer_statistics", **{name: address(row) for name, row in rows.items() if len(row)})
+        logarithmic = np.array([known.log for known in plan.parameters.values()], np.uint8)
+        known = new("hnav_observer_statistics", **{name: address(row) for name, row in rows.items() if len(row)},
+                    logarithmic=address(logarithmic if len(logarithmic) else None))  # fmt: skip
         try:
             super().__init__("hnav_observer_create", self._options.struct, struct, known)
         except HnavError:
@@ -268,6 +283,8 @@ class Observer(StatefulObject):
             if self._asked is not None:
                 self._asked.raise_kept()
             raise
+        if self._asked is not None:
+            self._asked.raise_kept()
 
     @property
     def options(self) -> ObserverOptions:
@@ -349,9 +366,10 @@ class Observer(StatefulObject):
             innovation=address(innovation), nis=address(nis), ready=address(ready), log_likelihood=address(likelihood),
             parts=address(parts), plant_events=address(events),
         )  # fmt: skip
-        before = self.info().dropped
+        before = self.info()
         self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
-        dropped = self.info().dropped - before
+        after = self.info()
+        dropped = after.dropped - before.dropped
         if self._asked is not None:
             self._asked.raise_kept()
         return ObserverRun(
@@ -368,7 +386,8 @@ class Observer(StatefulObject):
             plant_events=events,
             proof=self.proof(),
             dropped=dropped,
-            dropped_because=text(library().hnav_filter_message(self._handle)) if dropped else "",
+            held=after.held - before.held,
+            dropped_because=text(library().hnav_filter_message(self._handle)) if dropped or after.held > before.held else "",
         )
 
     def export(
@@ -431,11 +450,13 @@ def _statistics(plan: Plan, plant: Plant) -> dict[str, Array]:
     start = {name: own[name] if math.isnan(told.start) else told.start for name, told in known.items()}
     inputs = {name: own[name] if math.isnan(told.start) else told.start for name, told in plan.inputs.items()}
     rows = dict(
-        start=start.values(), start_sigma=[k.start_sigma for k in known.values()], noise=[k.noise for k in known.values()],
-        nominal=[k.nominal or 1.0 for k in known.values()], ready_sigma=[k.ready_sigma for k in known.values()], time_constant_s=[k.time_constant_s for k in plan.unknown_inputs.values()],
+        start=start.values(), nominal=[k.nominal or 1.0 for k in known.values()],
+        time_constant_s=[k.time_constant_s for k in plan.unknown_inputs.values()],
         input_start=inputs.values(), sensor_sigma=[s.noise for s in plan.sensors.values()],
         gate_nis=[s.gate_nis for s in plan.sensors.values()],
     )  # fmt: skip
+    as_told = ("start_sigma", "noise", "ready_sigma", "min", "max")
+    rows |= {name: [getattr(k, name) for k in known.values()] for name in as_told}
     return {name: np.array(list(values), float) for name, values in rows.items()}
 
 

@@ -198,7 +198,8 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     for k, (name, told) in enumerate(known.items()):
         unit = _unit(observer, name)
         density = f"{unit}/sqrt(s)" if unit else "1/sqrt(s)"
-        yield _parameter("start", k, f"start.{name}", "Estimate at the start", starts[name], unit, min=-_INF)
+        start = told.start if told.start == told.start else starts[name]  # that of the plan, before its bounds cut it
+        yield _parameter("start", k, f"start.{name}", "Estimate at the start", start, unit, min=-_INF)
         yield _parameter(
             "start_sigma", k, f"start_sigma.{name}", "Its standard deviation", told.start_sigma, unit, is_difference=True
         )
@@ -271,6 +272,7 @@ def _health(observer: Observer) -> Iterator[Row]:
         ("late", "Samples refused as too old"),
         ("non_finite", "Samples refused as not finite"),
         ("dropped", "Instants for which the plant had no answer"),
+        ("held", "Intervals for the rest of which it had none: the estimate was held there, its covariance grew"),
         ("missed", "Samples that a coarse communication step lost"),
     ):
         yield Row(role, 0, f"count.{role}", text, "integer")

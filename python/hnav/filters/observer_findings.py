@@ -1,5 +1,5 @@
-"""What stands out in an observer's run, as intervals of time: unknown inputs and parameters away from their usual value, samples
-beyond their gate, innovations larger than told.
+"""What stands out in an observer's run, as intervals of time: unknown inputs and parameters away from their usual value, bounds that are
+active, samples beyond their gate, innovations larger than told.
 
     for finding in findings(run, plan):
         print(finding.sentence(run.t_s[0]))
@@ -26,6 +26,7 @@ LARGE = 10.8  # 99.9 % of NIS lie below
 HUGE = 100.0  # ten sigma
 _REST = 20  # samples in between end an interval of single ones
 _CLOCK_S = 1e8  # times beyond are those of a clock since 1970
+_HALF = (2 / (np.pi - 2)) ** 0.5  # mean over sigma of the half of a Gaussian
 _SPREAD = 1.4826  # sigma of a Gaussian over its median deviation
 
 
@@ -36,7 +37,7 @@ class Finding:
     name: str
     """Of what is estimated, or the sensors."""
     kind: str
-    """"away", "beyond its gate" or "larger than told"."""
+    """"away", "at its bound", "beyond its gate" or "larger than told"."""
     start_s: float
     """Of its first row."""
     end_s: float
@@ -60,7 +61,7 @@ def moment(t_s: float, origin_s: float = 0.0) -> str:
 def findings(run: ObserverRun, plan: Plan) -> list[Finding]:
     """In the order of time. What is estimated is looked at where it may change, that is, has noise; its usual value is the median of
     the run, or 0 of an unknown input with a time constant."""
-    found = [*_away(run, plan)]
+    found = [*_away(run, plan), *_bounded(run, plan)]
     for name, sensor in plan.sensors.items():
         found += _gated(run, name, sensor.gate_nis)
     found += _large(run, [*plan.sensors])
@@ -82,6 +83,18 @@ def _away(run: ObserverRun, plan: Plan) -> Iterator[Finding]:
             peak = x[first + int(np.argmax(away[first : last + 1]))]
             what = f"{name} was beyond {SIGMAS:g} sigma of its usual {usual:.3g}, at most {peak:.3g},"
             yield Finding(name, "away", float(run.t_s[first]), float(run.t_s[last]), what)
+
+
+def _bounded(run: ObserverRun, plan: Plan) -> Iterator[Finding]:
+    """Where half or more of a Gaussian lies beyond a bound: what is left of it is less than 1.32 of its sigmas from there in the mean."""
+    for name, known in {**plan.states, **plan.unknown_inputs, **plan.parameters}.items():
+        for bound, word in ((known.min, "min"), (known.max, "max")):
+            if not np.isfinite(bound) or known.log:
+                continue
+            rows = np.flatnonzero(np.abs(run.x[name] - bound) < _HALF * run.sigma[name])
+            for group in _groups(rows, np.ones(len(run.t_s), bool)):
+                what = f"{name} was at its {word} {bound:g} in {len(group)} rows: the samples alone would lead beyond,"
+                yield Finding(name, "at its bound", float(run.t_s[group[0]]), float(run.t_s[group[-1]]), what)
 
 
 def _between(values: Array, above: float) -> list[tuple[int, int]]:

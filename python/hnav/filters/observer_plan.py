@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import runpy
 import tomllib
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -33,6 +34,12 @@ class Estimated:
     """Of an unknown input that decays; 0: a random walk."""
     nominal: float = 0.0
     """Usual size, where start and start_sigma do not tell it."""
+    min: float = -math.inf
+    """It is at least that."""
+    max: float = math.inf
+    """It is at most that."""
+    log: bool = False
+    """A positive parameter that is estimated by its logarithm."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,8 @@ class Sensor:
     """In the plant's unit."""
     of: str = ""
     """The variable of the plant that it reads."""
+    own_offset: float = 0.0
+    """What the plan adds to its samples, in its own unit."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +91,7 @@ class Plan:
         self.plant = plant if isinstance(plant, Plant) else read_model_description(plant)
         self.memoryless = memoryless
         self.never_freed = never_freed
-        self.states: dict[str, Estimated] = dict.fromkeys(self._state_names(), Estimated())
+        self.states: dict[str, Estimated] = {name: self._bounded(name, Estimated()) for name in self._state_names()}
         self.unknown_inputs: dict[str, Estimated] = {}
         self.parameters: dict[str, Estimated] = {}
         self.inputs: dict[str, Input] = {}
@@ -99,20 +108,23 @@ class Plan:
 
     def state(
         self, name: str, *, start: float = math.nan, start_sigma: float = 0.0, noise: float = 0.0, ready_sigma: float = math.inf,
-        nominal: float = 0.0,
+        nominal: float = 0.0, min: float | None = None, max: float | None = None,
     ) -> Self:  # fmt: skip
         """start: NaN for the plant's own; noise: white noise that drives the state, unit / sqrt(s); ready_sigma: sigma below which it is
-        ready; nominal: its usual size, where start and start_sigma do not tell it."""
+        ready; nominal: its usual size, where start and start_sigma do not tell it; min, max: its bounds, None for those of the FMU,
+        -inf and inf for none."""
         if name not in self.states:
             raise _unknown(name, "state", self.states)
         _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
-        self.states[name] = Estimated(start, start_sigma, noise, ready_sigma, nominal=nominal)
+        self.states[name] = self._bounded(name, Estimated(start, start_sigma, noise, ready_sigma, nominal=nominal), min, max)
         return self
 
     def parameter(
-        self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, ready_sigma: float = math.inf
-    ) -> Self:
-        """A parameter that is estimated; of an FMU it must be tunable. noise: random walk, unit / sqrt(s)."""
+        self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, ready_sigma: float = math.inf,
+        min: float | None = None, max: float | None = None, log: bool = False,
+    ) -> Self:  # fmt: skip
+        """A parameter that is estimated; of an FMU it must be tunable. noise: random walk, unit / sqrt(s). min, max: as of a state.
+        log: it is positive, and estimated by its logarithm; start, sigmas and noise stay its own, noise as it is at the start."""
         if isinstance(self.plant, Plant):
             _among(name, "parameter", self.plant.parameters)
         else:
@@ -122,18 +134,21 @@ class Plan:
                     self.plant, name, f"{name} is {variable.variability}: it cannot be estimated; export it as tunable"
                 )
         _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
-        self.parameters[name] = Estimated(start, start_sigma, noise, ready_sigma)
+        self.parameters[name] = self._bounded(name, Estimated(start, start_sigma, noise, ready_sigma, log=bool(log)), min, max)
         return self
 
     def unknown_input(
         self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, time_constant_s: float = 0.0,
-        ready_sigma: float = math.inf,
+        ready_sigma: float = math.inf, min: float | None = None, max: float | None = None,
     ) -> Self:  # fmt: skip
-        """An input that nobody measures, estimated as a random walk, or, with a time constant, as one that decays to 0."""
+        """An input that nobody measures, estimated as a random walk, or, with a time constant, as one that decays to 0. min, max: as of
+        a state."""
         self._input(name)
         _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma, time_constant_s=time_constant_s)
         self.inputs.pop(name, None)
-        self.unknown_inputs[name] = Estimated(start, start_sigma, noise, ready_sigma, time_constant_s)
+        self.unknown_inputs[name] = self._bounded(
+            name, Estimated(start, start_sigma, noise, ready_sigma, time_constant_s), min, max
+        )
         return self
 
     def input(
@@ -170,7 +185,7 @@ class Plan:
         _check(name, sensor_noise=noise, gate_nis=gate_nis)
         if not math.isfinite(offset):
             raise HnavValueError("option", f"offset of {name} is {offset:g}: it must be finite", "offset")
-        self.sensors[name] = Sensor(noise, gate_nis, factor, shift + factor * offset, of)
+        self.sensors[name] = Sensor(noise, gate_nis, factor, shift + factor * offset, of, offset)
         return self
 
     def set(self, name: str, value: float) -> Self:
@@ -200,6 +215,15 @@ class Plan:
         for name in ("states", "unknown_inputs", "parameters", "inputs", "sensors", "set_values", "options"):
             setattr(made, name, dict(getattr(self, name)))
         return made
+
+    def _bounded(self, name: str, known: Estimated, least: float | None = None, most: float | None = None) -> Estimated:
+        """As told, or as the FMU has them."""
+        own = None if isinstance(self.plant, Plant) else self.plant.variable(name)
+        low = least if least is not None else own.min if own else -math.inf
+        high = most if most is not None else own.max if own else math.inf
+        if not low < high:
+            raise HnavValueError("option", f"min of {name} is {low:g} and its max {high:g}: min must be below max", "min")
+        return replace(known, min=float(low), max=float(high))
 
     def _state_names(self) -> list[str]:
         return list(self.plant.states) if isinstance(self.plant, Plant) else [state.name for state, _ in self.plant.states]
@@ -257,6 +281,10 @@ class Plan:
             lines.append(
                 f"sensor {variable.reference} {variable.causality == 'output':d} {_text(noise)} {_text(sensor.gate_nis)} {name}"
             )
+        for place, told in enumerate((*self.states.values(), *self.unknown_inputs.values(), *self.parameters.values())):
+            if math.isfinite(told.min) or math.isfinite(told.max):
+                lines.append(f"bound {place} {_text(told.min)} {_text(told.max)}")
+        lines += [f"logarithmic {place}" for place, told in enumerate(self.parameters.values()) if told.log]
         return "\n".join([*lines, "end", ""])
 
 
@@ -349,11 +377,12 @@ def plant_of_file(path: Path | str) -> Path | Plant:
 _TABLES: Mapping[str, frozenset[str]] = {
     "sensor": frozenset({"noise", "gate_nis", "unit", "of", "offset"}),
     "input": frozenset({"start", "column", "factor", "unit", "interpolation"}),
-    "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal"}),
-    "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma"}),
-    "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma"}),
+    "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal", "min", "max"}),
+    "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma", "min", "max", "log"}),
+    "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma", "min", "max"}),
 }
 _FLAGS = ("memoryless", "never_freed")
+_SWITCHES = ("log",)
 _WORDS = ("unit", "of", "column", "interpolation")
 _NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
 
@@ -376,18 +405,31 @@ def read_plan(path: Path | str, fmu: Path | str | None = None) -> Plan:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
     except OSError as error:
         raise HnavValueError("file", f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise HnavValueError("file", f"{path}: no TOML: {error}") from None
     try:
-        return _plan_of(data, path.parent, fmu)
+        return _plan_of(data, text, path.parent, fmu)
     except HnavValueError as error:
         raise HnavValueError(error.status, f"{path.name}: {error}", error.argument) from None
 
 
-def _plan_of(data: dict[str, Any], folder: Path, fmu: Path | str | None) -> Plan:
+def _line_of(text: str, table: str, name: str, key: str) -> str:
+    """ "line 12: " of an entry of a plan; the line of its table where the key does not stand in one of its own, "" where neither does."""
+    header_line, inside = 0, False
+    for number, line in enumerate(text.splitlines(), 1):
+        if header := re.fullmatch(r"\s*\[(.*?)\]\s*(#.*)?", line):
+            inside = re.sub(r"[\"'\s]", "", header[1]) == re.sub(r"[\"'\s]", "", f"{table}.{name}")
+            header_line = number if inside else header_line
+        elif inside and re.match(rf"\s*{re.escape(key)}\s*=", line):
+            return f"line {number}: "
+    return f"line {header_line}: " if header_line else ""
+
+
+def _plan_of(data: dict[str, Any], text: str, folder: Path, fmu: Path | str | None) -> Plan:
     unknown = next((name for name in data if name not in {"plant", "options", *_TABLES}), None)
     if unknown is not None:
         raise HnavValueError(
@@ -405,9 +447,18 @@ def _plan_of(data: dict[str, Any], folder: Path, fmu: Path | str | None) -> Plan
         plan.set(name, _number(value, f"plant.set.{name}"))
     for table in _TABLES:
         for name, entry in data.get(table, {}).items():
-            getattr(plan, table)(name, **_entry(table, name, entry))
+            _take(plan, table, name, entry, text)
     plan.options = dict(data.get("options", {}))
     return plan
+
+
+def _take(plan: Plan, table: str, name: str, entry: object, text: str) -> None:
+    """An entry into the plan."""
+    try:
+        getattr(plan, table)(name, **_entry(table, name, entry))
+    except HnavValueError as error:
+        where = _line_of(text, table, name, str(error.argument or "").rsplit(".", 1)[-1])
+        raise HnavValueError(error.status, f"{where}{error}", error.argument) from None
 
 
 def _entry(table: str, name: str, entry: object) -> dict[str, Any]:
@@ -421,10 +472,15 @@ def _entry(table: str, name: str, entry: object) -> dict[str, Any]:
     needed = _NEEDED.get(table)
     if needed is not None and needed not in entry:
         raise HnavValueError("option", f'[{table}."{name}"] needs {needed}', name)
-    return {
-        key: _word(value, f"{table}.{name}.{key}") if key in _WORDS else _number(value, f"{table}.{name}.{key}")
-        for key, value in entry.items()
-    }
+    return {key: _taken(key, value, f"{table}.{name}.{key}") for key, value in entry.items()}
+
+
+def _taken(key: str, value: object, name: str) -> str | float | bool:
+    if key in _SWITCHES:
+        if not isinstance(value, bool):
+            raise HnavValueError("option", f"{name} = {value!r} is neither true nor false", name)
+        return value
+    return _word(value, name) if key in _WORDS else _number(value, name)
 
 
 def _word(value: object, name: str) -> str:

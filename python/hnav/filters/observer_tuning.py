@@ -25,6 +25,8 @@ from hnav.filters.observer_plan import Plan
 from hnav.native.arrays import Array
 
 AHEAD = 10  # samples that a prediction goes ahead
+LAGS = 5  # innovations after one, that it must not foretell
+_CHANCE = 4.0  # sigmas of a correlation
 _RANGE = math.log(1e4)  # of a factor
 _ENOUGH = 0.05  # nats, about: what a better step has to bring
 _NATS = 2.0  # that half or twice of a noise must cost to be determined
@@ -42,6 +44,8 @@ class Tuned:
     """Before and after, of all samples."""
     undetermined: tuple[str, ...]
     """Noises of which half or twice is about as likely."""
+    correlation: dict[str, float]
+    """By sensor: the largest correlation of an innovation with one of the next LAGS, 0 where chance explains it."""
     ahead_nis: dict[str, float]
     """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far above 1: the model is wrong, not
     its noise."""
@@ -88,7 +92,9 @@ def tune(
     factors = dict(zip(names, np.exp(logs).tolist()))
     tuned = _scaled(plan, factors)
     undetermined = [name for i, name in enumerate(names) if _is_flat(likelihood, logs, i, best)]
-    return Tuned(tuned, factors, (first, best), tuple(undetermined), _ahead(tuned, t_s, seen, inputs, options))
+    run = Observer(tuned, options).run(t_s, seen, inputs)
+    correlation = {name: _correlation(run.innovation[name], run.nis[name]) for name in run.nis}
+    return Tuned(tuned, factors, (first, best), tuple(undetermined), correlation, _ahead(tuned, t_s, seen, inputs, options))
 
 
 def _noises(plan: Plan) -> list[str]:
@@ -116,6 +122,18 @@ def _is_flat(likelihood: Callable[[Array], float], logs: Array, index: int, best
         if best - likelihood(moved) < _NATS:
             return True
     return False
+
+
+def _correlation(innovation: Array, nis: Array) -> float:
+    """The largest of the first LAGS autocorrelations of the normalised innovations, if it is beyond chance."""
+    used = np.isfinite(nis)
+    normal = np.copysign(np.sqrt(nis[used]), innovation[used])
+    normal -= normal.mean() if len(normal) else 0.0
+    power = float(normal @ normal)
+    if len(normal) < 2 * LAGS or power == 0:
+        return 0.0
+    found = max((float(normal[lag:] @ normal[:-lag]) / power for lag in range(1, LAGS + 1)), key=abs)
+    return found if abs(found) > _CHANCE / math.sqrt(len(normal)) else 0.0
 
 
 def _ahead(

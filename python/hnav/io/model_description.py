@@ -20,6 +20,7 @@ from hnav.errors import HnavValueError
 REALS = ("Real", "Float64")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_NO_BOUND = 1e100
 _TOO_LARGE = 200_000_000  # bytes of a description: larger than any that a tool has written
 
 
@@ -48,6 +49,10 @@ class Variable:
     description: str
     start: float
     """NaN: none is told."""
+    min: float
+    """-inf: none is told."""
+    max: float
+    """inf: none is told."""
     is_array: bool
     derivative_of: int | None
     """FMI 2: number of the state in the list, from 1; FMI 3: reference of the state."""
@@ -172,12 +177,19 @@ def _number(text: str | None) -> float:
         return math.nan
 
 
+def _declared(kind: ElementTree.Element | None, attribute: str) -> str:
+    return "" if kind is None else kind.get(attribute, "")
+
+
+def _bound(typed: ElementTree.Element, kind: ElementTree.Element | None, attribute: str, none: float) -> float:
+    """Of the variable or of its declared type. The largest number there is, which some tools write for none, is none."""
+    bound = _number(typed.get(attribute) or _declared(kind, attribute) or None) if typed.tag in REALS else none
+    return none if math.isnan(bound) or abs(bound) >= _NO_BOUND else bound
+
+
 def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dict[int, Variable]]:
     """All of them, and those that are real by their number from 1 (FMI 2) or reference (FMI 3)."""
-    declared = {
-        kind.get("name"): (kind if fmi == 3 else next(iter(kind), kind)).get("unit", "")
-        for kind in root.findall("TypeDefinitions/*")
-    }
+    declared = {kind.get("name"): kind if fmi == 3 else next(iter(kind), kind) for kind in root.findall("TypeDefinitions/*")}
     variables, order = list[Variable](), dict[int, Variable]()
     for number, element in enumerate(root.findall("ModelVariables/*"), 1):
         typed = element if fmi == 3 else next((child for child in element if child.tag in _TYPES), element)
@@ -188,9 +200,11 @@ def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dic
             type=typed.tag,
             causality=element.get("causality", "local"),
             variability=element.get("variability", "continuous" if typed.tag in REALS else "discrete"),
-            unit=typed.get("unit") or declared.get(typed.get("declaredType"), ""),
+            unit=typed.get("unit") or _declared(declared.get(typed.get("declaredType")), "unit"),
             description=element.get("description", ""),
             start=_number(typed.get("start")) if typed.tag in REALS else math.nan,
+            min=_bound(typed, declared.get(typed.get("declaredType")), "min", -math.inf),
+            max=_bound(typed, declared.get(typed.get("declaredType")), "max", math.inf),
             is_array=element.find("Dimension") is not None,
             derivative_of=int(derivative) if derivative is not None else None,
         )

@@ -53,7 +53,7 @@ def report_observer(run: ObserverRun, file: str | Path, samples: str = "", found
     panels = [panel for panel in PANELS if panel.applies(seen)]
     model = run.plan.plant.name if isinstance(run.plan.plant, ModelDescription) else "observer"
     title = f"{model} · {samples}" if samples else model
-    doubts = contradicted(run.proof, run.plan) + run.dropped_in_words()
+    doubts = contradicted(run.proof, run.plan) + run.dropped_in_words() + run.held_in_words()
     write_files({Path(file): document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
 
 

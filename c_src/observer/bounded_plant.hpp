@@ -1,0 +1,82 @@
+// A plant that is asked only within the bounds of what is estimated, and gets parameters that are estimated by their logarithms as
+// what they are. A state at its bound stays there while its derivative leads out: a tank that is empty stays empty.
+#pragma once
+
+#include "base/memory.hpp"
+#include "observer/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hnav::observer {
+
+class BoundedPlant final : public Plant {
+public:
+    // Takes the plant over. Null: no memory.
+    static BoundedPlant* create(Plant* plant, const Problem& problem) {
+        const int numbers = problem.n + problem.sizes.inputs + problem.sizes.parameters;
+        void* block = take_block(numbers * sizeof(double));
+        auto* made = block ? make_object<BoundedPlant>(plant, problem, static_cast<double*>(block)) : nullptr;
+        if (!made) release_block(block);
+        return made;
+    }
+    BoundedPlant(Plant* plant, const Problem& problem, double* block)
+        : plant_(plant), problem_(problem), x_(block), u_(x_ + problem.n), p_(u_ + problem.sizes.inputs) {
+        sizes = plant->sizes;
+    }
+    ~BoundedPlant() {
+        plant_->destroy();
+        release_block(x_);
+    }
+
+    Answer evaluate(Function function, const Point& at, double* values) override {
+        const Answer answer = plant_->evaluate(function, inside(at), values);
+        for (int i = 0; function == Function::derivatives && i < problem_.n; ++i)
+            if ((at.x[i] < problem_.low[i] && values[i] < 0) || (at.x[i] > problem_.high[i] && values[i] > 0)) values[i] = 0;
+        return answer;
+    }
+
+    bool offers(Function function, Variable variable) const override { return plant_->offers(function, variable); }
+
+    Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) override {
+        const Answer answer = plant_->jacobian(function, wanted, inside(at), J);
+        for (int k = 0; wanted[int(Variable::parameter)] && k < sizes.parameters; ++k)
+            for (int i = 0; problem_.is_log[k] != 0 && i < sizes.rows(function); ++i)
+                J[i * problem_.N + problem_.moving + k] *= p_[k];
+        return answer;
+    }
+
+    Answer indicators(const Point& at, double* z) override { return plant_->indicators(inside(at), z); }
+    Answer event(const Point& at, double* x, double* next_s) override { return plant_->event(inside(at), x, next_s); }
+    Answer remember(double* memory) override { return plant_->remember(memory); }
+    Answer recall(const double* memory) override { return plant_->recall(memory); }
+    void hold(const double* memory, int by) override { plant_->hold(memory, by); }
+    Answer step_done(const Point& at, bool* wants_event) override { return plant_->step_done(inside(at), wants_event); }
+    bool memory_lasts() const override { return plant_->memory_lasts(); }
+    double first_event_s() override { return plant_->first_event_s(); }
+    bool begin_anew(Refusal& why) override { return plant_->begin_anew(why); }
+    void set_holders(const Holders& h) override { plant_->set_holders(h); }
+    int state_of_output(int output) const override { return plant_->state_of_output(output); }
+    const char* said() const override { return plant_->said(); }
+    void destroy() override { destroy_object(this); }
+
+private:
+    Point inside(const Point& at) {
+        const auto put = [this](const double* from, int first, int count, double* to) {
+            for (int i = 0; i < count; ++i) to[i] = std::clamp(from[i], problem_.low[first + i], problem_.high[first + i]);
+        };
+        put(at.x, 0, problem_.n, x_);
+        std::copy_n(at.u, problem_.known, u_);
+        put(at.u + problem_.known, problem_.n, sizes.unknown_inputs, u_ + problem_.known);
+        put(at.p, problem_.moving, sizes.parameters, p_);
+        for (int k = 0; k < sizes.parameters; ++k)
+            if (problem_.is_log[k] != 0) p_[k] = std::exp(p_[k]);
+        return {at.t_s, x_, u_, p_};
+    }
+
+    Plant* plant_;
+    const Problem& problem_;
+    double *x_, *u_, *p_;
+};
+
+} // namespace hnav::observer

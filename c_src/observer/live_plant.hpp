@@ -1,0 +1,38 @@
+// A plant of an FMU that lives in this process, in a list of all of them.
+#pragma once
+
+#include "observer/plan.hpp"
+
+#include <cstdint>
+
+namespace hnav::observer {
+
+class LivePlant {
+public:
+    // How it went its way when no other lived; see live_plants.cpp.
+    struct Way {
+        const Plan* plan = nullptr;
+        double start_s = 0;
+        double* answers = nullptr;
+        int count = 0;
+    };
+
+    LivePlant() = default;
+    LivePlant(const LivePlant&) = delete;
+    LivePlant& operator=(const LivePlant&) = delete;
+    ~LivePlant();
+
+    // Takes the answers of the way over, a block.
+    void enter(std::uint64_t token, const Way& way);
+    static bool lives(std::uint64_t token);
+    // A copy of the way of one that has such a token and a way, its plan to plan: no answers if there is none, or no memory.
+    static Way way_of(std::uint64_t token, Plan* plan);
+
+private:
+    std::uint64_t token_ = 0;
+    bool listed_ = false;
+    Way way_;
+    LivePlant* next_ = nullptr;
+};
+
+} // namespace hnav::observer

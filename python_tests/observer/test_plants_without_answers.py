@@ -1,0 +1,112 @@
+"""Where a plant has no answer the estimate is held, its sigma grows, and it is not ready; samples go on being used."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from hnav.filters.observer import Observer
+from hnav.filters.observer_plan import Plan
+from hnav.filters.plant import Plant
+
+DT, NOISE, DRIVE = 0.5, 0.02, 0.01
+T_S = np.arange(DT, 120.5, DT)
+INFLOW = np.where((T_S > 40) & (T_S < 70), 0.0, 0.3)  # the tank runs empty, and is filled again
+
+
+def tank() -> Plant:
+    """h' = q - 0.15 sqrt(h), which has no answer below 0."""
+    return Plant(
+        states={"h": 1.0}, inputs={"q": 0.3}, sensors=["h"],
+        derivatives=lambda t, x, u, p: [u[0] - 0.15 * (math.sqrt(x[0]) if x[0] >= 0 else math.nan)],
+        outputs=lambda t, x, u, p: [x[0]],
+    )  # fmt: skip
+
+
+def emptied(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Truth and samples."""
+    rng = np.random.default_rng(seed)
+    h, steps, levels = max(1 + 0.3 * rng.normal(), 0.05), 50, []
+    for q in INFLOW:
+        for _ in range(steps):
+            h += DT / steps * (q - 0.15 * math.sqrt(h)) + DRIVE * math.sqrt(DT / steps) * rng.normal()
+            h = max(h, 0.0)
+        levels.append(h)
+    return np.array(levels), np.array(levels) + NOISE * rng.normal(size=len(T_S))
+
+
+def plan(**bounds: float) -> Plan:
+    return Plan(tank()).sensor("h", noise=NOISE).input("q").state("h", start_sigma=0.3, noise=DRIVE, **bounds)
+
+
+def inflow() -> np.ndarray:
+    """An input holds from its sample on."""
+    return np.append(INFLOW[1:], INFLOW[-1])
+
+
+@pytest.mark.parametrize("bounds", [{}, {"min": 0.0}], ids=["free", "bounded"])
+def test_a_tank_that_runs_empty_is_estimated_when_it_is_full_again(bounds):
+    good, squares, runs = 0, [], 40 if bounds else 8
+    for seed in range(runs):
+        h, y = emptied(seed)
+        run = Observer(plan(**bounds)).run(T_S, {"h": y}, {"q": inflow()})
+        late = T_S > 75
+        error = np.abs(run.x["h"] - h)[late] / run.sigma["h"][late]
+        good += bool(np.mean(error < 3) > 0.95)
+        squares.append(np.mean(error**2))
+        assert run.dropped == 0
+        assert not bounds or (run.held == 0 and (run.x["h"] >= 0).all())
+    assert good >= 0.95 * runs
+    assert 0.8 < np.mean(squares) < 1.3
+
+
+def gap() -> Plant:
+    """A mass on a spring whose plant has no answer from 4 s to 6 s."""
+
+    def derivatives(t, x, u, p):
+        return [math.nan, math.nan] if 4 < t < 6 else [x[1], -4 * x[0]]
+
+    return Plant(states={"x": 1.0, "v": 0.0}, sensors=["x"], derivatives=derivatives, outputs=lambda t, x, u, p: [x[0]])
+
+
+def test_a_gap_in_the_plant_is_held_over_and_forgotten():
+    t = np.arange(0.1, 12, 0.1)
+    rng = np.random.default_rng(1)
+    y = np.cos(2 * t) + 0.01 * rng.normal(size=len(t))
+    known = Plan(gap()).sensor("x", noise=0.01).state("x", start_sigma=0.1, ready_sigma=0.1, noise=1e-3)
+    run = Observer(known.state("v", start_sigma=0.1, noise=1e-3, ready_sigma=0.1)).run(t, {"x": y})
+    missing = (t > 4.05) & (t < 6.05)
+    assert run.dropped == 0 and run.held == missing.sum()
+    assert not run.ready[missing].any() and run.ready[(t > 2.5) & (t < 3.95)].all()
+    v = -2 * np.sin(2 * t)
+    error = np.abs(run.x["v"] - v) / run.sigma["v"]
+    assert np.mean(error < 3) > 0.95
+    assert run.ready[t > 9].all() and np.abs(run.x["v"] - v)[t > 9].max() < 0.05
+
+
+def test_a_sensor_without_an_answer_costs_its_samples_and_the_estimate_is_not_ready():
+    t = np.arange(0.1, 8, 0.1)
+    plant = Plant(
+        states={"x": 1.0, "v": 0.0}, sensors=["x"], derivatives=lambda t, x, u, p: [x[1], -4 * x[0]],
+        outputs=lambda t, x, u, p: [math.nan if 4 < t < 6 else x[0]],
+    )  # fmt: skip
+    known = Plan(plant).sensor("x", noise=0.01).state("x", start_sigma=0.1, noise=1e-3).state("v", start_sigma=0.1, noise=1e-3)
+    run = Observer(known).run(t, {"x": np.cos(2 * t) + 0.01 * np.random.default_rng(2).normal(size=len(t))})
+    missing = (t > 4.05) & (t < 5.95)
+    assert run.dropped == missing.sum() and not run.ready[missing].any() and run.ready[(t > 3) & (t < 4)].all()
+    assert run.sigma["x"][missing][-1] > 1.1 * run.sigma["x"][t < 4][-1]
+    assert run.ready[-1] and abs(run.x["v"][-1] + 2 * math.sin(2 * t[-1])) < 0.02
+
+
+def test_a_correction_ends_where_the_plant_answers():
+    """x' = -ln x: a sample far below leads beyond 0."""
+    plant = Plant(
+        states={"x": 1.0}, sensors=["x"], derivatives=lambda t, x, u, p: [-math.log(x[0]) if x[0] > 0 else math.nan],
+        outputs=lambda t, x, u, p: [x[0]],
+    )  # fmt: skip
+    known = Plan(plant).sensor("x", noise=0.05).state("x", start_sigma=0.5, noise=0.05)
+    run = Observer(known, outlier_sigma=0).run(np.arange(1.0, 6.0), {"x": np.array([-0.4, 0.9, 1.0, 1.0, 1.0])})
+    assert run.dropped == 0 and run.held == 0 and run.x["x"][0] > 0
+    assert run.sigma["x"][0] > 0.05 and abs(run.x["x"][-1] - 1) < 0.1
