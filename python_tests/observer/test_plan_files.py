@@ -101,3 +101,20 @@ def test_a_damaged_plan_is_refused_by_its_line(little_fmu, little_binary, tmp_pa
     (tmp_path / "observer.plan").write_text(change(little_plan(little_fmu).text()))
     told = opened(tmp_path)
     assert said in told and bool(told) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[sensor.x]\nnoise = -1\n", "plan.toml: line 4: noise of x is -1"),
+        (
+            '[sensor."x"]\nnoise = 1\n[state."v"] # of the mass\nstart_sigma = 1\n\nnois = 2\n',
+            "plan.toml: line 8: .* has no nois",
+        ),
+        ("[sensor.x]\ngate_nis = 3\n", "plan.toml: line 3: .* needs noise"),
+    ],
+)
+def test_an_error_names_its_line(little_fmu, tmp_path, text, said):
+    (tmp_path / "plan.toml").write_text("[plant]\nfmu = 'little.fmu'\n" + text)
+    with pytest.raises(hnav.HnavValueError, match=said):
+        hnav.read_plan(tmp_path / "plan.toml", little_fmu)

@@ -59,13 +59,16 @@ def test_what_a_function_raises_is_raised_again():
     observer = Observer(pendulum(breaks))
     observer.push("angle", 0.0, 0.3)
     observer.advance(0.4)
-    with pytest.raises(ZeroDivisionError, match="no such place"):
-        observer.advance(1.0)
     observer.push("angle", 0.45, 0.28)
     observer.advance(0.45)
     assert observer.info().corrections == 2
+    before = observer.estimate()
     with pytest.raises(ZeroDivisionError, match="no such place"):
-        observer.run(np.array([0.6]), {"angle": np.array([0.2])})
+        observer.advance(1.0)
+    held, sigma = observer.estimate()
+    assert np.isfinite([*held.values()]).all() and sigma["angle"] > before[1]["angle"]
+    with pytest.raises(ZeroDivisionError, match="no such place"):
+        observer.run(np.array([1.2]), {"angle": np.array([0.2])})
 
 
 @pytest.mark.parametrize(
@@ -113,3 +116,13 @@ def test_the_observer_says_where_it_stands():
 
 def test_options_are_those_of_the_list():
     assert Observer(pendulum()).options.rtol == option_rows("observer")["rtol"].default
+
+
+def test_rows_without_a_sample_do_not_begin_the_estimate():
+    plant = hnav.Plant(lambda t, x, u, p: [-x[0]], lambda t, x, u, p: x[0], states={"x": 1.0}, sensors=["x"])
+    plan = hnav.Plan(plant).sensor("x", noise=0.1).state("x", start_sigma=0.1)
+    t, y = np.array([0.0, 1.0, 2.0]), np.array([np.nan, 1.0, np.exp(-1.0)])
+    run = hnav.Observer(plan).run(t, {"x": y})
+    assert np.allclose(run.x["x"], [1.0, 1.0, np.exp(-1.0)])
+    given = hnav.Observer(plan, start_mode="given", start_time_s=0.0).run(t, {"x": np.full(3, np.nan)})
+    assert np.allclose(given.x["x"], np.exp(-t))

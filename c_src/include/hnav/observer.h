@@ -87,7 +87,8 @@ typedef struct hnav_observer_statistics {
     /* Bounds of X. Its Gaussian is cut there: estimate and covariance are the moments of what is left, and the plant is not asked
      * beyond. Infinite and null: none. */
     const double *min, *max;
-    const uint8_t* logarithmic; /* n_parameters: 1: positive, estimated by its logarithm; start, sigmas, noise and bounds stay those of the
+    const uint8_t*
+        logarithmic; /* n_parameters: 1: positive, estimated by its logarithm; start, sigmas, noise and bounds stay those of the
                                    parameter itself, noise as it is at the start. Null: none */
 } hnav_observer_statistics;
 
@@ -100,8 +101,9 @@ HNAV_API hnav_status hnav_observer_create(hnav_filter** filter, const hnav_obser
 /* The same for an FMU of FMI 2 or 3 in Model Exchange, unpacked into a folder, where a plan stands beside its modelDescription.xml:
  * observer.plan, a text that says which variables are states, inputs and sensors, and what is known of them (hnav.Plan of the
  * Python package writes it; c_src/observer/plan.hpp lists its lines). FMUs are native code: one runs with all rights of the
- * program. One with events has to let its state be got and set. Proof and restarts use instances of their own. Refused besides: a plan that is damaged or
- * an FMU that cannot be loaded (OPTION, with its sentence), a library built without the headers of FMI (UNSUPPORTED). Memory that
+ * program. One with events has to let its state be got and set. One instance lives at a time: that of the proof is freed before the next is made.
+ * Another observer of the FMU loads a copy of its library, after a trial whether two leave each other alone. Refused besides: a plan that is damaged or
+ * an FMU that cannot be loaded (OPTION, with its sentence), a second observer where two instances disturb each other or there may be one (SOLVER), a library built without the headers of FMI (UNSUPPORTED). Memory that
  * the FMU takes is the FMU's. */
 HNAV_API hnav_status hnav_observer_open(hnav_filter** filter, const hnav_observer_options* options, const char* folder,
                                         char* message, size_t message_size);
@@ -162,7 +164,8 @@ typedef struct hnav_observer_info {
     uint64_t outliers, stuck; /* samples that were rejected, of all sensors */
     uint64_t stamps_left_out; /* samples whose stamp lay far ahead of all others */
     uint64_t clock_jumps; /* stamps ran back: a new time base began */
-    uint64_t held; /* intervals for the rest of which the plant had no answer: the estimate was held there, its covariance has grown by what
+    uint64_t
+        held; /* intervals for the rest of which the plant had no answer: the estimate was held there, its covariance has grown by what
                       was missed, and it was not ready */
 } hnav_observer_info;
 HNAV_API hnav_status hnav_observer_get_info(const hnav_filter* filter, hnav_observer_info* info);
