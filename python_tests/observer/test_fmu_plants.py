@@ -1,5 +1,7 @@
 """Observers of FMUs: what they estimate, what they refuse, and what FMUs that fail can do to them."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -334,3 +336,19 @@ def test_plants_of_others_are_refused_by_what_they_are(plants):
 def test_a_plan_is_refused_with_a_sentence(little_fmu, call, said):
     with pytest.raises(hnav.HnavValueError, match=said):
         call(Plan(little_fmu))
+
+
+def test_folders_that_are_empty_are_no_files(little_fmu, tmp_path):
+    """Archives of some tools name folders, also those with nothing in them."""
+    fmu, poor = tmp_path / "folders.fmu", tmp_path / "poor.fmu"
+    for path, left_out in ((fmu, ""), (poor, "binaries/linux64/")):
+        with zipfile.ZipFile(little_fmu) as archive, zipfile.ZipFile(path, "w") as made:
+            for folder in ("binaries/", "binaries/win32/", "binaries/linux64/", "resources/", "resources/empty/"):
+                made.writestr(folder, "")
+            for name in archive.namelist():
+                if not left_out or not name.startswith(left_out):
+                    made.writestr(name, archive.read(name))
+    assert Observer(little_plan(fmu)).run(T_S[:5], {"x": samples()[:5]}).dropped == 0
+    assert little_plan(fmu).export(tmp_path / "o.fmu") == []
+    with pytest.raises(hnav.HnavValueError, match=r"has no binary for linux64 \(it has none\)"):
+        little_plan(poor)

@@ -256,7 +256,8 @@ def _binary(path: Path, names: list[str], identifier: str, fmi: int) -> str:
     folder, ending = _platform(fmi)
     binary = f"binaries/{folder}/{identifier}{ending}"
     if binary not in names:
-        has = sorted({name.split("/")[1] for name in names if name.startswith("binaries/") and name.count("/") > 1})
+        files = [name for name in names if name.startswith("binaries/") and not name.endswith("/")]
+        has = sorted({name.split("/")[1] for name in files if name.count("/") > 1})
         _refuse(path, f"has no binary for {folder} (it has {', '.join(has) or 'none'}): export or compile it for this machine")
     return binary
 
