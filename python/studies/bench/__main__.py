@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -11,24 +12,33 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import Folder
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
+from studies.bench.motions import MOTION, motions
 from studies.bench.peers import PEERS
 from studies.bench.picture import draw_benchmark
-from studies.bench.rows import Line, Row, benchmark, summary
+from studies.bench.rows import (
+    HONESTY,
+    WRONG_HEADING_DEG,
+    WRONG_TILT_DEG,
+    Line,
+    Row,
+    benchmark,
+    benchmark_motions,
+    summary,
+)
 from studies.bench.stress import SETS, variant_count
-from studies.command import study, write_rows
+from studies.command import Trials, study, write_rows
 
 ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
 DRAWN = "BROAD"
 
 
 def command(
-    folder: Folder,
+    folder: Trials = None,
     filters: Annotated[
         str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")
     ] = ",".join(DEFAULT_FILTERS),
@@ -36,6 +46,9 @@ def command(
     sets: Annotated[
         str, typer.Option(help="The trials as they are, and made harder: python -m pydoc studies.bench.stress")
     ] = ",".join(SETS),
+    seeds: Annotated[
+        str, typer.Option(metavar="FIRST-LAST", help=f"Simulated recordings of each kind in the set {MOTION}")
+    ] = "0-7",
     csv_file: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each set, filter and trial")
     ] = None,
@@ -47,14 +60,19 @@ def command(
     entered, missing = contenders(split(filters), list(PEERS) if peers == "all" else [] if peers == "none" else split(peers))
     if not entered:
         raise UsageError("no filter to run: name some in --filters or --peers")
-    recordings = [read(path) for path in find_trials(folder).values()]
+    recorded = [name for name in names if name != MOTION]
+    recordings = [read(path) for path in find_trials(named_folder(folder)).values()] if recorded else []
+    simulated = motions(parse_seeds(seeds)) if MOTION in names else []
     rows: list[Row] = []
     with bar() as progress:
-        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in names))
-        for done in benchmark(recordings, entered, names, repeat):
+        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in recorded) + len(simulated))
+        for done in chain(benchmark(recordings, entered, recorded, repeat), benchmark_motions(simulated, entered, repeat)):
             rows += done
             progress.update(task, advance=1, description=f"{done[0].set:7}")
-    show(benchmark_table(summary(rows), {contender.name for contender in entered if contender.ours}))
+    lines, ours = summary(rows), {contender.name for contender in entered if contender.ours}
+    show(benchmark_table(lines, ours))
+    if stated := [line for line in lines if not np.isnan(line.tilt_z2)]:
+        show(honesty_table(stated))
     for text in [*missing, *findings(rows)]:
         say(text)
     if csv_file:
@@ -73,10 +91,23 @@ def check_sets(names: Sequence[str], picture: Path | None) -> None:
     if not names:
         raise UsageError(f"--sets names none: choose from {', '.join(SETS)}")
     for name in names:
-        if name not in SETS:
-            raise UsageError(f"set {name}: choose from {', '.join(SETS)}")
+        if name not in (*SETS, MOTION):
+            raise UsageError(f"set {name}: choose from {', '.join((*SETS, MOTION))}")
     if picture and DRAWN not in names:
         raise UsageError(f"--picture shows the set {DRAWN}: name it in --sets")
+
+
+def named_folder(folder: Path | None) -> Path:
+    if folder is None:
+        raise UsageError(f"no folder with BROAD trials: name it as DIR or in BROAD_DIR; only --sets {MOTION} needs none")
+    return folder
+
+
+def parse_seeds(seeds: str) -> range:
+    first, dash, last = seeds.partition("-")
+    if not (first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
+        raise UsageError(f"--seeds {seeds}: expected FIRST-LAST, as 0-7")
+    return range(int(first), int(last) + 1)
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
@@ -99,6 +130,19 @@ def benchmark_table(lines: Sequence[Line], ours: set[str]) -> Table:
             style = "cyan" if line.filter in ours else None
             table.add_row(name if i == 0 else "", line.filter, *_cells(line, group), trials, style=style)
         table.add_section()
+    return table
+
+
+def honesty_table(lines: Sequence[Line]) -> Table:
+    """Whether sigma and readiness of the tilt and the heading are true."""
+    title = (
+        f"z2: mean (error / sigma)^2; shares of the time: ready, and ready while off by more than {WRONG_TILT_DEG:g} deg of tilt"
+    )
+    table = Table(title=f"{title}, {WRONG_HEADING_DEG:g} deg of heading")
+    for head in ("set", "filter", "tilt z2", "tilt ready", "and off", "heading ready", "and off"):
+        table.add_column(head, justify="left" if head in ("set", "filter") else "right", no_wrap=True)
+    for line in lines:
+        table.add_row(line.set, line.filter, f"{line.tilt_z2:.2f}", *(f"{getattr(line, name):.3f}" for name in HONESTY[1:]))
     return table
 
 

@@ -32,6 +32,7 @@ class Estimate:
     q_nb: np.ndarray  # n x 4, body to east-north-up
     sigma_rad: np.ndarray | None  # n x 3, if it states any
     us_per_sample: float | None  # if this very run may serve as a timing
+    ready: np.ndarray | None = None  # n x 2, bool: tilt and heading, if it tells
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def own_contender(name: str) -> Contender:
 
     def estimate(recording: Recording, rate_hz: float) -> Estimate:
         result = run_recording(recording, filter, settings=settings, smooth=smooth)
-        return Estimate(result.q_nb, result.sigma_rad, None)
+        return Estimate(result.q_nb, result.sigma_rad, None, result.ready)
 
     def time_us(recording: Recording, rate_hz: float) -> float:
         if recording.field_t_s is not None and not smooth:

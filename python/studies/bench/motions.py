@@ -1,4 +1,4 @@
-"""The set MOTION: bodies that a hand holds, that walk, swim, fly and drive, simulated with exact truth.
+"""The set MOTION: bodies that are held in a hand, walk, swim, fly and drive, simulated with exact truth.
 
 recording = motion("boat", 3)
 
@@ -8,7 +8,7 @@ white noise. A start is at rest or in the midst of the motion, and amplitudes, p
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -20,6 +20,7 @@ from hnav.reference import earth
 from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs
 from studies.ins.vehicles import Truth, ideal, real
 
+MOTION = "MOTION"
 LENGTH_S, WARM_S, REST_S = 120.0, 15.0, 6.0
 SCORED_S = 10.0
 """From so long after the beginning on."""
@@ -150,3 +151,12 @@ def _from_rest(t: Array, velocity: Array, attitude: Rotation) -> Motion:
     at = np.cumsum(pace) / RATE_HZ
     moved = np.stack([np.interp(at, t, axis) for axis in velocity.T], 1) * pace[:, None]
     return moved, Slerp(t, attitude)(np.minimum(at, t[-1]))
+
+
+def motions(seeds: Iterable[int]) -> list[Recording]:
+    """Of each kind one recording a seed."""
+    return [motion(kind, seed) for kind in KINDS for seed in seeds]
+
+
+def kind_of(recording: Recording) -> str:
+    return recording.name.partition(" ")[0]

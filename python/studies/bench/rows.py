@@ -11,8 +11,10 @@ import numpy as np
 
 from hnav.io.readers.broad import is_disturbed
 from hnav.io.recordings import Recording
-from hnav.reports.scores import nees, score
+from hnav.reports.scores import errors_rad, nees, score
+from hnav.rotations import rotation_error_rad
 from studies.bench.contenders import Contender, Estimate
+from studies.bench.motions import MOTION, kind_of
 from studies.bench.stress import nominal_rate_hz, variants
 
 
@@ -31,6 +33,12 @@ class Row:
     us_per_sample: float  # median over repeats
     missing: int  # scored samples without an estimate
     failure: str  # "" or why there are no figures
+    # NaN for filters that state no sigma and no readiness
+    tilt_z2: float = math.nan  # mean square of the tilt error over its variance
+    tilt_ready: float = math.nan  # share of the scored phase
+    tilt_wrong: float = math.nan  # share in which tilt is ready and more than 3 deg off
+    heading_ready: float = math.nan
+    heading_wrong: float = math.nan  # heading is ready and more than 10 deg off
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,15 @@ class Line:
     us_per_sample: float
     trials: int
     failures: int
+    tilt_z2: float
+    tilt_ready: float
+    tilt_wrong: float
+    heading_ready: float
+    heading_wrong: float
+
+
+HONESTY = ("tilt_z2", "tilt_ready", "tilt_wrong", "heading_ready", "heading_wrong")
+WRONG_TILT_DEG, WRONG_HEADING_DEG = 3.0, 10.0
 
 
 # --------------------------------------------------------------------------------------------- running
@@ -62,6 +79,12 @@ def benchmark(
         for variant in variants(set_name, recordings, seed):
             nominal = next(rate_hz[name] for name in (variant.name, variant.name.split(" #")[0]) if name in rate_hz)
             yield run_trial(set_name, variant, nominal, entered, repeats)
+
+
+def benchmark_motions(recordings: Sequence[Recording], entered: Sequence[Contender], repeats: int = 1) -> Iterator[list[Row]]:
+    """The same of the set MOTION, where each kind of motion is a set of its own."""
+    for recording in recordings:
+        yield run_trial(f"{MOTION} {kind_of(recording)}", recording, nominal_rate_hz(recording), entered, repeats)
 
 
 def run_trial(set_name: str, recording: Recording, rate_hz: float, entered: Sequence[Contender], repeats: int = 1) -> list[Row]:
@@ -98,7 +121,22 @@ def _scored(set_name: str, name: str, recording: Recording, estimate: Estimate, 
     stated = math.nan
     if estimate.sigma_rad is not None:
         stated = nees(estimate.q_nb, estimate.sigma_rad, truth, movement).nees_per_axis
-    return Row(set_name, name, recording.name, is_disturbed(recording.name), *result, stated, us_per_sample, missing, "")
+    honest = _honesty(estimate, truth, scored)
+    return Row(set_name, name, recording.name, is_disturbed(recording.name), *result, stated, us_per_sample, missing, "", *honest)
+
+
+def _honesty(estimate: Estimate, truth: np.ndarray, scored: np.ndarray) -> tuple[float, ...]:
+    """The figures of HONESTY over the rows that are scored and have an estimate."""
+    if estimate.sigma_rad is None or estimate.ready is None:
+        return ()
+    rows = scored & np.isfinite(estimate.q_nb).all(axis=1)
+    q_nb, sigma, ready = estimate.q_nb[rows], estimate.sigma_rad[rows], estimate.ready[rows]
+    error = rotation_error_rad(q_nb, truth[rows])
+    _, heading, tilt = np.degrees(errors_rad(q_nb, truth[rows]))
+    z2 = np.mean((error[:, :2] ** 2).sum(axis=1) / (sigma[:, :2] ** 2).sum(axis=1))
+    off = np.stack([tilt > WRONG_TILT_DEG, np.minimum(heading, 360 - heading) > WRONG_HEADING_DEG], 1)
+    (tilt_ready, heading_ready), (tilt_wrong, heading_wrong) = ready.mean(axis=0), (ready & off).mean(axis=0)
+    return float(z2), float(tilt_ready), float(tilt_wrong), float(heading_ready), float(heading_wrong)
 
 
 def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
@@ -130,4 +168,5 @@ def _line(set_name: str, name: str, rows: list[Row]) -> Line:
         set_name, name, mean("total_deg"), mean("heading_deg"), mean("inclination_deg"),
         mean("total_deg", lambda row: not row.disturbed), mean("total_deg", lambda row: row.disturbed),
         mean("nees_per_axis"), mean("us_per_sample", middle=np.median), len(good), len(rows) - len(good),
+        *(mean(name) for name in HONESTY),
     )  # fmt: skip

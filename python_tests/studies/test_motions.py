@@ -1,0 +1,75 @@
+"""The set MOTION: its rates turn by what its truth turns by, and it runs without a folder."""
+
+import csv
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from command_line import answered
+from hnav.reference import earth
+from hnav.rotations import quaternion_product
+from studies.bench import motions
+from studies.bench.__main__ import main
+from studies.bench.contenders import Contender, Estimate
+from studies.bench.motions import KINDS, RATE_HZ, motion
+from studies.bench.rows import run_trial
+
+
+class WithoutErrors:
+    """A grade of a sensor that has none."""
+
+    gyro_noise_rad_per_sqrt_s = start_sigma_gyro_bias_rad_s = gyro_bias_walk_rad_s_per_sqrt_s = 0.0
+    accel_noise_m_s_per_sqrt_s = start_sigma_accel_bias_m_s2 = accel_bias_walk_m_s2_per_sqrt_s = 0.0
+    start_sigma_gyro_scale = gyro_scale = 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
+    monkeypatch.setattr(motions, "InsOptions", lambda grade: WithoutErrors())
+    made = motion(kind, seed)
+    T = 1 / RATE_HZ
+    # Of rates that are means over their intervals, with the coning of successive turns (two-sample algorithm), less the Earth's.
+    angle = made.rate_b_rad_s[1:] * T
+    turn = angle + np.vstack([np.zeros(3), np.cross(angle[:-1], angle[1:]) / 12])
+    q = made.reference_q_nb[0]
+    for step in Rotation.from_rotvec(turn).as_quat(scalar_first=True):
+        q = quaternion_product(q, step)
+    earth_turn = Rotation.from_rotvec(-np.array([0, np.cos(0.85), np.sin(0.85)]) * earth.RATE_RAD_S * made.t_s[-1])
+    end = earth_turn * Rotation.from_quat(q, scalar_first=True)
+    true = Rotation.from_quat(made.reference_q_nb[-1], scalar_first=True)
+    assert np.degrees((end * true.inv()).magnitude()) < 0.01
+
+
+def test_the_set_needs_no_folder_and_tells_of_readiness(monkeypatch, tmp_path):
+    monkeypatch.delenv("BROAD_DIR", raising=False)
+    done = answered(
+        main, "--sets", "MOTION", "--seeds", "1-1", "--filters", "ahrs", "--peers", "none", "--csv", tmp_path / "motion.csv"
+    )
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "motion.csv").open()))
+    assert [row["set"] for row in rows] == [f"MOTION {kind}" for kind in KINDS]
+    assert all(float(row["tilt_z2"]) > 0 and 0 <= float(row["tilt_wrong"]) <= float(row["tilt_ready"]) <= 1 for row in rows)
+    assert "tilt ready" in done.stdout
+
+
+@pytest.mark.parametrize("arguments, named", [
+    (["--sets", "BROAD"], "BROAD_DIR"), (["--sets", "MOTION", "--seeds", "7-0"], "--seeds 7-0"),
+])  # fmt: skip
+def test_a_folder_or_seeds_that_are_missing_are_named(monkeypatch, arguments, named):
+    monkeypatch.delenv("BROAD_DIR", raising=False)
+    done = answered(main, *arguments, "--filters", "ahrs", "--peers", "none")
+    assert done.returncode == 2 and named in done.stderr and len(done.stderr.strip().splitlines()) == 1
+
+
+def test_shares_of_a_filter_that_is_wrong_half_of_the_time():
+    made = motion("head", 0)
+    off = made.t_s > (made.t_s[-1] + motions.SCORED_S) / 2
+    tilt = Rotation.from_rotvec(np.radians(np.outer(np.where(off, 4.0, 0.0), [1.0, 0, 0]))).as_quat(scalar_first=True)
+    sigma, ready = np.full((len(off), 3), np.radians(2.0)), np.ones((len(off), 2), bool)
+    estimate = Estimate(quaternion_product(tilt, made.reference_q_nb), sigma, None, ready)
+    contender = Contender("half", False, False, lambda recording, rate_hz: estimate, lambda recording, rate_hz: 1.0)
+    (row,) = run_trial("MOTION head", made, float(RATE_HZ), [contender])
+    assert (row.tilt_ready, row.heading_ready, row.heading_wrong) == (1, 1, 0)
+    np.testing.assert_allclose([row.tilt_wrong, row.tilt_z2], [0.5, 1.0], atol=1e-3)
