@@ -45,6 +45,7 @@ void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
     if (gathered.norm() < shock_m_s2 * s.force_s) {
         const Vector3R tilt = c.rotation_variances();
         s.lasting.note(gathered, (tilt[0] + tilt[1]) / 2, R(gravity_m_s2), s.force_s);
+        diagonal<2>(c.P, velocity).array() += s.lasting.uncount();
         return;
     }
     diagonal<2>(c.P, velocity).array() += gathered.squaredNorm();

@@ -22,6 +22,7 @@ struct LastingMotion {
     R velocity[scales][2]; // horizontal, gathered from the force, each fading over its scale
     R lasting[scales][2]; // its running mean: what comes back within the scale, as a hand does, is not in it
     R power[scales], now[scales]; // square of one axis beyond what the tilt explains, running mean and present one, (m/s)^2
+    R counted2; // the largest of these that the last correction took for noise of a zero velocity
     R down, down2; // vertical velocity, fading over two seconds, and its running mean square
     R mean_force[3], mean_share; // its fading sum over some seconds, and that of ones
     R rested; // 1: the body has been at rest since this began
@@ -73,6 +74,16 @@ struct LastingMotion {
         constexpr R settled_s = R(0.5);
         rested = 1;
         for (R& p : power) p *= std::exp(-T / settled_s);
+    }
+
+    // A velocity that no longer counts as noise has not ended: a car that went at 20 m/s goes on. Its square is what the velocity at the
+    // next correction is uncertain by; else 0 = v would tilt the horizon until the force had taken the velocity away.
+    R uncount() {
+        R counted_now2 = 0;
+        for (int j = 0; j < scales; ++j) counted_now2 = std::fmax(counted_now2, std::fmax(power[j], now[j]));
+        const R released2 = std::fmax(R(0), counted2 - counted_now2);
+        counted2 = counted_now2;
+        return released2;
     }
 
     // The mean force of some seconds has another length than gravity: the body accelerates for long, and since it has not been seen at rest

@@ -350,6 +350,7 @@ class AhrsReference:
         gathered = np.append(self.velocity - self.lasting.before, self.velocity_down)
         if np.linalg.norm(gathered) < 100 * self.force_s:
             self.lasting.note(gathered, float(np.mean(np.diag(self.E)[PHI][:2])), self.force_s)
+            self.E[V, V] += self.lasting.uncount() * np.eye(2)
             return
         self.E[V, V] += float(gathered @ gathered) * np.eye(2)
         self.velocity = self.lasting.before.copy()

@@ -210,6 +210,7 @@ class LastingMotion:
         self.before, self.down, self.down2 = np.zeros(2), 0.0, power2
         self.mean_force, self.mean_share, self.rested = np.zeros(3), 0.0, False
         self.force, self.force_s = np.zeros(3), 0.0
+        self.counted2 = 0.0
 
     def note(self, gathered: Array, tilt2: float, T: float) -> None:
         """Force times time in navigation axes over T, by a horizon of this variance."""
@@ -228,6 +229,12 @@ class LastingMotion:
     def settle(self, T: float) -> None:
         """A body at rest has none."""
         self.rested, self.power = True, self.power * math.exp(-T / 0.5)
+
+    def uncount(self) -> float:
+        """Square of the velocity that no longer counts as noise, which has not ended for that."""
+        counted2 = float(max(np.max(self.power), np.max(self.now)))
+        released2, self.counted2 = max(0.0, self.counted2 - counted2), counted2
+        return released2
 
     def may_accelerate(self) -> bool:
         """Never seen at rest, and the mean force has another length than gravity."""
