@@ -60,15 +60,7 @@ def command(
     entered, missing = contenders(split(filters), list(PEERS) if peers == "all" else [] if peers == "none" else split(peers))
     if not entered:
         raise UsageError("no filter to run: name some in --filters or --peers")
-    recorded = [name for name in names if name != MOTION]
-    recordings = [read(path) for path in find_trials(named_folder(folder)).values()] if recorded else []
-    simulated = motions(parse_seeds(seeds)) if MOTION in names else []
-    rows: list[Row] = []
-    with bar() as progress:
-        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in recorded) + len(simulated))
-        for done in chain(benchmark(recordings, entered, recorded, repeat), benchmark_motions(simulated, entered, repeat)):
-            rows += done
-            progress.update(task, advance=1, description=f"{done[0].set:7}")
+    rows = run(names, folder, seeds, entered, repeat)
     lines, ours = summary(rows), {contender.name for contender in entered if contender.ours}
     show(benchmark_table(lines, ours))
     if stated := [line for line in lines if not np.isnan(line.tilt_z2)]:
@@ -81,6 +73,20 @@ def command(
     if picture:
         draw(picture, rows, entered)
         say(str(picture))
+
+
+def run(names: Sequence[str], folder: Path | None, seeds: str, entered: Sequence[Contender], repeat: int) -> list[Row]:
+    """The rows of all sets, with a bar. Raises UsageError where a set has no folder or no seeds."""
+    recorded = [name for name in names if name != MOTION]
+    recordings = [read(path) for path in find_trials(named_folder(folder)).values()] if recorded else []
+    simulated = motions(parse_seeds(seeds)) if MOTION in names else []
+    rows: list[Row] = []
+    with bar() as progress:
+        task = progress.add_task("trials", total=sum(variant_count(name, len(recordings)) for name in recorded) + len(simulated))
+        for done in chain(benchmark(recordings, entered, recorded, repeat), benchmark_motions(simulated, entered, repeat)):
+            rows += done
+            progress.update(task, advance=1, description=f"{done[0].set:7}")
+    return rows
 
 
 def split(names: str) -> list[str]:
@@ -104,7 +110,7 @@ def named_folder(folder: Path | None) -> Path:
 
 
 def parse_seeds(seeds: str) -> range:
-    first, dash, last = seeds.partition("-")
+    first, _, last = seeds.partition("-")
     if not (first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
         raise UsageError(f"--seeds {seeds}: expected FIRST-LAST, as 0-7")
     return range(int(first), int(last) + 1)
