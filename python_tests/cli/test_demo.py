@@ -68,7 +68,8 @@ def test_what_is_not_plausible_in_a_file_is_said(tmp_path):
     table = np.loadtxt(write_csv(tmp_path / "si.csv"), delimiter=",", skiprows=1)
     table[:, 4:7] /= 9.80665
     np.savetxt(tmp_path / "g.csv", table, delimiter=",", comments="", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz")
-    assert "--accel-unit g" in run_demo(tmp_path / "g.csv", "--out", tmp_path).stderr
+    assert "--accel-unit g" in run_demo(tmp_path / "g.csv", "--out", tmp_path, "--force").stderr
+    assert run_demo(tmp_path / "g.csv", "--out", tmp_path).returncode == 2
     assert run_demo(tmp_path / "g.csv", "--out", tmp_path, "--strict").returncode == 2
     assert run_demo(tmp_path / "g.csv", "--out", tmp_path, "--accel-unit", "g", "--strict").returncode == 0
 
@@ -88,7 +89,7 @@ def test_a_recording_of_which_little_can_be_said_is_one_too(tmp_path, rows, colu
 @pytest.mark.parametrize("arguments, named", [
     (["nowhere.csv"], "nowhere.csv"),
     (["FILE", "--set", "no_such_option=1"], "no_such_option"),
-    (["FILE", "--gyro-unit", "rpm"], "--gyro-unit rpm"),
+    (["FILE", "--gyro-unit", "knots"], "--gyro-unit knots"),
     (["FILE", "--out", "TAKEN"], "taken"),
     (["BAD"], "line 8"),
 ])  # fmt: skip

@@ -20,13 +20,15 @@ def in_g(tmp_path, motion):
     return recorded.house(tmp_path, replace(motion, force_b_m_s2=motion.force_b_m_s2 / recorded.G))
 
 
-def test_filter_warns_with_the_cure_and_the_cure_cures(in_g, tmp_path):
+def test_filter_stops_with_the_cure_and_the_cure_cures(in_g, tmp_path):
     out = tmp_path / "out.csv"
-    warned = hnav("filter", in_g, "--out", out)
+    refused = hnav("filter", in_g, "--out", out)
+    assert refused.returncode == 2 and not out.is_file()
+    cure = "house.csv: accel: median |force| 1.0 m/s2: this looks like g; use --accel-unit g"
+    assert f"{cure}; --force goes on" in refused.stderr.replace(" 1 m", " 1.0 m")
+    warned = hnav("filter", in_g, "--force", "--out", out)
     assert warned.returncode == 0 and out.is_file()
-    assert "warning: house.csv: accel: median |force| 1.0 m/s2: this looks like g; use --accel-unit g\n" in warned.stderr.replace(
-        " 1 m", " 1.0 m"
-    )
+    assert f"warning: {cure}\n" in warned.stderr.replace(" 1 m", " 1.0 m")
     assert not hnav("filter", in_g, "--accel-unit", "g", "--out", out).stderr
 
 

@@ -116,7 +116,7 @@ def test_what_is_not_plausible_stands_at_the_head(recording, tmp_path):
     assert 'class="warning"' not in _header(recording, tmp_path)
     table = np.column_stack([in_g.t_s, in_g.rate_b_rad_s, in_g.force_b_m_s2, in_g.field_b_tesla])
     np.savetxt(tmp_path / "g.csv", table, fmt="%.17g", delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
-    done = hnav("report", tmp_path / "g.csv", "--out", tmp_path / "g.html")
+    done = hnav("report", tmp_path / "g.csv", "--force", "--out", tmp_path / "g.html")
     assert done.returncode == 0 and "use --accel-unit g" in done.stderr
     assert re.search(r'<p class="warning">warning: accel: [^<]*use --accel-unit g', (tmp_path / "g.html").read_text())
     assert hnav("report", tmp_path / "g.csv", "--strict").returncode == 2

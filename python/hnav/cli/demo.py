@@ -19,7 +19,7 @@ import typer
 
 from hnav.cli.console import console, say, working
 from hnav.cli.filter import write_page
-from hnav.cli.parameters import Settings, Strict, parse_settings
+from hnav.cli.parameters import Force, Settings, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.filters.run_summary import rows, summary
 from hnav.fmi.engines import run_recording
@@ -27,9 +27,6 @@ from hnav.fmi.results import Result
 from hnav.io.device_recordings import DeviceRecording, WheelUnavailable, find_wheel, read_x_imu, read_xsens
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.recordings import Recording
-from hnav.reports.page import write_report
-from hnav.reports.recording_page import write_recording_report
-from hnav.reports.recording_run import RecordingRun, compare
 from hnav.systems.run_views import estimates, figures
 from hnav.systems.simulation import Run, simulate, write_run
 
@@ -50,6 +47,7 @@ def command(
     *,
     reading: Reading,
     strict: Strict = False,
+    force: Force = False,
     open: Annotated[
         bool | None, typer.Option("--open/--no-open", help="Show the last page in the browser; default: where there is a screen")
     ] = None,
@@ -58,7 +56,7 @@ def command(
     if recording is not None:
         data = reading.read(recording)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, strict)
+        doubts = warnings_of(recording, found, strict, force)
         page = show_own(recording, data, chosen, lines_of(found), out)
         warn(doubts)
     else:
@@ -111,6 +109,9 @@ def show_devices(settings: dict[str, str], out: Path) -> None:
 
 
 def show_device(found: DeviceRecording, settings: dict[str, str], out: Path) -> None:
+    from hnav.reports.recording_page import write_recording_report  # Plotly, which --help does without
+    from hnav.reports.recording_run import RecordingRun, compare
+
     data = found.recording
     result = run_ahrs(data, settings)
     run = RecordingRun(data, result, "device", RECOMMENDED, found.findings)
@@ -131,6 +132,8 @@ def show_device(found: DeviceRecording, settings: dict[str, str], out: Path) -> 
 
 def show_closed_loop(out: Path) -> Path:
     """Filters against the truth over some seeds, and the page of the run in the middle."""
+    from hnav.reports.page import write_report
+
     say(
         f"Turntable, sensors and filters as FMUs in closed loop, 60 s, {len(SEEDS)} seeds: RMS error in deg, median (least to most):"
     )

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Engine, FilterOrIns, Gnss, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import Engine, FilterOrIns, Force, Frame, Gnss, Preset, Settings, Smooth, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
@@ -29,6 +30,9 @@ from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 
+Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
+"""Formats whose devices lie with their z axis up."""
+LEVEL = 0.7  # of the mean force along z
 WARNED_S = 1.0  # a sensor that was not ok for longer
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
@@ -53,10 +57,11 @@ def command(
     step: Annotated[
         float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
     ] = None,
-    frame: Annotated[str, typer.Option(help="Navigation frame: ned or enu")] = "ned",
+    frame: Frame = None,
     *,
     reading: Reading,
     strict: Strict = False,
+    force: Force = False,
     smooth: Smooth = False,
     calibration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
@@ -65,26 +70,29 @@ def command(
 ) -> None:
     check_names(recording, out, report, calibration)
     if filter == navigation.NAME:
-        navigation.refuse(engine=engine != "c", step=step, frame=frame != "ned", calibration=calibration)
+        navigation.refuse(engine=engine != "c", step=step, frame=frame not in (None, "ned"))
         navigation.navigate(
-            navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict, smooth), reading
+            navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict, smooth, force, calibration),
+            reading,
         )
         return
     navigation.refuse_gnss(gnss)
-    chosen = {"navigation_frame": frame} | parse_settings(settings)
+    chosen = parse_settings(settings)
     iron = None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)
     # What needs all rows at once is a page, hindsight, and the loop of an FMU.
     table = None if report or smooth or engine != "c" or step else reading.long_table(recording, iron)
     if table is not None and out is not None:
-        doubts = warnings_of(recording, table.findings, strict)
+        doubts = warnings_of(recording, table.findings, strict, force)
+        chosen, note = with_frame(frame, chosen, next(iter(table)))
         outcome = filter_pieces(table, out, Options(filter, preset, **chosen), made)
     else:
         data = reading.read(recording)
         if iron is not None:
             data = iron.apply_to(data)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, strict)
+        doubts = warnings_of(recording, found, strict, force)
+        chosen, note = with_frame(frame, chosen, data)
         result = filtered(data, filter, engine, chosen, preset, step, smooth)
         if out is not None:
             write_table(out, result, made)
@@ -92,7 +100,24 @@ def command(
             write_page(report, result, data, lines_of(found))
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
     tell(outcome, engine, out, report)
+    for line in note:
+        say(line)
     warn(doubts)
+
+
+def with_frame(frame: str | None, settings: dict[str, str], data: Recording) -> tuple[dict[str, str], list[str]]:
+    """The settings with the navigation frame, and what to say of it where the user did not."""
+    if frame is not None or "navigation_frame" in settings:
+        return {"navigation_frame": frame or "ned"} | settings, []
+    if data.origin is not None and data.origin.format in Z_UP:
+        return settings | {"navigation_frame": "enu"}, [
+            "attitude to east, north, up, as telephones have it; --frame ned for the other"
+        ]
+    _, force = data.samples("accel")
+    mean = force.mean(axis=0) if len(force) else np.zeros(3)
+    upward = mean[2] > LEVEL * float(np.linalg.norm(mean)) > 0
+    note = ["the z axis of the sensor points up, which is a roll of 180 deg in ned: --frame enu has it level"] if upward else []
+    return settings | {"navigation_frame": "ned"}, note
 
 
 def check_names(recording: Path, out: Path | None, report: Path | None, calibration: Path | None) -> None:

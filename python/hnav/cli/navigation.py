@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from hnav.cli.console import bar, say, working
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.cli.words import UsageError
+from hnav.filters.calibration import read_calibration
 from hnav.filters.ins_aids import AIDS
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
@@ -43,6 +45,8 @@ class Wanted:
     settings: Mapping[str, str]
     strict: bool
     smooth: bool = False
+    force: bool = False
+    calibration: Path | None = None
 
 
 def options_of(preset: str, settings: Mapping[str, str]) -> Options:
@@ -80,7 +84,6 @@ def refuse(**given: object) -> None:
         "--engine": "the navigation filter runs in C: leave it out",
         "--step": "the navigation filter takes samples as they come: leave it out",
         "--frame": "the navigation filter answers north, east, down: leave it out",
-        "--calibration": "the navigation filter reads no magnetometer: leave it out",
     }
     for name, value in given.items():
         if value:
@@ -96,28 +99,32 @@ def refuse_gnss(gnss: Path | None) -> None:
 
 def navigate(wanted: Wanted, reading: Reading) -> None:
     """hnav filter --filter ins. Raises HnavError or UsageError."""
-    refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss])
+    refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss, wanted.calibration])
+    iron = None if wanted.calibration is None else read_calibration(wanted.calibration)
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
-    table = None if wanted.report or wanted.out is None or wanted.smooth else reading.long_table(wanted.recording, None)
+    table = None if wanted.report or wanted.out is None or wanted.smooth else reading.long_table(wanted.recording, iron)
     made = [
         f"recording {wanted.recording}",
         *([f"satellites {wanted.gnss}"] if wanted.gnss else []),
         *([SMOOTHED] if wanted.smooth else []),
+        *([f"field corrected by {wanted.calibration}"] if wanted.calibration else []),
     ]
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
-        doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict)
+        doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict, wanted.force)
         told = Told()
         write_navigation(wanted.out, runs(table, run, told), made)
     else:
         data = read_navigation(wanted.recording, given, options, reading)
+        data = iron.apply_to(data) if iron is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
-        doubts = warnings_of(wanted.recording, found, wanted.strict)
+        doubts = warnings_of(wanted.recording, found, wanted.strict, wanted.force)
         run, told = NavigationRun.over(data, options), Told()
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if wanted.out is not None:
             write_navigation(wanted.out, parts, made)
         if wanted.report is not None:
-            # Plotly takes a while to load.
+            # Plotly takes a while to load; the page says so where it is missing.
+            import_module("hnav.reports.page")
             from hnav.reports.navigation_page import write_navigation_report
 
             write_navigation_report(whole(parts), wanted.report, data, lines_of(found))

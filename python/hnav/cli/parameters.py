@@ -62,7 +62,13 @@ DropRepeats = Annotated[bool, typer.Option("--drop-repeats", help="A sample that
 Hemisphere = Annotated[
     str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="Refuse a recording that is not plausible")]
+Strict = Annotated[bool, typer.Option("--strict", help="Refuse a recording that is not plausible in any way")]
+Force = Annotated[
+    bool, typer.Option("--force", help="Go on where unit, axes, sign or a dead sensor make the estimate meaningless")
+]
+Frame = Annotated[
+    str | None, typer.Option(help="Navigation frame, ned or enu; default: enu for telephones, whose z axis points up, else ned")
+]
 Preset = Annotated[
     str,
     typer.Option(

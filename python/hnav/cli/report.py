@@ -9,8 +9,8 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import say
-from hnav.cli.filter import filtered, write_page
-from hnav.cli.parameters import FilterOrIns, Gnss, Preset, Settings, Strict, parse_settings
+from hnav.cli.filter import filtered, with_frame, write_page
+from hnav.cli.parameters import FilterOrIns, Force, Frame, Gnss, Preset, Settings, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
@@ -36,10 +36,11 @@ def command(
     filter: FilterOrIns = "ahrs",
     settings: Settings = None,
     preset: Preset = "default",
-    frame: Annotated[str, typer.Option(help="Of a recording: navigation frame, ned or enu")] = "ned",
+    frame: Frame = None,
     *,
     reading: Reading,
     strict: Strict = False,
+    force: Force = False,
     gnss: Gnss = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
@@ -50,8 +51,10 @@ def command(
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only")
         file = out or source.with_suffix(".html")
-        navigation.refuse(frame=frame != "ned")
-        navigation.navigate(navigation.Wanted(source, None, file, gnss, preset, parse_settings(settings), strict), reading)
+        navigation.refuse(frame=frame not in (None, "ned"))
+        navigation.navigate(
+            navigation.Wanted(source, None, file, gnss, preset, parse_settings(settings), strict, force=force), reading
+        )
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
@@ -60,9 +63,12 @@ def command(
         refuse_overwriting([file], [source])
         data = reading.read(source)
         found = reading.check(data)
-        doubts = warnings_of(source, found, strict)
-        result = filtered(data, filter, "c", {"navigation_frame": frame} | parse_settings(settings), preset, None, False)
+        doubts = warnings_of(source, found, strict, force)
+        chosen, note = with_frame(frame, parse_settings(settings), data)
+        result = filtered(data, filter, "c", chosen, preset, None, False)
         say_page(file, write_page(file, result, data, lines_of(found)))
+        for line in note:
+            say(line)
         warn(doubts)
     if open:
         typer.launch(str(file))

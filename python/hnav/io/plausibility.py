@@ -14,8 +14,8 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.findings import Finding, Samples, unit_name, warning
-from hnav.io.readers.clock import MENDED
 from hnav.io.plausible_turning import what_turning_tells
+from hnav.io.readers.clock import MENDED
 from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2, SUSPECTED, si_per
 
