@@ -71,7 +71,7 @@ def test_columns_axes_and_rate_are_options(tmp_path, motion):
     (["--axes", "mag=x,y"], "--axes x,y: write three axes"),
     (["--rate", "0"], "--rate 0: must be above 0 Hz"),
     (["--hemisphere", "east"], "--hemisphere east: choose one of north, south"),
-    (["--format", "gpx"], "--format gpx: choose one of broad"),
+    (["--format", "tcx"], "--format tcx: choose one of broad"),
 ])  # fmt: skip
 def test_options_that_cannot_be_are_named_as_they_were_typed(in_g, arguments, named):
     refused = hnav("check", in_g, *arguments)

@@ -217,7 +217,7 @@ def test_a_library_that_is_missing_is_asked_for_by_name(tmp_path, motion, monkey
 
 
 @pytest.mark.parametrize("wrong, named", [
-    ({"format": "gpx"}, "format = gpx: choose one of broad"),
+    ({"format": "tcx"}, "format = tcx: choose one of broad"),
     ({"gyro_unit": "knots"}, "gyro_unit = knots: choose one of rad/s, deg/s"),
     ({"time_unit": "days"}, "time_unit = days: choose one of s, ms"),
     ({"rate_hz": 0.0}, "rate_hz = 0: must be above 0 Hz"),

@@ -10,7 +10,9 @@ import io
 import os
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +20,8 @@ from hnav.places import PACKAGE
 
 
 def read_mat(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Those of the named variables that the file holds, without dimensions of length one. Raises ValueError with the reason."""
+    """Those of the named variables that the file holds, without dimensions of length one; without names all, those in structs by the
+    names that lead to them. Raises ValueError with the reason."""
     found_here = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     reader = subprocess.run(
         [sys.executable, "-m", "hnav.io.mat_file", str(path), *names],
@@ -36,12 +39,22 @@ def main(path: str, names: list[str]) -> None:
     import scipy.io
 
     try:
-        contents = scipy.io.loadmat(path, variable_names=names, squeeze_me=True)
+        contents = scipy.io.loadmat(path, variable_names=names or None, squeeze_me=True, simplify_cells=not names)
     except Exception as error:  # it raises whatever a damaged file makes it stumble over
         sys.exit(" ".join(str(error).split()) or type(error).__name__)
     buffer = io.BytesIO()
-    np.savez(buffer, **{name: contents[name] for name in names if name in contents})
+    found = {name: contents[name] for name in names if name in contents} if names else dict(arrays_in(contents, ""))
+    np.savez(buffer, **found)
     sys.stdout.buffer.write(buffer.getvalue())
+
+
+def arrays_in(tree: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
+    """Arrays of numbers in structs in structs."""
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from arrays_in(value, f"{before}{name}_")
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and not str(name).startswith("__"):
+            yield f"{before}{name}", value
 
 
 if __name__ == "__main__":

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from hnav.io.mat_file import read_mat
+from hnav.io.readers.records import HDF5_MAGIC, read_mat_variables
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.recordings import RecordingError
 
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
 def find_trials(folder: str | Path) -> dict[int, Path]:
@@ -54,7 +54,10 @@ def is_broad(path: Path, head: bytes) -> bool:
 
 def read_broad(path: Path, wishes: Wishes) -> Raw:
     """One trial. The field is in microtesla there, and rows are at equal intervals."""
-    data, rate_hz = _contents(path)
+    contents = _contents(path)
+    if contents is None:
+        return read_mat_variables(path, wishes)
+    data, rate_hz = contents
     if not 0 < rate_hz < np.inf:
         raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
     n = np.shape(data["imu_gyr"])[0] if np.ndim(data["imu_gyr"]) else 0
@@ -79,8 +82,8 @@ def read_broad(path: Path, wishes: Wishes) -> Raw:
     return Raw("broad", streams, wishes.unit("time", by_format="s"), extra=extra)
 
 
-def _contents(path: Path) -> tuple[dict[str, Any], float]:
-    """The arrays of a trial, and its rate in Hz. Raises RecordingError."""
+def _contents(path: Path) -> tuple[dict[str, Any], float] | None:
+    """The arrays of a trial, and its rate in Hz; None for a file of other variables. Raises RecordingError."""
     names = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement")
     try:
         with path.open("rb") as file:
@@ -89,8 +92,12 @@ def _contents(path: Path) -> tuple[dict[str, Any], float]:
             import h5py
 
             with h5py.File(path) as trial:
+                if len(trial) and not set(names) & set(trial):
+                    return None
                 return {name: trial[name][:] for name in names}, float(trial.attrs["sampling_rate"])
         contents = read_mat(path, (*names, "sampling_rate"))
+        if not contents:
+            return None
         return {name: contents[name] for name in names}, float(contents["sampling_rate"])
     except KeyError as error:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None

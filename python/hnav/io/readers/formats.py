@@ -7,15 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hnav.io.readers.broad import is_broad, read_broad
+from hnav.io.readers.flight_logs import is_ardupilot, is_betaflight, read_ardupilot, read_betaflight
 from hnav.io.readers.nmea import is_nmea, read_nmea
+from hnav.io.readers.packed import read_only_one, tables_in, unpacked, unpacker_of, what_it_is
 from hnav.io.readers.phones import is_phone_export, read_phone
+from hnav.io.readers.receivers import is_gpx, is_ubx, read_gpx, read_ubx
+from hnav.io.readers.records import is_json, is_npz, read_json, read_npz
 from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
+from hnav.io.readers.serial_text import is_serial_text, read_serial_text
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.tables import read_parquet, read_table
 from hnav.io.readers.xsens import is_xsens_binary, is_xsens_text, read_xsens_text, refuse_binary
 from hnav.io.recordings import RecordingError
 
-HEAD_BYTES = 4096
+HEAD_BYTES = 1 << 15
 Reader = Callable[[Path, Wishes], Raw]
 
 
@@ -34,7 +39,9 @@ def is_text(path: Path, head: bytes) -> bool:
 
 
 FORMATS = {
-    "broad": Format("BROAD trial (.hdf5, .mat)", is_broad, read_broad),
+    "broad": Format("BROAD trial, or variables of any names (.hdf5, .mat)", is_broad, read_broad),
+    "npz": Format("arrays of NumPy (.npz, .npy)", is_npz, read_npz),
+    "ardupilot": Format("dataflash log of ArduPilot (.bin, .log)", is_ardupilot, read_ardupilot),
     "ulog": Format("log of PX4 (.ulg)", is_ulog, read_ulog),
     "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
     "parquet": Format("Parquet", lambda path, head: head.startswith(b"PAR1"), read_parquet),
@@ -42,7 +49,12 @@ FORMATS = {
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
     "xsens-text": Format("text exported by MT Manager of Xsens, or from a DOT", is_xsens_text, read_xsens_text),
+    "ubx": Format("messages of a u-blox receiver (UBX)", is_ubx, read_ubx),
+    "gpx": Format("track of satellites (.gpx)", is_gpx, read_gpx),
+    "json": Format("JSON: records, columns, Sensor Logger, Movesense", is_json, read_json),
+    "betaflight": Format("blackbox of Betaflight as CSV", is_betaflight, read_betaflight),
     "nmea": Format("sentences of a receiver of satellites (NMEA 0183)", is_nmea, read_nmea),
+    "serial": Format("what a sketch prints: names with numbers", is_serial_text, read_serial_text),
     "table": Format("CSV, TSV, or text with semicolons or blanks", is_text, read_table),
 }
 """By name, in the order in which they are tried."""
@@ -54,15 +66,19 @@ def reader_of(path: Path, format: str | None) -> Reader:
         raise RecordingError(f"format = {format}: choose one of {', '.join(FORMATS)}", "format")
     if not path.exists():
         raise RecordingError(f"{path}: no such file")
-    if format is not None:
-        return FORMATS[format].read
     head = b""
     if path.is_file():
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
         if not head:
             raise RecordingError(f"{path}: the file is empty")
+    if packed := unpacker_of(path, head):
+        return lambda path, wishes: unpacked(path, packed, lambda inner: reader_of(inner, format)(inner, wishes))
+    if format is not None:
+        return FORMATS[format].read
     for known in FORMATS.values():
         if known.recognises(path, head):
             return known.read
-    raise RecordingError(f"{path}: no format that hnav knows ({', '.join(FORMATS)})")
+    if path.is_dir() and (files := tables_in(path)):
+        return lambda path, wishes: read_only_one(path, files, lambda file: reader_of(file, None)(file, wishes))
+    raise RecordingError(f"{path}: {what_it_is(path, head)}no format that hnav knows ({', '.join(FORMATS)})")

@@ -79,7 +79,7 @@ class LongTable:
         """Goes through it. Raises _NotPlain, and whatever a file or an argument that is wrong makes readers raise."""
         self._path, self._wishes, self._corrected = path, wishes, corrected
         self._plan = self._planned()
-        self._wishes = self._with_unit_of_time()
+        self._wishes = self._with_units()
         self.name, self.rows = path.stem, 0
         self.findings: list[Finding] = []
         """As Recording.check: of all pieces, the first of each kind."""
@@ -128,13 +128,16 @@ class LongTable:
             except NOT_DIGESTED:
                 raise _NotPlain from None
 
-    def _with_unit_of_time(self) -> Wishes:
-        """What the first rows say of the unit of the times goes for all."""
+    def _with_units(self) -> Wishes:
+        """What the first rows say of units that the header does not tell goes for all."""
         frame = next(self._frames(), None)
         if frame is None:
             raise _NotPlain
-        unit = raw_of(str(self._path), table_by(str(self._path), frame, self._plan), self._wishes).time_unit
-        return replace(self._wishes, time_unit=unit.name) if unit.source.startswith("by its") else self._wishes
+        raw = raw_of(str(self._path), table_by(str(self._path), frame, self._plan), self._wishes)
+        units = {"time": raw.time_unit, **{stream.sensor: stream.unit for stream in raw.streams}}
+        return replace(
+            self._wishes, **{f"{name}_unit": unit.name for name, unit in units.items() if unit.source.startswith("by its")}
+        )
 
     def _recording(self, frame: pd.DataFrame, before: int) -> Recording:
         """before: rows of the pieces before this one."""

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
 SHOWN_CHARACTERS, SHOWN_COLUMNS = 40, 20
+EARTH_UT = (18.0, 80.0)
 DAY_S = 86400.0
 ENCODINGS = ("utf-8-sig", "cp1252")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
@@ -111,7 +112,16 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     strange = next((column for column in columns if column.strange), None)
     if strange is not None and by_header is None and getattr(wishes, f"{sensor}_unit") is None:
         raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, strange.name.strip(), strange.strange)}")
-    return Stream(sensor, t_s, values, wishes.unit(sensor, by_header, by_format))
+    unit = wishes.unit(sensor, by_header, by_format)
+    if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
+        unit = Unit("uT", "by its strength")
+    return Stream(sensor, t_s, values, unit)
+
+
+def _are_microteslas(field: np.ndarray) -> bool:
+    """Whether numbers of an unsaid unit are as large as the field of the Earth in uT; in another unit nothing on Earth is."""
+    lengths = np.linalg.norm(field[np.isfinite(field).all(axis=1)], axis=1)
+    return bool(len(lengths) and EARTH_UT[0] < np.median(lengths) < EARTH_UT[1])
 
 
 def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit, tuple[str, ...]]:

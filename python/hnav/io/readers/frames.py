@@ -1,0 +1,112 @@
+"""Recordings of several named tables, each with times of its own: messages of a log, variables of a file, records by sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hnav.io.aids import AidSamples
+from hnav.io.readers.aids import aids_in
+from hnav.io.readers.columns import column_of
+from hnav.io.readers.streams import Raw, Stream, Wishes
+from hnav.io.readers.tables import Table, raw_of, stream_of, table_of, times_of
+from hnav.io.recordings import ARRAYS, RecordingError, Unit
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SHOWN = 20
+
+
+def raw_of_frames(
+    shown: str, frames: Mapping[str, pd.DataFrame], wishes: Wishes, format: str, by_format: Mapping[str, str] | None = None
+) -> Raw:
+    """One table that has all, else the best table of each sensor, by its columns or its name. Raises RecordingError."""
+    by_format = by_format or {}
+    frames = {name: frame for name, frame in frames.items() if len(frame)}
+    tables = {name: table for name, frame in frames.items() if (table := _table(shown, name, frame, wishes))}
+    whole = max(tables.values(), key=lambda table: len(table.columns), default=None)
+    if whole is not None and (len(frames) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:
+        lonely = len(tables) == 1 or "mx" in whole.columns
+        raw = raw_of(shown, whole, wishes, by_format, format)
+        return raw if lonely else _with_more(raw, shown, tables, wishes, by_format)
+    raw = _with_more(Raw(format, [], Unit("s", "by format")), shown, tables, wishes, by_format)
+    missing = [sensor for sensor in ("gyro", "accel") if sensor not in {stream.sensor for stream in raw.streams}]
+    if missing and not wishes.only_aids:
+        there = ", ".join(
+            f"{name} ({', '.join(map(str, list(frame.columns)[:8]))})" for name, frame in list(frames.items())[:SHOWN]
+        )
+        raise RecordingError(f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {CURE}")
+    return raw
+
+
+CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz, and a line of these names"
+
+
+def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes) -> Table | None:
+    """The table, if it has a column that is known; its axes may be called x, y and z, where its name is that of a sensor."""
+    named = column_of(f"{name}_x", 0)
+    sensor = {"g": "gyro", "a": "accel", "m": "mag"}[named.role[0]] if named is not None and named.role[1:] == "x" else None
+    if sensor is not None:
+        # accelerometer: x, y, z and accel_x, accel_y, accel_z are both usual.
+        plain = {column: f"{name}_{column}" for column in frame.columns if str(column).lower() in ("x", "y", "z")}
+        frame = frame.rename(columns=plain)
+    try:
+        return table_of(frame, shown, wishes)
+    except RecordingError:
+        if wishes.columns and not wishes.only_aids:
+            raise
+        return None
+
+
+def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
+    """With the sensors and aids that it lacks, each of the table with most of its samples."""
+    streams, aids, notes, unit = list(raw.streams), dict(raw.aids), list(raw.notes), raw.time_unit
+    for sensor in ARRAYS:
+        having = {name: table for name, table in tables.items() if sensor[0] + "x" in table.columns}
+        if not having or sensor in {stream.sensor for stream in streams}:
+            continue
+        name = max(having, key=lambda name: _count(having[name], sensor))
+        stream, unit, more = _stream(shown, having[name], sensor, wishes, by_format)
+        streams.append(stream)
+        others = ", ".join(other for other in having if other != name)
+        notes += [*more, *([f"{sensor}: {name}, not {others}"] if others else [])]
+    for table in tables.values():
+        aids |= {kind: one for kind, one in _aids(shown, table, wishes, by_format).items() if kind not in aids and len(one.t_s)}
+    return replace(raw, streams=streams, aids=aids, notes=tuple(notes), time_unit=unit)
+
+
+def _count(table: Table, sensor: str) -> int:
+    return int(np.isfinite(table.values[sensor[0] + "x"]).sum())
+
+
+def _stream(
+    shown: str, table: Table, sensor: str, wishes: Wishes, by_format: Mapping[str, str]
+) -> tuple[Stream, Unit, tuple[str, ...]]:
+    t_s, unit, mended = times_of(shown, table, wishes, by_format)
+    stream = stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor))
+    present = ~np.isnan(stream.values).any(axis=1)
+    return replace(stream, t_s=t_s[present], values=stream.values[present]), unit, mended
+
+
+def _aids(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> dict[str, AidSamples]:
+    if not any(column.aids for column in table.columns.values()):
+        return {}
+    alone = replace(wishes, only_aids=True)
+    try:
+        return aids_in(table.columns, table.values, times_of(shown, table, alone, by_format)[0])
+    except RecordingError:  # satellites without a time: the rest is no worse for it
+        return {}
+
+
+def numbers(column: Any) -> Any:
+    """A column of texts that are all numbers as numbers; another as it is."""
+    import pandas
+
+    if pandas.api.types.is_numeric_dtype(column):
+        return column
+    converted = pandas.to_numeric(column, errors="coerce")
+    return converted if converted.notna().sum() == column.notna().sum() else column

@@ -1,0 +1,93 @@
+"""What receivers of satellites and their apps write besides NMEA: UBX (by pyubx2) and GPX."""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from hnav.io.aids import AidSamples
+from hnav.io.readers.aids import present
+from hnav.io.readers.streams import Raw, Wishes, library
+from hnav.io.recordings import RecordingError
+
+SYNC = b"\xb5\x62"
+FIX_3D = 3
+
+
+def alone(path: Path, wishes: Wishes) -> None:
+    """Raises RecordingError for a file that is to hold inertial sensors."""
+    if not wishes.only_aids:
+        raise RecordingError(
+            f"{path}: holds satellites alone: give the recording of the inertial sensors, and this as --gnss {path}"
+        )
+
+
+def is_ubx(path: Path, head: bytes) -> bool:
+    return SYNC in head and (path.suffix.lower() == ".ubx" or head.startswith(SYNC))
+
+
+def read_ubx(path: Path, wishes: Wishes) -> Raw:
+    """Positions and velocities of NAV-PVT, times by GPS week and UTC. Raises RecordingError."""
+    alone(path, wishes)
+    pyubx2 = library("pyubx2", "logs", str(path))
+    places, velocities = [], []
+    try:
+        with path.open("rb") as stream:
+            for _, message in pyubx2.UBXReader(stream, protfilter=2, quitonerror=0):
+                if message is not None and message.identity == "NAV-PVT" and message.fixType >= FIX_3D:
+                    t_s = _utc_s(message)
+                    places.append(
+                        (t_s, message.lat, message.lon, message.height * 1e-3, message.hAcc * 1e-3, message.vAcc * 1e-3)
+                    )
+                    velocities.append((t_s, message.velN * 1e-3, message.velE * 1e-3, message.velD * 1e-3, message.sAcc * 1e-3))
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    if not places:
+        raise RecordingError(f"{path}: no message NAV-PVT with a fix: switch it on in the receiver, or log NMEA")
+    place, velocity = np.array(places), np.array(velocities)
+    aids = {
+        "position": AidSamples(place[:, 0], np.column_stack([np.radians(place[:, 1:3]), place[:, 3]]), place[:, [4, 4, 5]]),
+        "velocity": AidSamples(velocity[:, 0], velocity[:, 1:4], np.repeat(velocity[:, 4:], 3, axis=1)),
+    }
+    return Raw("ubx", [], wishes.unit("time", by_format="s"), aids=aids)
+
+
+def _utc_s(message: object) -> float:
+    year, month, day, hour, minute, second = (
+        int(getattr(message, name)) for name in ("year", "month", "day", "hour", "min", "second")
+    )
+    whole = datetime.datetime(year, month, day, hour, minute, min(second, 59), tzinfo=datetime.UTC).timestamp()
+    return whole + int(getattr(message, "nano")) * 1e-9  # noqa: B009
+
+
+def is_gpx(path: Path, head: bytes) -> bool:
+    return b"<gpx" in head
+
+
+def read_gpx(path: Path, wishes: Wishes) -> Raw:
+    """Points of tracks with times. Raises RecordingError."""
+    alone(path, wishes)
+    rows = []
+    try:
+        if b"<!ENTITY" in path.read_bytes()[:65536]:
+            raise RecordingError(f"{path}: no GPX: it defines entities")
+        for _, element in ElementTree.iterparse(path):
+            if element.tag.rpartition("}")[2] == "trkpt":
+                told = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
+                if "time" in told:
+                    t_s = datetime.datetime.fromisoformat(told["time"].replace("Z", "+00:00")).timestamp()
+                    rows.append(
+                        (t_s, float(element.get("lat", "nan")), float(element.get("lon", "nan")), float(told.get("ele") or "nan"))
+                    )
+                element.clear()
+    except (ElementTree.ParseError, ValueError) as error:
+        if not rows:
+            raise RecordingError(f"{path}: no GPX: {str(error).splitlines()[0]}") from None
+    if not rows:
+        raise RecordingError(f"{path}: no point of a track with a time")
+    table = np.array(rows)
+    one = AidSamples(table[:, 0], np.column_stack([np.radians(table[:, 1:3]), table[:, 3]]), np.full((len(table), 3), np.nan))
+    return Raw("gpx", [], wishes.unit("time", by_format="s"), aids={"position": one.rows(present("position", one))})

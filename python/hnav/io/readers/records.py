@@ -1,0 +1,114 @@
+"""JSON, NumPy archives and MATLAB files of any names: tables in trees."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hnav.io.mat_file import read_mat
+from hnav.io.readers.frames import raw_of_frames
+from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.trees import frames_of_tree, unbatched
+from hnav.io.recordings import RecordingError
+
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+SENSOR_LOGGER = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}
+MOVESENSE = {"gyro": "deg/s", "accel": "m/s2", "mag": "uT", "time": "ms"}
+"""API reference of Movesense, /Meas/Gyro: dps."""
+WITHOUT_GRAVITY = ("accelerometer", "linearacceleration", "gravity", "useracceleration")
+
+
+def is_json(path: Path, head: bytes) -> bool:
+    begin = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    return begin[:1] == b"{" or (begin[:1] == b"[" and begin[1:].lstrip()[:1] in (b"{", b"[", b"]"))
+
+
+def read_json(path: Path, wishes: Wishes) -> Raw:
+    """Records, columns, Sensor Logger or Movesense. Raises RecordingError."""
+    tree = _parsed(path, path.read_bytes())
+    frames = {name: unbatched(frame) for name, frame in frames_of_tree(tree).items()}
+    lower = {"".join(c for c in name.lower() if c.isalnum()): name for name in frames}
+    if "totalacceleration" in lower:
+        for name in WITHOUT_GRAVITY:
+            frames.pop(lower.get(name, ""), None)
+    if "gyroscope" in lower and any("seconds_elapsed" in frame for frame in frames.values()):
+        return raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER)
+    movesense = any("ArrayGyro" in text or "ArrayAcc" in text for text in [path.read_bytes()[:4096].decode("utf-8", "replace")])
+    return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None)
+
+
+def _parsed(path: Path, data: bytes) -> Any:
+    """A tree, or a list of the trees of its lines; of one that was cut off, the whole lines."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise RecordingError(f"{path}: not a text file") from None
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        lines = [line.strip().rstrip(",") for line in text.splitlines() if line.strip() not in ("", "[", "]")]
+        trees = []
+        for number, line in enumerate(lines):
+            try:
+                trees.append(json.loads(line))
+            except (ValueError, RecursionError):
+                if number + 1 < len(lines) or not trees:
+                    raise RecordingError(f"{path}: no JSON: {str(error).splitlines()[0]}") from None
+        return trees
+
+
+def is_npz(path: Path, head: bytes) -> bool:
+    return head.startswith(b"\x93NUMPY") or (head.startswith(b"PK\x03\x04") and b".npy" in head[:200])
+
+
+def read_npz(path: Path, wishes: Wishes) -> Raw:
+    """Arrays by name, or one array with named fields. Raises RecordingError."""
+    try:
+        with np.errstate(all="ignore"):
+            loaded = np.load(path, allow_pickle=False)
+            tree = dict(loaded) if hasattr(loaded, "files") else {"data": loaded}
+    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    return _of_arrays(path, tree, wishes, "npz")
+
+
+def read_mat_variables(path: Path, wishes: Wishes) -> Raw:
+    """Variables of a MATLAB file, structs too. Raises RecordingError."""
+    try:
+        with path.open("rb") as file:
+            is_hdf5 = file.read(len(HDF5_MAGIC)) == HDF5_MAGIC
+        tree = _of_hdf5(path) if is_hdf5 else read_mat(path, ())
+    except (ValueError, OSError, RuntimeError, KeyError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+    return _of_arrays(path, tree, wishes, "mat")
+
+
+def _of_hdf5(path: Path) -> dict[str, np.ndarray]:
+    """Of MATLAB 7.3 and others: data sets by the names that lead to them."""
+    import h5py
+
+    found: dict[str, np.ndarray] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not name.startswith("#"):
+            found[name.replace("/", "_")] = np.asarray(item[()])
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return {name: np.atleast_1d(value.squeeze()) for name, value in found.items()}
+
+
+def _of_arrays(path: Path, arrays: dict[str, np.ndarray], wishes: Wishes, format: str) -> Raw:
+    tree: dict[str, Any] = {}
+    for name, value in arrays.items():
+        tree |= {f"{name}_{field}": value[field] for field in value.dtype.names} if value.dtype.names else {name: value}
+    frames = frames_of_tree(tree)
+    if not frames:
+        there = ", ".join(f"{name} {' x '.join(map(str, value.shape))}" for name, value in list(tree.items())[:20]) or "nothing"
+        raise RecordingError(
+            f"{path}: no columns of numbers, but {there}: save t (n), gyro, acc, mag (n x 3 each), not a table object"
+        )
+    return raw_of_frames(str(path), frames, wishes, format)

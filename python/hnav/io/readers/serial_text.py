@@ -1,0 +1,117 @@
+"""What sketches print to a serial port: names with numbers, on one line or several, perhaps after the time of a terminal.
+
+Acceleration X: 0.52, Y: 0.04, Z: 9.85 m/s^2      (Adafruit MPU6050; Rotation X: ... rad/s)
+Accl:   x= 0.10 |   y= 0.02 |   z= 9.81           (Adafruit BNO055)
+12:34:56.789 -> gx:0.1,gy:0.2,gz:0.3,ax:0,ay:0,az:1
+a/g:    -236    -156    16452   -20     80      -15   (i2cdevlib: counts)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from hnav.io.readers.columns import column_of
+from hnav.io.readers.frames import raw_of_frames
+from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.tables import encoding_of
+from hnav.io.recordings import RecordingError
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+PAIR = re.compile(rf"([A-Za-z][\w /.()\[\]-]{{0,40}}?)\s*[:=]\s*({NUMBER})(?![\d.:])")
+STAMP = re.compile(r"^\s*\[?(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\]?\s*(?:->|[:,>|\t ])\s*")
+PREFIX = re.compile(r"^\s*([A-Za-z]\w{1,20})\s*[:\t ]\s*(?=[xX]\s*[:=])")
+COUNTS = re.compile(rf"^\s*(?:a/g|a/g/m)\s*:\s*((?:{NUMBER}[\s,]*){{6,9}})$")
+UNIT_BEHIND = re.compile(r"[\d.]\s*((?:rad|deg|°|m|g|uT|µT|dps)[^\s,|;]*(?:\s*\^?s[^\s,|;]*)?)\s*$")
+HEAD_LINES, LEAST_SHARE = 60, 0.3
+OF_BNO055 = {"accl": "accel", "accel": "accel", "acceleration": "accel", "gyro": "gyro", "mag": "mag", "magnetometer": "mag"}
+NOT_SENSORS = ("orient", "euler", "rot", "quat", "linear", "gravity", "temp", "calib")
+CLOCK = "time (s)"  # of the terminal
+DAY_S = 86400.0
+
+
+def is_serial_text(path: Path, head: bytes) -> bool:
+    """Whether a good part of the first lines names numbers of a sensor."""
+    if b"\0" in head:
+        return False
+    lines = [line for line in head.decode("utf-8", "replace").splitlines()[:HEAD_LINES] if line.strip()]
+    hits = sum(1 for line in lines if _pairs(line)[1])
+    return hits >= 2 and hits >= LEAST_SHARE * len(lines)
+
+
+def read_serial_text(path: Path, wishes: Wishes) -> Raw:
+    """Raises RecordingError for lines without times, where no rate is told."""
+    import pandas
+
+    data = path.read_bytes()
+    text = data.decode(encoding_of(str(path), data), "replace")
+    rows = list(_rows(text))
+    frame = pandas.DataFrame(rows)
+    frame = frame.dropna(axis=1, thresh=max(2, len(frame) // 4))
+    named = [name for name in frame.columns if (column := column_of(name, 0)) is not None and column.role == "t_s"]
+    if not named and wishes.rate_hz is None:
+        raise RecordingError(
+            f"{path}: the lines have no times: give rate_hz, how many are written in a second; or print millis() as t_ms in each"
+        )
+    frame = frame.dropna(subset=[name for name in frame.columns if column_of(name, 0) is not None])
+    return raw_of_frames(str(path), {"lines": frame.reset_index(drop=True)}, wishes, "serial")
+
+
+def _rows(text: str) -> Iterator[dict[str, float]]:
+    """Lines together until a name comes again."""
+    row: dict[str, float] = {}
+    last_s, days = -np.inf, 0
+    for line in text.splitlines():
+        stamp = STAMP.match(line)
+        pairs, _ = _pairs(line)
+        if not pairs:
+            continue
+        if row.keys() & pairs.keys():
+            yield row
+            row = {}
+        if stamp is not None and CLOCK not in row:
+            clock_s = _seconds(stamp.group(2))
+            days += clock_s < last_s - DAY_S / 2
+            last_s = clock_s
+            row[CLOCK] = clock_s + days * DAY_S
+        row |= pairs
+    if row:
+        yield row
+
+
+def _seconds(clock: str) -> float:
+    hours, minutes, seconds = clock.replace(",", ".").split(":")
+    return 3600 * int(hours) + 60 * int(minutes) + float(seconds)
+
+
+def _pairs(line: str) -> tuple[dict[str, float], bool]:
+    """Numbers by the names of columns that they would have, and whether one of these is more than a time."""
+    stamp = STAMP.match(line)
+    body = line[stamp.end() :] if stamp else line
+    if counted := COUNTS.match(body):
+        numbers = [float(text) for text in re.findall(NUMBER, counted.group(1))]
+        return {f"{'agm'[i // 3]}{'xyz'[i % 3]} (LSB)": number for i, number in enumerate(numbers)}, True
+    prefix = PREFIX.match(body)
+    sensor = prefix.group(1) if prefix else ""
+    unit = behind.group(1) if (behind := UNIT_BEHIND.search(body)) else ""
+    found: dict[str, float] = {}
+    for name, number in PAIR.findall(body):
+        name = name.strip(" |,\t")
+        if prefix or (len(name) == 1 and sensor):
+            name = f"{sensor} {name[-1]}"
+        elif len(name.split()) > 1:
+            sensor = " ".join(name.split()[:-1])
+        if sensor.lower().startswith(NOT_SENSORS) and not _is_rate(sensor, unit):
+            continue
+        name = re.sub(r"(?i)^rotation", "gyro", name)
+        found[f"{name} ({unit})" if unit and name[-1:] in "xyzXYZ" else name] = float(number)
+    roles = {name: column.role for name in found if (column := column_of(name, 0)) is not None}
+    return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
+
+
+def _is_rate(sensor: str, unit: str) -> bool:
+    """Adafruit calls rates Rotation; angles are called so too."""
+    return sensor.lower().startswith("rotation") and ("/s" in unit or "dps" in unit)

@@ -1,0 +1,250 @@
+"""Files as devices, apps and sketches write them, by the documentation of each format: more of what recorded.py has."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+
+import recorded
+from hnav.io.recordings import Recording
+from recorded import EPOCH_NS, G, columns, write_rows
+
+DEG = 180 / np.pi
+AXES = "xyz"
+
+
+def vectors(r: Recording, rate: float = 1.0, force: float = 1.0, field: float = 1e6) -> list[np.ndarray]:
+    """n x 3 of gyro, accel and mag."""
+    return [rate * r.rate_b_rad_s, force * r.force_b_m_s2, field * r.field_b_tesla]
+
+
+def _json(path: Path, tree: object) -> Path:
+    path.write_text(json.dumps(tree), encoding="utf-8")
+    return path
+
+
+def json_records(folder: Path, r: Recording) -> Path:
+    g, a, m = vectors(r)
+    rows = [{"timestamp": 1e3 * t, "gyro": dict(zip(AXES, gyro)), "acc": dict(zip(AXES, acc)), "mag": dict(zip(AXES, mag))}
+            for t, gyro, acc, mag in zip(r.t_s.tolist(), g.tolist(), a.tolist(), m.tolist())]  # fmt: skip
+    return _json(folder / "records.json", {"device": "x", "data": rows})
+
+
+def json_columns(folder: Path, r: Recording) -> Path:
+    names = ["t_s", *(f"{kind}{axis}" for kind in "gam" for axis in AXES)]
+    return _json(folder / "columns.json", dict(zip(names, [r.t_s.tolist(), *(c.tolist() for c in columns(r, field=1))])))
+
+
+def json_lines(folder: Path, r: Recording) -> Path:
+    g, a, m = vectors(r, field=1)
+    path = folder / "lines.jsonl"
+    path.write_text("".join(json.dumps({"t": t, "gyro": x, "accel": y, "mag": z}) + "\n"
+                            for t, x, y, z in zip(r.t_s.tolist(), g.tolist(), a.tolist(), m.tolist())))  # fmt: skip
+    return path
+
+
+def sensor_logger_json(folder: Path, r: Recording) -> Path:
+    """Texts for numbers, a record for each sample, force without gravity too."""
+    rows: list[dict[str, str]] = [{"sensor": "Metadata", "platform": "android"}]
+    for name, values in zip(("Gyroscope", "TotalAcceleration", "Magnetometer"), vectors(r)):
+        for t, vector in zip(r.t_s.tolist(), values.tolist()):
+            told = {"sensor": name, "time": str(EPOCH_NS + round(1e9 * t)), "seconds_elapsed": str(t)}
+            rows.append(told | {axis: str(v) for axis, v in zip(AXES, vector)})
+    rows += [{**row, "sensor": "Accelerometer", "z": "0.1"} for row in rows if row["sensor"] == "TotalAcceleration"]
+    return _json(folder / "sensor_logger.json", rows)
+
+
+def movesense(folder: Path, r: Recording) -> Path:
+    """Four samples for each time stamp in ms; deg/s."""
+    g, a, m = vectors(r, DEG)
+    rows = []
+    for i in range(0, len(r.t_s) - 3, 4):
+        batch = {
+            name: [dict(zip(AXES, v)) for v in values[i : i + 4].tolist()]
+            for name, values in (("ArrayAcc", a), ("ArrayGyro", g), ("ArrayMagn", m))
+        }
+        rows.append({"imu9": {"Timestamp": round(1e3 * r.t_s[i]), **batch}})
+    return _json(folder / "movesense.json", {"data": rows})
+
+
+def npz(folder: Path, r: Recording) -> Path:
+    g, a, m = vectors(r, field=1)
+    np.savez(folder / "arrays.npz", time=r.t_s, gyro=g, acc=a.T, mag=m)
+    return folder / "arrays.npz"
+
+
+def mat(folder: Path, r: Recording) -> Path:
+    g, a, m = vectors(r, field=1)
+    scipy.io.savemat(folder / "log.mat", {"imu": {"t": r.t_s, "gyr": g, "acc": a, "mag": m}, "note": "walk"})
+    return folder / "log.mat"
+
+
+def packed(folder: Path, r: Recording) -> Path:
+    plain = recorded.x_io(folder, r)
+    path = folder / "x_io.csv.gz"
+    path.write_bytes(gzip.compress(plain.read_bytes()))
+    plain.unlink()
+    return path
+
+
+def only_table(folder: Path, r: Recording) -> Path:
+    inner = folder / "session"
+    inner.mkdir()
+    recorded.x_io(inner, r)
+    (inner / "notes.txt").write_text("walked around the house\n")
+    (inner / "settings.json").write_text('{"rate": 100}')
+    return inner
+
+
+def adafruit_mpu6050(folder: Path, r: Recording) -> Path:
+    g, a, _ = vectors(r)
+    path = folder / "mpu6050.txt"
+    lines = ["Adafruit MPU6050 test!", "MPU6050 Found!", "Accelerometer range set to: +-8G"]
+    for t, gyro, acc in zip(r.t_s, g, a):
+        stamp = f"12:00:{t:09.6f} -> "
+        lines.append(stamp + "Acceleration X: {:.9f}, Y: {:.9f}, Z: {:.9f} m/s^2".format(*acc))
+        lines.append(stamp + "Rotation X: {:.9f}, Y: {:.9f}, Z: {:.9f} rad/s".format(*gyro))
+        lines.append(stamp + "Temperature: 30.5 degC")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def bno055(folder: Path, r: Recording) -> Path:
+    lines = []
+    for t, *rows in zip(r.t_s, *vectors(r)):
+        lines.append(f"t_ms: {1e3 * t:.3f}")
+        for name, row in zip(("Gyro", "Accl", "Mag"), rows):
+            lines.append(f"{name}:\tx= {row[0]:.9f} |\ty= {row[1]:.9f} |\tz= {row[2]:.9f}")
+        lines.append("Linear:\tx= 0.0 |\ty= 0.0 |\tz= 0.1")
+    path = folder / "bno055.log"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def plotter(folder: Path, r: Recording) -> Path:
+    names = [f"{kind}{axis}" for kind in "gam" for axis in AXES]
+    path = folder / "plotter.txt"
+    path.write_text("".join(f"ms:{1e3 * t:.3f}," + ",".join(f"{n}:{v:.9f}" for n, v in zip(names, row)) + "\n"
+                            for t, row in zip(r.t_s, np.stack(columns(r), axis=1))))  # fmt: skip
+    return path
+
+
+def rostopic(folder: Path, r: Recording) -> Path:
+    """rostopic echo -p /imu/data: ns, covariances, the whole force called linear."""
+    names = ["%time", "field.header.seq", "field.header.stamp", "field.header.frame_id"]
+    names += [f"field.orientation.{axis}" for axis in "xyzw"] + [f"field.orientation_covariance{i}" for i in range(9)]
+    names += [f"field.angular_velocity.{axis}" for axis in AXES] + [f"field.angular_velocity_covariance{i}" for i in range(9)]
+    names += [f"field.linear_acceleration.{axis}" for axis in AXES] + [
+        f"field.linear_acceleration_covariance{i}" for i in range(9)
+    ]
+    c, zero = columns(r), ["0.0"] * 9
+    rows = [[str(EPOCH_NS + round(1e9 * t)), str(i), str(EPOCH_NS + round(1e9 * t)), "imu", "0", "0", "0", "1", *zero,
+             *(repr(float(c[k][i])) for k in range(3)), *zero, *(repr(float(c[k][i])) for k in range(3, 6)), *zero]
+            for i, t in enumerate(r.t_s)]  # fmt: skip
+    path = folder / "imu.csv"
+    path.write_text("\n".join([",".join(names), *map(",".join, rows)]) + "\n")
+    return path
+
+
+def betaflight(folder: Path, r: Recording, with_head: bool = True) -> Path:
+    """Blackbox Explorer: a preamble of settings, then quoted names; deg/s and counts of 1/2048 g."""
+    head = [
+        '"Product","Blackbox flight data recorder by Nicholas Sherlock"',
+        *(f'"setting_{i}","{i}"' for i in range(120)),
+        '"acc_1G","2048"',
+    ]
+    names = [
+        "loopIteration",
+        "time",
+        "axisP[0]",
+        *(f"gyroADC[{i}]" for i in range(3)),
+        *(f"gyroUnfilt[{i}]" for i in range(3)),
+        *(f"accSmooth[{i}]" for i in range(3)),
+    ]
+    c = columns(r, DEG, 2048 / G)
+    path = write_rows(folder / "blackbox.csv", ",".join(f'"{n}"' for n in names),
+                      [np.arange(len(r.t_s)), 1e6 * r.t_s, 0 * r.t_s, *c[:3], *c[:3], *c[3:6]])  # fmt: skip
+    if with_head:
+        path.write_text("\n".join(head) + "\n" + path.read_text())
+    return path
+
+
+def ardupilot(folder: Path, r: Recording) -> Path:
+    """Dataflash by hand from its documentation: FMT messages describe the others."""
+    formats = {"FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns"), "IMU": (129, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+               "MAG": (130, "QBfff", "TimeUS,I,MagX,MagY,MagZ")}  # fmt: skip
+    packs = {"FMT": "<BB4s16s64s", "IMU": "<QBffffff", "MAG": "<QBfff"}
+    parts = []
+    for name, (number, kinds, labels) in formats.items():
+        length = struct.calcsize(packs[name]) + 3
+        parts.append(b"\xa3\x95\x80" + struct.pack(packs["FMT"], number, length, name.encode(), kinds.encode(), labels.encode()))
+    for t, rate, force, field in zip(r.t_s, *vectors(r, field=1e7)):
+        us = round(1e6 * t) + 1_000_000
+        parts.append(b"\xa3\x95\x81" + struct.pack(packs["IMU"], us, 0, *rate, *force))
+        parts.append(b"\xa3\x95\x81" + struct.pack(packs["IMU"], us, 1, *(rate + 1), *force))
+        parts.append(b"\xa3\x95\x82" + struct.pack(packs["MAG"], us, 0, *field))
+    path = folder / "00000001.BIN"
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+def ardupilot_text(folder: Path, r: Recording) -> Path:
+    lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns", "FMT, 129, 36, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ",
+             "FMT, 130, 24, MAG, QBfff, TimeUS,I,MagX,MagY,MagZ"]  # fmt: skip
+    for t, rate, force, field in zip(r.t_s, *vectors(r, field=1e7)):
+        us = round(1e6 * t) + 1_000_000
+        lines.append(f"IMU, {us}, 0, " + ", ".join(f"{v:.9g}" for v in (*rate, *force)))
+        lines.append(f"MAG, {us}, 0, " + ", ".join(f"{v:.9g}" for v in field))
+    path = folder / "flight.log"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def milliseconds(folder: Path, r: Recording) -> Path:
+    """Times without a unit: whole ms."""
+    header = "timestamp;gyro_x_dps;gyro_y_dps;gyro_z_dps;acc_x_g;acc_y_g;acc_z_g;mag_x_uT;mag_y_uT;mag_z_uT"
+    return write_rows(folder / "ms.csv", header, [1e3 * r.t_s, *columns(r, DEG, 1 / G)], ";", ",")
+
+
+def spelled(folder: Path, r: Recording) -> Path:
+    """Units as theses spell them, columns in another order, a byte order mark."""
+    header = "\ufeffMag X [µT],Mag Y [µT],Mag Z [µT],Acc X [m·s⁻²],Acc Y [m·s⁻²],Acc Z [m·s⁻²],Gyro X [deg.s^-1],Gyro Y [deg.s^-1],Gyro Z [deg.s^-1],Time [msec]"
+    c = columns(r, DEG)
+    return write_rows(folder / "spelled.csv", header, [*c[6:], *c[3:6], *c[:3], 1e3 * r.t_s])
+
+
+def ordinal_degrees(folder: Path, r: Recording) -> Path:
+    header = "Time (s)\t" + "\t".join(
+        [*(f"Gyro{a} (º/s)" for a in "XYZ"), *(f"Acc{a} (G)" for a in "XYZ"), *(f"Mag{a} (mGauss)" for a in "XYZ")]
+    )
+    return write_rows(folder / "ordinal.txt", header, [r.t_s, *columns(r, DEG, 1 / G, 1e7)], "\t")
+
+
+def rpm(folder: Path, r: Recording) -> Path:
+    header = "time_s," + ",".join(
+        [*(f"gyro_{a} [rpm]" for a in AXES), *(f"acc_{a} [cm/s^2]" for a in AXES), *(f"mag_{a} [nT]" for a in AXES)]
+    )
+    return write_rows(folder / "rpm.csv", header, [r.t_s, *columns(r, 30 / np.pi, 100, 1e9)])
+
+
+def cut_off(folder: Path, r: Recording) -> Path:
+    path = recorded.x_io(folder, r)
+    text = path.read_text() + "9.99,0.1,0.2,-"
+    path.write_text(text)
+    return path
+
+
+SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
+    "json records": json_records, "json columns": json_columns, "json lines": json_lines, "sensor logger json": sensor_logger_json,
+    "movesense": movesense, "npz": npz, "mat": mat, "packed": packed, "folder of one table": only_table, "mpu6050": adafruit_mpu6050,
+    "bno055": bno055, "plotter": plotter, "rostopic": rostopic, "betaflight": betaflight,
+    "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
+    "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
+}  # fmt: skip
+"""What writes a file of each shape."""
