@@ -45,13 +45,17 @@ LONGEST_NAME = 150
 QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
 """By the first letter of a role."""
 
+OF_APPLE = ["accelerometer", "acceleration"]
+"""accelerometerAccelerationX of SensorLog: Apple's accelerometers give the opposite of the force."""
 DESCRIBED = FILLERS - {"raw"} | _words("left right front back body frame axis x y z hand foot leg arm head chest")
 """What may stand in brackets behind a name, and is no unit."""
 
 TIME_STEMS = _words(
     "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit temps tiempo tempo"
 )
-TIME_FILLERS = _words("sensor log logging unix system elapsed utc relative since start header of recording cal sync formatted")
+TIME_FILLERS = _words(
+    "sensor log logging unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
+)
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,10 @@ def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
 
 
 def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, place: int, sensor: str | None) -> Column | None:
+    tokens, including = _without_gravity_said(tokens)
     before, axis, after = (tokens, axis, []) if axis else _around_axis(tokens)
+    if not before and not sensor:  # X_acc
+        before, after = after, []
     if axis is None or NOT_READ & {*before, *after}:
         return None
     counts = [token for token in after if is_counts(token) and token not in FILLERS]
@@ -150,7 +157,15 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
         return None
     # Linear is without gravity of a phone; of ROS it is the whole.
     strange = next((text for text in (unit, *counts) if not spelled and may_be_unit(text) and text.lower() not in DESCRIBED), "")
-    return Column(found[0] + axis, name, place, spelled, rank=sum(WORSE.get(token, 0) for token in before), strange=strange)
+    rank = sum(WORSE.get(token, 0) for token in before) - including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
+    sign = -1.0 if [*before] == OF_APPLE else 1.0
+    return Column(found[0] + axis, name, place, spelled, rank, sign, strange)
+
+
+def _without_gravity_said(tokens: list[str]) -> tuple[list[str], bool]:
+    """accelerationIncludingGravity of browsers is the whole force, and goes before their acceleration."""
+    said = tokens[1:3] == ["including", "gravity"]
+    return ([tokens[0], *tokens[3:]] if said else tokens), said
 
 
 def _bare(tokens: list[str]) -> list[str]:

@@ -25,9 +25,11 @@ PAIR = re.compile(rf"([A-Za-z][\w /.()\[\]-]{{0,40}}?)\s*[:=]\s*({NUMBER})(?![\d
 STAMP = re.compile(r"^\s*\[?(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\]?\s*(?:->|[:,>|\t ])\s*")
 PREFIX = re.compile(r"^\s*([A-Za-z]\w{1,20})\s*[:\t ]\s*(?=[xX]\s*[:=])")
 COUNTS = re.compile(rf"^\s*(?:a/g|a/g/m)\s*:\s*((?:{NUMBER}[\s,]*){{6,9}})$")
+TRIPLE = re.compile(
+    rf"([A-Za-z][\w ]{{0,30}}?)\s*[:=]\s*[\[(<]?\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})(?![\d.:])"
+)
 UNIT_BEHIND = re.compile(r"[\d.]\s*((?:rad|deg|°|m|g|uT|µT|dps)[^\s,|;]*(?:\s*\^?s[^\s,|;]*)?)\s*$")
 HEAD_LINES, LEAST_SHARE = 60, 0.3
-OF_BNO055 = {"accl": "accel", "accel": "accel", "acceleration": "accel", "gyro": "gyro", "mag": "mag", "magnetometer": "mag"}
 NOT_SENSORS = ("orient", "euler", "rot", "quat", "linear", "gravity", "temp", "calib")
 CLOCK = "time (s)"  # of the terminal
 DAY_S = 86400.0
@@ -98,7 +100,10 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     sensor = prefix.group(1) if prefix else ""
     unit = behind.group(1) if (behind := UNIT_BEHIND.search(body)) else ""
     found: dict[str, float] = {}
-    for name, number in PAIR.findall(body):
+    for name, *three in TRIPLE.findall(body):  # G: 0.1, 0.2, 0.3 deg/s
+        if not name.lower().startswith(NOT_SENSORS):
+            found |= {f"{name.strip()} {axis}{f' ({unit})' if unit else ''}": float(number) for axis, number in zip("xyz", three)}
+    for name, number in PAIR.findall(TRIPLE.sub("", body)):
         name = name.strip(" |,\t")
         if prefix or (len(name) == 1 and sensor):
             name = f"{sensor} {name[-1]}"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -170,6 +171,8 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     taken = {column.place for column in table.columns.values()}
     names = [name.strip() for name in table.layout.names]
     free = [name for place, name in enumerate(names) if place not in taken and name]
+    if roles == ("t_s",):
+        free = [name for name in free if re.search("time|stamp|clock|sec|ms", name, re.IGNORECASE)]
     said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
     line = " ".join(
         f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, free or ["NAME"])

@@ -9,7 +9,7 @@ from hnav.units import COUNTED, SI_PER
 
 DEGREES = dict.fromkeys("°º˚", "deg")  # the second and third look like the first
 MINUS = dict.fromkeys("−‐‑–", "-")
-SYMBOLS = str.maketrans({**DEGREES, **MINUS, "μ": "u", "µ": "u", "⁄": "/", "∕": "/", "⋅": "", "·": ""})
+SYMBOLS = str.maketrans({**DEGREES, **MINUS, "μ": "u", "ʯ": "u", "µ": "u", "⁄": "/", "∕": "/", "⋅": "", "·": ""})
 LEFT_AWAY = str.maketrans(dict.fromkeys(" ^*_()[]{}.\"'", ""))
 WORDS = (
     (re.compile(r"squared|quadrat"), "2"), (re.compile(r"micro"), "u"), (re.compile(r"milli(?!s)"), "m"), (re.compile(r"nano(?!s)"), "n"),
