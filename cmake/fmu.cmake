@@ -72,8 +72,8 @@ macro(hnav_archive_places version name folder)
 endmacro()
 
 # The archive of one version: what `describe` writes, the binary, icons and licences, each where the standard wants it.
-# core, arrays, generated: as cmake/fmu_sources.cmake has them.
-function(hnav_fmu_archive target version name folder binary describe core arrays generated)
+# core, arrays, clocks, generated: as cmake/fmu_sources.cmake has them.
+function(hnav_fmu_archive target version name folder binary describe core arrays clocks generated)
   hnav_archive_places(${version} ${name} ${folder})
   set(licences ${stage}/documentation/licenses)
   set(eigen_licence "")
@@ -93,7 +93,7 @@ function(hnav_fmu_archive target version name folder binary describe core arrays
     COMMAND ${CMAKE_COMMAND} -E copy ${HNAV_SUNDIALS_LICENSE} ${licences}/SUNDIALS.txt
     ${eigen_licence}
     COMMAND ${CMAKE_COMMAND} -DTOP=${PROJECT_SOURCE_DIR} -DEIGEN=${eigen} -DSTAGE=${stage} -DVERSION=${version} -DNAME=${name}
-            -DFOLDER=${fmu_folder} -DARRAYS=${arrays} -DGENERATED=${generated} -DCORE=${core} -P ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake
+            -DFOLDER=${fmu_folder} -DARRAYS=${arrays} -DCLOCKS=${clocks} -DGENERATED=${generated} -DCORE=${core} -P ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake
     COMMAND ${CMAKE_COMMAND} -E copy ${icons} ${stage}/${icons_to}
     COMMAND ${CMAKE_COMMAND} -E chdir ${stage} ${CMAKE_COMMAND} -E tar cf ${fmu} --format=zip .
     DEPENDS ${PROJECT_SOURCE_DIR}/cmake/fmu_sources.cmake ${folder}/icon.png ${folder}/icon.svg ${folder}/doc.html ${binary} ${describe} ${PROJECT_SOURCE_DIR}/LICENSE
@@ -106,20 +106,25 @@ endfunction()
 # build/fmus/fmi2/NAME.fmu and build/fmus/fmi3/NAME.fmu from FOLDER/model.cpp (the table and the model), EXAMPLE (writes the
 # example input), FOLDER/doc.html, FOLDER/icon.svg and icon.png. CORE: what it needs of c_src, for the sources in the archives.
 # AIRCRAFT f4c_lateral: the model is compiled for models/aircraft/f4c_lateral.json, which it includes as aircraft/data.hpp.
-# ARRAYS: vectors are one variable each, which FMI 2 does not know. The targets are fmu2_name and fmu3_name, in lower case.
+# ARRAYS: vectors are one variable each; CLOCKS: samples come or go by triggered clocks; FMI 2 knows neither. The targets are fmu2_name and fmu3_name, in lower case.
 function(hnav_add_fmu)
-  cmake_parse_arguments(FMU "ARRAYS" "NAME;FOLDER;EXAMPLE;AIRCRAFT" "CORE" ${ARGN})
+  cmake_parse_arguments(FMU "ARRAYS;CLOCKS" "NAME;FOLDER;EXAMPLE;AIRCRAFT" "CORE" ${ARGN})
   string(TOLOWER ${FMU_NAME} id)
   set(folder ${hnav_fmu_folder}/${FMU_FOLDER})
   set(versions 2 3)
   set(arrays 0)
+  set(clocks 0)
   if(FMU_ARRAYS)
     set(versions 3)
     set(arrays 1)
   endif()
+  if(FMU_CLOCKS)
+    set(versions 3)
+    set(clocks 1)
+  endif()
   hnav_fmu_objects(fmu_model_${id} ${folder}/model.cpp)
   hnav_fmu_objects(fmu_example_${id} ${hnav_fmu_folder}/${FMU_EXAMPLE})
-  target_compile_definitions(fmu_model_${id} PRIVATE HNAV_FMU_NAME="${FMU_NAME}" HNAV_FMU_ARRAYS=${arrays})
+  target_compile_definitions(fmu_model_${id} PRIVATE HNAV_FMU_NAME="${FMU_NAME}" HNAV_FMU_ARRAYS=${arrays} HNAV_FMU_CLOCKS=${clocks})
   set(generated "")
   if(FMU_AIRCRAFT)
     set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated/${FMU_AIRCRAFT})
@@ -136,7 +141,7 @@ function(hnav_add_fmu)
     hnav_fmu_binary(fmi${version}_${id} ${version} ${FMU_NAME} fmu_model_${id})
     if(hnav_runs_here)
       hnav_fmu_archive(fmu${version}_${id} ${version} ${FMU_NAME} ${folder} fmi${version}_${id} describe_${id}
-                       "${FMU_CORE}" ${arrays} "${generated}")
+                       "${FMU_CORE}" ${arrays} ${clocks} "${generated}")
     endif()
   endforeach()
 endfunction()

@@ -1,8 +1,8 @@
 # Run by an FMU's archive: puts what it is compiled from into STAGE/sources, so that `fmpy`, an importer or one call of a C++17
 # compiler makes the binary of another platform. FMI headers are the compiler's side. One file includes almost all others; the
 # option tables have names in common and are files of their own. There is no SUNDIALS: what it integrates goes by closed forms.
-#   TOP, EIGEN (folder that holds Eigen/), STAGE, VERSION (2 or 3), NAME, FOLDER (of the FMU), ARRAYS (0 or 1), GENERATED (a
-#   folder of headers, or empty), CORE: files of c_src, compiled in this order; a pattern takes those that are not there yet
+#   TOP, EIGEN (folder that holds Eigen/), STAGE, VERSION (2 or 3), NAME, FOLDER (of the FMU), ARRAYS and CLOCKS (0 or 1),
+#   GENERATED (a folder of headers, or empty), CORE: files of c_src, compiled in this order; a pattern takes those that are not there yet
 set(sources ${STAGE}/sources)
 set(roots ${TOP}/fmu ${TOP}/c_src ${TOP}/c_src/include ${GENERATED})
 
@@ -45,7 +45,7 @@ foreach(pattern ${CORE})
   list(APPEND files ${some})
 endforeach()
 list(REMOVE_DUPLICATES files)
-set(text "// All of ${NAME} but its option tables.\n#define HNAV_FMU_NAME \"${NAME}\"\n#define HNAV_FMU_ARRAYS ${ARRAYS}\n")
+set(text "// All of ${NAME} but its option tables.\n#define HNAV_FMU_NAME \"${NAME}\"\n#define HNAV_FMU_ARRAYS ${ARRAYS}\n#define HNAV_FMU_CLOCKS ${CLOCKS}\n")
 string(APPEND text "#if defined(_WIN32)\n#define _USE_MATH_DEFINES\n#endif\n")
 foreach(file ${files})
   take(${file})

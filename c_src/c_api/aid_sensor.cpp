@@ -31,9 +31,13 @@ hnav_status check_latency(const hnav::CallersMessage& caller, const char* what, 
 
 hnav_status check_truth(const hnav_aid_sensor* sensor, const hnav_vehicle_truth& truth) {
     const auto check = [&](const char* name, const double* value, int count) {
-        const double* bad = std::find_if_not(value, value + count, [](double number) { return std::isfinite(number); });
-        if (bad == value + count) return HNAV_OK;
-        return sensor->fail(HNAV_ERROR_NON_FINITE, "truth.%s = %g is not finite", name, *bad);
+        for (int i = 0; i < count; ++i) {
+            if (!std::isfinite(value[i]))
+                return sensor->fail(HNAV_ERROR_NON_FINITE, "truth.%s = %g is not finite", name, value[i]);
+            if (std::fabs(value[i]) > hnav::largest_truth)
+                return sensor->fail(HNAV_ERROR_OUT_OF_RANGE, "truth.%s = %g lies beyond %g", name, value[i], hnav::largest_truth);
+        }
+        return HNAV_OK;
     };
     for (const hnav_status status :
          {check("latitude_rad", &truth.latitude_rad, 1), check("longitude_rad", &truth.longitude_rad, 1),

@@ -46,9 +46,13 @@ hnav_status check_truth(const hnav_imu_mag_sensor* sensor, const hnav_truth& tru
                  {"force_b_m_s2", truth.force_b_m_s2, 3},
                  {"field_b_tesla", truth.field_b_tesla, 3}};
     for (const auto& part : parts)
-        for (int i = 0; i < part.count; ++i)
+        for (int i = 0; i < part.count; ++i) {
             if (!std::isfinite(part.value[i]))
                 return sensor->fail(HNAV_ERROR_NON_FINITE, "truth.%s[%d] = %g is not finite", part.name, i, part.value[i]);
+            if (std::fabs(part.value[i]) > hnav::largest_truth)
+                return sensor->fail(HNAV_ERROR_OUT_OF_RANGE, "truth.%s[%d] = %g lies beyond %g", part.name, i, part.value[i],
+                                    hnav::largest_truth);
+        }
     const double length = Quaternion(truth.q_nb).norm();
     if (!(length > 0.5)) return sensor->fail(HNAV_ERROR_ZERO_VECTOR, "truth.q_nb has length %g, which is no attitude", length);
     return HNAV_OK;

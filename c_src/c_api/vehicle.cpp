@@ -23,6 +23,9 @@ namespace {
 // A mean reaches back before the start, by as much at the most.
 constexpr double before_start_s = 1;
 
+// Chosen: fifteen radii of the Earth, and as many radians; gravity, a series in the height, has no numbers much farther out.
+constexpr double largest_state = 1e8;
+
 hnav_status check_time(const hnav_vehicle* vehicle, double t_s) {
     REQUIRE_FINITE(vehicle, t_s);
     if (t_s >= vehicle->start_s - before_start_s) return HNAV_OK;
@@ -38,6 +41,9 @@ void store(const Vehicle::State& state, double* x) {
 
 hnav_status check_state(const hnav_vehicle* vehicle, const double* x) {
     for (int i = 0; i < HNAV_VEHICLE_STATES; ++i) REQUIRE_FINITE(vehicle, x[i]);
+    for (int i = 0; i < HNAV_VEHICLE_STATES; ++i)
+        if (std::fabs(x[i]) > largest_state)
+            return vehicle->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], largest_state);
     return HNAV_OK;
 }
 

@@ -7,6 +7,8 @@ namespace {
 
 using earth::rate_rad_s;
 
+constexpr double ceiling_m = 44330; // where the formula of the standard atmosphere comes to no pressure; above it has no value
+
 // Velocity of a point of the body, in the axes of the navigation frame.
 Vector3 velocity_of(const Vehicle::Seen& truth, const Vector3& point_b) {
     const Matrix3 R_nb = rotation_matrix(truth.q_nb);
@@ -136,7 +138,7 @@ void AidSensor::read_satellites(double t_s, double k, const Vehicle::Seen& truth
 
 double AidSensor::read_pressure(double k, const Vehicle::Seen& truth) const {
     const hnav_baro_options& o = options_.baro;
-    return earth::pressure_pa(truth.place.height_m) + o.offset_sigma_pa * constant() + state_.colour[0] +
+    return earth::pressure_pa(std::fmin(truth.place.height_m, ceiling_m)) + o.offset_sigma_pa * constant() + state_.colour[0] +
            o.noise_pa * stream(white).normal(static_cast<std::uint64_t>(k));
 }
 

@@ -11,6 +11,9 @@ namespace hnav {
 constexpr int max_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
 constexpr double max_latency_periods = 30;
 
+// Chosen: no quantity of a body in SI units is larger, and what sensors make of it stays finite.
+constexpr double largest_truth = 1e12;
+
 // values: of a sample.
 template <int values>
 class Delivery {

@@ -1,5 +1,5 @@
 // Rows that are the elements of one array: NAME[1], NAME[2], ... or NAME[1,1], NAME[1,2], ... one after the other. An FMU whose
-// ModelInfo says arrays shows them as one variable of FMI 3, whose value reference is that of the first row.
+// ModelInfo says arrays shows them as one variable of FMI 3.
 #pragma once
 
 #include "adapter/variable.hpp"
@@ -32,6 +32,15 @@ inline int rows_of_variable(const Table& table, int row) {
     if (!first.begins()) return 0;
     int count = 1;
     while (row + count < table.size() && ElementName(table[row + count].name).follows(first)) ++count;
+    return count;
+}
+
+// Value references count the variables from 1, in their order: OMSimulator takes those of FMI 3 for positions. The reference of the
+// variable that begins at a row.
+inline int reference_of(const Table& table, int row, bool arrays) {
+    if (!arrays) return row + 1;
+    int count = 0;
+    for (int i = 0; i <= row; ++i) count += rows_of_variable(table, i) > 0;
     return count;
 }
 

@@ -2,8 +2,8 @@
 //
 //     describe FOLDER 2|3 DOC_HTML VERSION
 //
-// modelDescription.xml, the reference run, documentation/index.html, resources/example_input.csv and the terminals, which
-// FMI 2 archives have as importers that know them from FMI 3 read them.
+// modelDescription.xml, the reference run, documentation/index.html, resources/example_input.csv and, in FMI 3, the terminals:
+// FMILibrary refuses those of FMI 3 in an FMI 2 archive.
 #include "adapter/description.hpp"
 #include "adapter/example_input.hpp"
 
@@ -59,15 +59,15 @@ bool write_references(Writer* w, const char* folder) {
 
 bool write_all(Writer* w, const char* folder, const char* doc_html, const char* version) {
     const auto written = [&](const char* name, auto&& body) { return write(w, folder, name, [&] { return body(), true; }); };
-    const bool examples = !model_info.arrays; // which are tables of scalars
+    const bool examples = !model_info.arrays && !model_info.clocks; // which are held values of scalars
     if (!write(w, folder, "documentation/index.html", [&] { return write_documentation(*w, doc_html); })) {
         std::fprintf(stderr, "describe: cannot read %s\n", doc_html);
         return false;
     }
-    if (!written("modelDescription.xml", [&] { write_model_description(*w, version); }) ||
-        !written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(*w); }))
+    if (!written("modelDescription.xml", [&] { write_model_description(*w, version); })) return false;
+    if (w->fmi3 && (!written("terminalsAndIcons/terminalsAndIcons.xml", [&] { write_terminals(*w); }) ||
+                    !written("sources/buildDescription.xml", [&] { write_build_description(*w); })))
         return false;
-    if (w->fmi3 && !written("sources/buildDescription.xml", [&] { write_build_description(*w); })) return false;
     if (examples && has_inputs(w->table) && !written("resources/example_input.csv", [&] { write_example_input(w->file); }))
         return false;
     return !examples || write_references(w, folder);

@@ -14,6 +14,8 @@ struct Writer {
 
     // Rows of the variable that begins at a row, 0 inside of one.
     int rows(int row) const { return model_info.arrays ? rows_of_variable(table, row) : 1; }
+    // Of the variable that begins at a row. In FMI 2 its position too.
+    int reference(int row) const { return reference_of(table, row, model_info.arrays); }
     // The name of the variable that begins at a row.
     void name(int row, char (&name)[64]) const {
         std::snprintf(name, sizeof name, "%s", rows(row) > 1 ? ElementName(table[row].name).base : table[row].name);
@@ -64,7 +66,9 @@ const char* type_element(Type type, bool fmi3);
 const char* name_of(Causality causality);
 
 // Of parameters and inputs the start value is the importer's to set.
-inline bool has_start(const Variable& v) { return v.causality == Causality::parameter || v.causality == Causality::input; }
+inline bool has_start(const Variable& v) {
+    return v.type != Type::clock && (v.causality == Causality::parameter || v.causality == Causality::input);
+}
 
 void write_model_description(const Writer& w, const char* version);
 void write_terminals(const Writer& w);

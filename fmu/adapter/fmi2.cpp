@@ -26,12 +26,9 @@ void log(const Instance& instance, Status status, const char* text) {
     callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), Instance::category(status), safe);
 }
 
-// FMI 2 has one C type for integers and enumerations, so the row tells which it is.
+// FMI 2 has one C type for integers and enumerations, so the variable tells which it is.
 Type integer_type(fmi2Component c, fmi2ValueReference reference) {
-    const auto& table = of(c)->table();
-    const bool enumeration =
-        reference < static_cast<unsigned>(table.size()) && table[static_cast<int>(reference)].type == Type::enumeration;
-    return enumeration ? Type::enumeration : Type::integer;
+    return of(c)->is_enumeration(reference) ? Type::enumeration : Type::integer;
 }
 
 } // namespace
@@ -146,7 +143,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo* info) {
     if (!info) return Fmi2::fail(c, "NewDiscreteStates got a null pointer");
     Instance::Events events;
     const Status status = of(c)->update_discrete_states(&events);
-    info->newDiscreteStatesNeeded = info->terminateSimulation = fmi2False;
+    info->newDiscreteStatesNeeded = events.update_needed;
+    info->terminateSimulation = fmi2False;
     info->nominalsOfContinuousStatesChanged = info->valuesOfContinuousStatesChanged = events.states_changed;
     info->nextEventTimeDefined = events.next_event_defined;
     info->nextEventTime = events.next_event_s;

@@ -165,9 +165,11 @@ fmi3Status fmi3GetBinary(fmi3Instance i, const fmi3ValueReference[], size_t n, s
 fmi3Status fmi3SetBinary(fmi3Instance i, const fmi3ValueReference[], size_t n, const size_t[], const fmi3Binary[], size_t) {
     return none_of_type(i, n, "Binary");
 }
-fmi3Status fmi3GetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, fmi3Clock[]) { return none_of_type(i, n, "Clock"); }
-fmi3Status fmi3SetClock(fmi3Instance i, const fmi3ValueReference[], size_t n, const fmi3Clock[]) {
-    return none_of_type(i, n, "Clock");
+fmi3Status fmi3GetClock(fmi3Instance i, const fmi3ValueReference vr[], size_t n, fmi3Clock values[]) {
+    return Fmi3::call(i, &Instance::get_clocks, vr, n, values);
+}
+fmi3Status fmi3SetClock(fmi3Instance i, const fmi3ValueReference vr[], size_t n, const fmi3Clock values[]) {
+    return Fmi3::call(i, &Instance::set_clocks, vr, n, values);
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance i, fmi3ValueReference, size_t*) {
@@ -214,7 +216,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
                       nSensitivity);
 }
 
-// ------------------------------------------------------------------------------------------------ clocks: none
+// ------------------------------------------------------------------------------------------------ intervals of clocks: none
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance i, const fmi3ValueReference[], size_t, fmi3Float64[], fmi3IntervalQualifier[]) {
     return Fmi3::unsupported(i, "GetIntervalDecimal");
@@ -262,7 +264,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* discrete
         return Fmi3::fail(instance, "UpdateDiscreteStates got a null pointer");
     Instance::Events events;
     const Status status = of(instance)->update_discrete_states(&events);
-    *discreteStatesNeedUpdate = *terminateSimulation = fmi3False;
+    *discreteStatesNeedUpdate = events.update_needed;
+    *terminateSimulation = fmi3False;
     *nominalsOfContinuousStatesChanged = *valuesOfContinuousStatesChanged = events.states_changed;
     *nextEventTimeDefined = events.next_event_defined;
     *nextEventTime = events.next_event_s;

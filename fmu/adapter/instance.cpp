@@ -36,17 +36,20 @@ Status Instance::make_table() {
     if (!model_->open(options_.resources ? options_.resources : "", &why)) return fail("%s", why.text);
     model_->describe(table_);
     const int nx = state_count_ = model_->state_count();
-    values_ = static_cast<double*>(std::calloc(table_.size() + 1, sizeof(double)));
+    values_ = static_cast<double*>(std::calloc(table_.size() + max_clocks, sizeof(double)));
     states_ = static_cast<double*>(std::calloc(nx + 1, sizeof(double)));
     scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
     slots_ = static_cast<Slot*>(std::calloc(table_.size() + 1, sizeof(Slot)));
     if (!table_.complete() || !values_ || !states_ || !scratch_ || !slots_) return fail("no memory for the variables");
-    for (int i = table_.size() - 1; i >= 0; --i) {
+    slot_count_ = 1; // value references begin with 1
+    for (int i = 0; i < table_.size(); ++i) {
         const Variable& row = table_[i];
-        slots_[i] = {model_info.arrays ? rows_of_variable(table_, i) : 1, row.group, row.type, row.causality == Causality::input};
+        const int rows = model_info.arrays ? rows_of_variable(table_, i) : 1;
+        if (rows > 0) slots_[slot_count_++] = {i, rows, row.group, row.type, row.causality == Causality::input};
+        if (row.type == Type::clock && clock_count_ < max_clocks) clock_row_[clock_count_++] = i;
         if (row.causality == Causality::independent) time_row_ = i;
-        if (table_[i].is_state) first_state_ = i;
-        if (table_[i].derivative_of >= 0) first_derivative_ = i;
+        if (row.is_state && first_state_ < 0) first_state_ = i;
+        if (row.derivative_of >= 0 && first_derivative_ < 0) first_derivative_ = i;
     }
     return Status::ok;
 }
@@ -77,11 +80,13 @@ Instance::~Instance() {
 
 void Instance::restart() {
     for (int i = 0; i < table_.size(); ++i) values_[i] = table_[i].start;
+    std::memset(seen_ticks(), 0, max_clocks * sizeof(double));
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
     told_lost_ = judged_ = false;
-    stale_ = 0;
+    touched_ = true;
+    stale_ = ~0u;
     time_s_ = start_s_ = 0;
     stop_s_ = no_bound;
 }
@@ -187,19 +192,36 @@ std::uint64_t Instance::parameter_hash() const {
     return hash.value;
 }
 
-Status Instance::exit_initialization(bool fmi2) {
-    if (!allowed(Call::exit_initialization)) return Status::error;
-    Message why;
-    if (!model_->initialise(values_, start_s_, options_.interface == model_exchange, &why)) return fail("%s", why.text);
-    has_model_ = true;
-    parameters_ = parameter_hash();
+// Importers read outputs in initialization mode and hand them on (PyFMI's Master, OMSimulator). A model is made when something is asked
+// of it, and made anew when what it is made from has changed since: a plant is slow to load.
+Status Instance::make_ready() {
+    if (!touched_) return Status::ok;
+    const std::uint64_t parameters = parameter_hash();
+    if (!has_model_ || parameters != parameters_) {
+        Message why;
+        has_model_ = model_->initialise(values_, start_s_, options_.interface == model_exchange, &why);
+        if (!has_model_) return fail("%s", why.text);
+        parameters_ = parameters;
+    }
+    model_->begin(values_);
+    if (options_.interface == model_exchange) model_->get_states(states_);
+    touched_ = false;
     stale_ = ~0u;
+    return Status::ok;
+}
+
+Status Instance::exit_initialization(bool fmi2) {
+    if (!allowed(Call::exit_initialization) || make_ready() != Status::ok) return Status::error;
     seen_s_ = start_s_;
     note("initialised at t = %g s", start_s_);
-    if (options_.interface == model_exchange) {
-        model_->get_states(states_);
-        mode_ = event;
-    } else mode_ = !fmi2 && options_.event_mode_used ? event : step;
+    if (options_.interface == model_exchange) mode_ = event;
+    else mode_ = !fmi2 && options_.event_mode_used ? event : step;
+    for (int k = 0; k < clock_count_ && mode_ == step; ++k)
+        if (table_[clock_row_[k]].causality == Causality::input) {
+            warn("samples come by clocks, which tick in event mode alone, and so there will be none: instantiate with eventModeUsed = "
+                 "true, or take the archive whose name does not end with Clocks");
+            break;
+        }
     return Status::ok;
 }
 
@@ -298,7 +320,9 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;
-    reply->event_handling_needed = due_s <= end_s + time_tolerance(end_s, step_s);
+    bool ticked = false;
+    if (any_clock_active(&ticked) != Status::ok) return Status::error;
+    reply->event_handling_needed = ticked || due_s <= end_s + time_tolerance(end_s, step_s);
     reply->last_successful_s = end_s;
     if (update) { // the importer may read, and no more, while its callback runs
         mode_ = intermediate;
@@ -310,15 +334,76 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
 
 // ------------------------------------------------------------------------------------------------ events
 
+// The number of the clock of this value reference; -1, said: it is none.
+int Instance::clock_of(unsigned reference) const {
+    for (int k = 0; k < clock_count_; ++k)
+        if (slot(reference).rows > 0 && slot(reference).row == clock_row_[k]) return k;
+    row_of(reference, Type::clock);
+    return -1;
+}
+
+Status Instance::get_clocks(const unsigned* references, std::size_t n, bool* active) {
+    if (!allowed(Call::get_clock)) return Status::error;
+    if (n > 0 && (!references || !active)) return fail("a null pointer came with %zu value references", n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const int k = clock_of(references[i]);
+        if (k < 0 || refresh(table_[clock_row_[k]].group) != Status::ok) return Status::error;
+        active[i] = values_[clock_row_[k]] != seen_ticks()[k];
+    }
+    return Status::ok;
+}
+
+// What is active already does not tick again, so that a clock has one tick in an iteration.
+Status Instance::set_clocks(const unsigned* references, std::size_t n, const bool* active) {
+    if (!allowed(Call::set_clock)) return Status::error;
+    if (n > 0 && (!references || !active)) return fail("a null pointer came with %zu value references", n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const int k = clock_of(references[i]);
+        if (k < 0) return Status::error;
+        const Variable& row = table_[clock_row_[k]];
+        if (row.causality != Causality::input) return fail("%s is no input clock", row.name);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const int k = clock_of(references[i]);
+        values_[clock_row_[k]] = seen_ticks()[k] + active[i];
+    }
+    return Status::ok;
+}
+
+Status Instance::any_clock_active(bool* active) {
+    *active = false;
+    for (int k = 0; k < clock_count_; ++k) {
+        if (refresh(table_[clock_row_[k]].group) != Status::ok) return Status::error;
+        *active |= values_[clock_row_[k]] != seen_ticks()[k];
+    }
+    return Status::ok;
+}
+
+Status Instance::end_ticks(bool* input_ticked) {
+    *input_ticked = false;
+    for (int k = 0; k < clock_count_; ++k) {
+        const Variable& row = table_[clock_row_[k]];
+        if (refresh(row.group) != Status::ok) return Status::error;
+        *input_ticked |= row.causality == Causality::input && values_[clock_row_[k]] != seen_ticks()[k];
+        seen_ticks()[k] = values_[clock_row_[k]];
+    }
+    return Status::ok;
+}
+
+// Samples of one instant are one event, in however many iterations their clocks tick: while clocks tick samples are taken in, and
+// the first iteration without a tick processes them.
 Status Instance::update_discrete_states(Events* events) {
     *events = {};
     if (!allowed(Call::update_discrete_states)) return Status::error;
     take_samples(time_s_);
+    if (end_ticks(&events->update_needed) != Status::ok) return Status::error;
     Message why;
-    const bool done = options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
-                                                           : model_->advance(time_s_, &why);
+    const bool done = events->update_needed                    ? true
+                      : options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
+                                                             : model_->advance(time_s_, &why);
     if (!done) return fail("%s", why.text);
     stale_ = ~0u;
+    if (!events->update_needed && any_clock_active(&events->update_needed) != Status::ok) return Status::error;
     const double next = model_->next_sample_s(values_);
     events->next_event_defined = std::isfinite(next);
     events->next_event_s = events->next_event_defined ? next : 0;

@@ -42,6 +42,7 @@ public:
     using IntermediateUpdate = void (*)(Instance& instance, double t_s);
 
     struct Events {
+        bool update_needed = false; // another iteration at this instant
         bool states_changed = false;
         bool next_event_defined = false;
         double next_event_s = 0;
@@ -78,6 +79,11 @@ public:
     template <class T>
     Status set(Type type, const unsigned* references, std::size_t n, const T* in);
     Status check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const;
+    // Of the variable of this value reference, where there is one.
+    bool is_enumeration(unsigned reference) const { return slot(reference).type == Type::enumeration; }
+
+    Status get_clocks(const unsigned* references, std::size_t n, bool* active);
+    Status set_clocks(const unsigned* references, std::size_t n, const bool* active);
 
     // -------------------------------------------------------------------------------------------- Co-Simulation
     Status do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply);
@@ -122,6 +128,14 @@ public:
 
 private:
     struct Header;
+    // What getting and setting have to know of a variable, close together.
+    struct Slot {
+        int row, rows; // the first, and how many; 0 where there is no variable
+        unsigned group;
+        Type type;
+        bool is_input;
+        bool is_of(Type asked) const { return rows > 0 && type == asked; }
+    };
 
     Instance() = default;
     void restart();
@@ -140,16 +154,23 @@ private:
     const Variable* row_of(unsigned reference, Type type) const;
     bool refuse(const Rule& rule) const; // false, with the reason
     Status check_value(const Variable& row, double value) const;
+    void take_states(const unsigned* references, std::size_t n);
     template <class T>
     Status check_values(unsigned reference, const T* values) const;
-    // Rows of the variable of this value reference; 1 where arrays are none, and for references without a variable.
-    int rows_at(unsigned reference) const { return row_of_table(reference) ? slots_[reference].rows : 1; }
-    bool row_of_table(unsigned reference) const { return reference < static_cast<unsigned>(table_.size()); }
+    // Where a reference has no variable, that of reference 0, which never has one.
+    const Slot& slot(unsigned reference) const { return slots_[reference < slot_count_ ? reference : 0]; }
     std::size_t elements(const unsigned* references, std::size_t n) const;
     Status check_states(const double* x, std::size_t n) const;
     Status check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns) const;
     double adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed);
     const double* rows_along(double* direction);
+    // A clock is active from the tick that is counted in its row until the end of the iteration that has seen it.
+    double* seen_ticks() const { return values_ + table_.size(); }
+    std::size_t value_count() const { return static_cast<std::size_t>(table_.size() + clock_count_); }
+    int clock_of(unsigned reference) const;
+    Status any_clock_active(bool* active);
+    Status end_ticks(bool* input_ticked);
+    Status make_ready();
     Status refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
     // Where the model's numbers stand in a snapshot, and how many bytes they take; null: it has none.
@@ -163,22 +184,19 @@ private:
     Options options_;
     Importer importer_;
     char name_[128] = "";
-    double* values_ = nullptr; // one for each row
-    // What getting and setting have to know of each row, close together.
-    struct Slot {
-        int rows; // of the variable that begins here, 0 inside of one
-        unsigned group;
-        Type type;
-        bool is_input;
-        bool is_of(Type asked) const { return rows > 0 && type == asked; }
-    };
-    Slot* slots_ = nullptr;
+    double* values_ = nullptr; // one for each row; behind them the ticks of each clock that were seen
+    static constexpr int max_clocks = 16;
+    int clock_row_[max_clocks] = {};
+    int clock_count_ = 0;
+    Slot* slots_ = nullptr;    // by value reference
+    unsigned slot_count_ = 0;
     int time_row_ = -1; // of the independent variable
     int state_count_ = 0;
     double* states_ = nullptr; // the importer's, in Model Exchange
     double* scratch_ = nullptr; // of a directional derivative: the direction, and a number for each row
     Mode mode_ = instantiated;
     bool has_model_ = false; // initialised
+    bool touched_ = true;    // until the model is ready for initialization mode: something was set since
     std::uint64_t token_ = 0;      // of the table
     std::uint64_t parameters_ = 0; // hash of those that the model was made with
     bool logged_[3] = {};    // by status

@@ -27,9 +27,13 @@ enum class Call {
     update_discrete_states,
     terminate,
     reset,
-    get_variable,
+    get_given,
+    get_calculated,
     set_parameter,
     set_input,
+    set_state,
+    get_clock,
+    set_clock,
     fmu_state,
     directional_derivative,
     adjoint_derivative,
@@ -57,11 +61,18 @@ constexpr Rule rules[] = {
     {Call::update_discrete_states, "the update of discrete states", event, both_interfaces},
     {Call::terminate, "Terminate", event | continuous | step, both_interfaces},
     {Call::reset, "Reset", any_mode & ~intermediate, both_interfaces},
-    {Call::get_variable, "getting a variable", initialization | initialized, both_interfaces},
+    // PyFMI reads start values of parameters right after an archive is loaded.
+    {Call::get_given, "getting a parameter or input", any_mode, both_interfaces},
+    {Call::get_calculated, "getting a calculated variable", initialization | initialized, both_interfaces},
     {Call::set_parameter, "setting a parameter", instantiated | initialization, both_interfaces},
     // In continuous-time mode too: PyFMI, OMSimulator, Simulink and Dymola write all inputs before each evaluation of the
     // derivatives. They are kept and act at the next event.
     {Call::set_input, "setting an input", instantiated | initialization | event | continuous | step, both_interfaces},
+    // By value references. In continuous-time mode as SetContinuousStates (fmi-standard #392, #1956). In event mode the standard lets an
+    // importer set a state that has no `reinit` (#1950); PyFMI sets all of them. What the jump computes replaces what was set.
+    {Call::set_state, "setting a continuous state", event | continuous, model_exchange},
+    {Call::get_clock, "GetClock", initialization | event, both_interfaces},
+    {Call::set_clock, "SetClock", event, both_interfaces},
     {Call::fmu_state, "getting or setting the FMU state", any_mode & ~intermediate, both_interfaces},
     {Call::directional_derivative, "GetDirectionalDerivative", initialization | initialized, model_exchange},
     {Call::adjoint_derivative, "GetAdjointDerivative", initialization | initialized, model_exchange},

@@ -37,7 +37,9 @@ struct ModelInfo {
     Experiment experiment;
     States states = {0, 0};
     bool model_exchange = true; // offered at all
+    bool derivatives = true;    // along a direction of the states, in Model Exchange
     bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
+    bool clocks = false;        // samples come or go by triggered clocks in place of counters; FMI 3 alone
 };
 
 // Of this FMU.
@@ -77,15 +79,16 @@ public:
 
     // Of an FMU whose variables stand in its resources, a folder: reads them. False: impossible, with the reason.
     virtual bool open(const char* /*resources*/, Message* /*why*/) { return true; }
-    // Continuous states of Model Exchange; and whether their derivatives are offered.
+    // Continuous states of Model Exchange.
     virtual int state_count() const { return model_info.states.count; }
-    virtual bool offers_derivatives() const { return true; }
 
     // Appends the rows and remembers their places.
     virtual void describe(Table& table) = 0;
 
-    // Parameters are in values: makes the model at start_s. False: impossible, with the reason.
+    // Parameters are in values, and nothing else is read of them: makes the model at start_s. False: impossible, with the reason.
     virtual bool initialise(const double* values, double start_s, bool model_exchange, Message* why) = 0;
+    // After that, perhaps several times: the inputs at the start.
+    virtual void begin(const double* /*values*/) {}
 
     // Takes the samples that values hold at t_s; calling it twice takes nothing twice. True when something was taken.
     virtual bool take_samples(double* values, double t_s) = 0;

@@ -13,6 +13,7 @@ const char* type_element(Type type, bool fmi3) {
     case Type::real: return fmi3 ? "Float64" : "Real";
     case Type::integer: return fmi3 ? "Int32" : "Integer";
     case Type::boolean: return "Boolean";
+    case Type::clock: return "Clock";
     default: return "Enumeration";
     }
 }
@@ -63,8 +64,9 @@ void begin_interface(const Writer& w, const char* element) {
 void write_interfaces(const Writer& w) {
     if (model_info.model_exchange) {
         begin_interface(w, "ModelExchange");
-        w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
-        if (w.fmi3) w.attribute("providesAdjointDerivatives", yes);
+        if (model_info.derivatives)
+            w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
+        if (model_info.derivatives && w.fmi3) w.attribute("providesAdjointDerivatives", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
         end_interface(w, "ModelExchange");
     }
@@ -165,8 +167,7 @@ void write_value(const Writer& w, int row) {
     write_type(w, row);
     write_bounds(w, v);
     write_start(w, row);
-    // FMI 2 counts variables from 1, FMI 3 names them by value reference.
-    if (v.derivative_of >= 0) w.attribute("derivative", w.fmi3 ? v.derivative_of : v.derivative_of + 1);
+    if (v.derivative_of >= 0) w.attribute("derivative", w.reference(v.derivative_of));
     if (v.is_state) w.attribute("reinit", yes);
 }
 
@@ -189,12 +190,14 @@ void write_variable(const Writer& w, int row) {
     w.name(row, name);
     std::fprintf(w.file, "    <%s", element);
     w.attribute("name", name);
-    w.attribute("valueReference", row);
+    w.attribute("valueReference", w.reference(row));
     write_description(w, v);
     w.attribute("causality", name_of(v.causality));
     w.attribute("variability", name_of(v.variability));
     if (v.causality == Causality::parameter) w.attribute("initial", "exact");
-    if (is_calculated(v)) w.attribute("initial", "calculated");
+    if (is_calculated(v) && v.type != Type::clock) w.attribute("initial", "calculated");
+    if (v.type == Type::clock) w.attribute("intervalVariability", "triggered");
+    if (v.clock >= 0) w.attribute("clocks", w.reference(v.clock));
     if (!w.fmi3) std::fprintf(w.file, "><%s", type_element(v.type, false));
     write_value(w, row);
     if (!w.fmi3) w.text("/></ScalarVariable>\n");
@@ -214,8 +217,7 @@ void write_variables(const Writer& w) {
 // ------------------------------------------------------------------------------------------------ structure
 
 void write_unknown(const Writer& w, const char* element, int row, bool initial) {
-    const int shift = w.fmi3 ? 0 : 1;
-    std::fprintf(w.file, w.fmi3 ? "    <%s valueReference=\"%d\"" : "      <%s index=\"%d\"", element, row + shift);
+    std::fprintf(w.file, w.fmi3 ? "    <%s valueReference=\"%d\"" : "      <%s index=\"%d\"", element, w.reference(row));
     if (!initial) {
         const Variable& v = w.table[row];
         const int count = v.depends_on == DependsOn::nothing        ? 0
@@ -225,7 +227,7 @@ void write_unknown(const Writer& w, const char* element, int row, bool initial) 
         int written = 0;
         for (int i = 0; i < w.table.size() && written < count; ++i) {
             if (!w.table[i].is_state || w.rows(i) == 0) continue;
-            std::fprintf(w.file, written > 0 ? " %d" : "%d", i + shift);
+            std::fprintf(w.file, written > 0 ? " %d" : "%d", w.reference(i));
             written += w.rows(i);
         }
         w.text("\"");
@@ -240,11 +242,12 @@ void write_structure(const Writer& w) {
     };
     const auto outputs = [](const Variable& v) { return v.causality == Causality::output; };
     const auto derivatives = [](const Variable& v) { return v.derivative_of >= 0; };
+    const auto initial = [](const Variable& v) { return is_calculated(v) && v.clock < 0; }; // clocked ones wait for their clock
     w.text("  <ModelStructure>\n");
     if (w.fmi3) {
         each("Output", false, outputs);
         each("ContinuousStateDerivative", false, derivatives);
-        each("InitialUnknown", true, is_calculated);
+        each("InitialUnknown", true, initial);
     } else {
         w.text("    <Outputs>\n");
         each("Unknown", false, outputs);
@@ -255,7 +258,7 @@ void write_structure(const Writer& w) {
             w.text("    </Derivatives>\n");
         }
         w.text("    <InitialUnknowns>\n");
-        each("Unknown", true, is_calculated);
+        each("Unknown", true, initial);
         w.text("    </InitialUnknowns>\n");
     }
     w.text("  </ModelStructure>\n");

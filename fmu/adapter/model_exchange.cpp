@@ -30,19 +30,14 @@ Status Instance::set_states(const double* x, std::size_t n) {
 }
 
 Status Instance::get_states(double* x, std::size_t n) {
-    if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (check_states(x, n) != Status::ok) return Status::error;
+    if (!allowed(Call::get_continuous_states) || check_states(x, n) != Status::ok || make_ready() != Status::ok) return Status::error;
     if (n > 0) std::memcpy(x, states_, n * sizeof(double));
     return Status::ok;
 }
 
 Status Instance::get_derivatives(double* dx, std::size_t n) {
-    if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (check_states(dx, n) != Status::ok) return Status::error;
-    if (!has_model_) {
-        if (n > 0) std::memset(dx, 0, n * sizeof(double));
-        return Status::ok;
-    }
+    if (!allowed(Call::get_continuous_states) || check_states(dx, n) != Status::ok || make_ready() != Status::ok)
+        return Status::error;
     return model_->derivatives(time_s_, states_, dx) ? Status::ok : fail("the derivatives at t = %g are not defined", time_s_);
 }
 
@@ -50,24 +45,20 @@ Status Instance::get_indicators(double* z, std::size_t n) {
     if (!allowed(Call::get_continuous_states)) return Status::error;
     const int count = model_->indicator_count();
     if (n != static_cast<std::size_t>(count) || (!z && n > 0)) return fail("there are %d event indicators, not %zu", count, n);
-    for (std::size_t i = 0; i < n; ++i) z[i] = 1;
-    if (n == 0 || !has_model_) return Status::ok;
+    if (make_ready() != Status::ok) return Status::error;
     return model_->indicators(time_s_, states_, z) ? Status::ok : fail("the indicators at t = %g are not defined", time_s_);
 }
 
 Status Instance::step_done(bool* wants_event) {
     *wants_event = false;
     if (!allowed(Call::completed_integrator_step)) return Status::error;
-    if (!has_model_) return Status::ok;
     return model_->step_done(time_s_, states_, wants_event) ? Status::ok : fail("the end of a step at t = %g failed", time_s_);
 }
 
 Status Instance::get_nominals(double* nominals, std::size_t n) {
-    if (!allowed(Call::get_continuous_states)) return Status::error;
-    if (check_states(nominals, n) != Status::ok) return Status::error;
-    if (has_model_) model_->get_nominals(nominals);
-    else
-        for (std::size_t i = 0; i < n; ++i) nominals[i] = 1;
+    if (!allowed(Call::get_continuous_states) || check_states(nominals, n) != Status::ok || make_ready() != Status::ok)
+        return Status::error;
+    model_->get_nominals(nominals);
     return Status::ok;
 }
 
@@ -78,19 +69,23 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
                                         std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                         std::size_t n_sensitivity) {
     if (!allowed(Call::directional_derivative)) return Status::error;
-    if (!model_->offers_derivatives()) return fail("this FMU offers no directional derivatives");
+    if (!model_info.derivatives) return fail("this FMU offers no directional derivatives");
     if (check_array(unknowns, n_unknowns, sensitivity, n_sensitivity) != Status::ok ||
         check_array(knowns, n_knowns, seed, n_seed) != Status::ok ||
-        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
+        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok || make_ready() != Status::ok)
         return Status::error;
     double* direction = scratch_;
     std::memset(direction, 0, state_count_ * sizeof(double));
-    for (std::size_t k = 0; k < n_knowns; ++k)
-        for (int i = 0; i < rows_at(knowns[k]); ++i, ++seed)
-            if (const int row = static_cast<int>(knowns[k]) + i; table_[row].is_state) direction[row - first_state_] += *seed;
+    for (std::size_t k = 0; k < n_knowns; ++k) {
+        const Slot& known = slots_[knowns[k]];
+        for (int i = 0; i < known.rows; ++i, ++seed)
+            if (table_[known.row + i].is_state) direction[known.row + i - first_state_] += *seed;
+    }
     const double* rows = rows_along(direction);
-    for (std::size_t k = 0; k < n_unknowns; ++k)
-        for (int i = 0; i < rows_at(unknowns[k]); ++i) *sensitivity++ = rows[unknowns[k] + i];
+    for (std::size_t k = 0; k < n_unknowns; ++k) {
+        const Slot& unknown = slots_[unknowns[k]];
+        for (int i = 0; i < unknown.rows; ++i) *sensitivity++ = rows[unknown.row + i];
+    }
     return Status::ok;
 }
 
@@ -99,14 +94,14 @@ Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unkn
                                     std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                     std::size_t n_sensitivity) {
     if (!allowed(Call::adjoint_derivative)) return Status::error;
-    if (!model_->offers_derivatives()) return fail("this FMU offers no adjoint derivatives");
+    if (!model_info.derivatives) return fail("this FMU offers no adjoint derivatives");
     if (check_array(unknowns, n_unknowns, seed, n_seed) != Status::ok ||
         check_array(knowns, n_knowns, sensitivity, n_sensitivity) != Status::ok ||
-        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok)
+        check_pairs(unknowns, n_unknowns, knowns, n_knowns) != Status::ok || make_ready() != Status::ok)
         return Status::error;
     for (std::size_t k = 0; k < n_knowns; ++k)
-        for (int i = 0; i < rows_at(knowns[k]); ++i)
-            *sensitivity++ = adjoint_along(static_cast<int>(knowns[k]) + i, unknowns, n_unknowns, seed);
+        for (int i = 0; i < slots_[knowns[k]].rows; ++i)
+            *sensitivity++ = adjoint_along(slots_[knowns[k]].row + i, unknowns, n_unknowns, seed);
     return Status::ok;
 }
 
@@ -118,8 +113,10 @@ double Instance::adjoint_along(int row, const unsigned* unknowns, std::size_t n_
     direction[row - first_state_] = 1;
     const double* rows = rows_along(direction);
     double sum = 0;
-    for (std::size_t k = 0; k < n_unknowns; ++k)
-        for (int i = 0; i < rows_at(unknowns[k]); ++i) sum += *seed++ * rows[unknowns[k] + i];
+    for (std::size_t k = 0; k < n_unknowns; ++k) {
+        const Slot& unknown = slots_[unknowns[k]];
+        for (int i = 0; i < unknown.rows; ++i) sum += *seed++ * rows[unknown.row + i];
+    }
     return sum;
 }
 
@@ -139,15 +136,14 @@ Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, c
     return Status::ok;
 }
 
-// What all rows change by along a direction of the states, whose length the models are not bothered with; before there is a
-// model everything shows its start value.
+// What all rows change by along a direction of the states, whose length the models are not bothered with.
 const double* Instance::rows_along(double* direction) {
     const int nx = state_count_;
     double* rows = scratch_ + nx;
     std::memset(rows, 0, table_.size() * sizeof(double));
     double largest = 0;
     for (int i = 0; i < nx; ++i) largest = std::fmax(largest, std::fabs(direction[i]));
-    if (!has_model_ || !(largest > 0)) return rows;
+    if (!(largest > 0)) return rows;
     for (int i = 0; i < nx; ++i) direction[i] /= largest;
     model_->show(time_s_, states_);
     model_->derivatives_along(time_s_, states_, direction, rows + first_derivative_);

@@ -19,9 +19,9 @@ public:
     Signal(FILE* file, const Table& table) : file_(file), table_(table) {
         if (!file_ || !std::fgets(line_, sizeof line_, file_)) return;
         for (char* name = std::strtok(line_, ",\n"); name && columns_ < largest; name = std::strtok(nullptr, ",\n")) {
-            unsigned row = 0;
+            int row = 0;
             for (int i = 0; i < table.size(); ++i)
-                if (std::strcmp(table[i].name, name) == 0) row = static_cast<unsigned>(i);
+                if (std::strcmp(table[i].name, name) == 0) row = i;
             rows_[columns_++] = row;
         }
         waiting_ = read();
@@ -40,10 +40,11 @@ public:
 private:
     static constexpr int largest = 64;
 
-    Status set_one(Instance* instance, unsigned row, double value) const {
+    Status set_one(Instance* instance, int row, double value) const {
         const bool flag = value != 0;
-        if (table_[static_cast<int>(row)].type == Type::boolean) return instance->set(Type::boolean, &row, 1, &flag);
-        return instance->set(Type::real, &row, 1, &value);
+        const auto reference = static_cast<unsigned>(reference_of(table_, row, model_info.arrays));
+        if (table_[row].type == Type::boolean) return instance->set(Type::boolean, &reference, 1, &flag);
+        return instance->set(Type::real, &reference, 1, &value);
     }
 
     bool read() {
@@ -57,7 +58,7 @@ private:
     const Table& table_;
     char line_[4096] = "";
     int columns_ = 0;
-    unsigned rows_[largest] = {};
+    int rows_[largest] = {};
     double values_[largest] = {};
     bool waiting_ = false;
 };
@@ -76,7 +77,7 @@ bool write_values(const Writer& w, Instance* instance) {
     for (int i = 0; i < w.table.size(); ++i) {
         const Variable& v = w.table[i];
         if (!is_reference(v)) continue;
-        const auto reference = static_cast<unsigned>(i);
+        const auto reference = static_cast<unsigned>(w.reference(i));
         double real = 0;
         int integer = 0;
         bool boolean = false;

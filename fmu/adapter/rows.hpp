@@ -1,8 +1,8 @@
 // Words for writing tables: the kinds of rows that FMUs are made of.
 #pragma once
 
+#include "adapter/model.hpp"
 #include "adapter/sampling_clock.hpp"
-#include "adapter/variable.hpp"
 
 namespace hnav::fmu::rows {
 
@@ -56,6 +56,11 @@ inline Variable output(const char* name, const Choices& choices, const char* tex
     return v;
 }
 
+// A triggered clock of FMI 3. The value of its row is how often it has ticked.
+inline Variable clock(const char* name, Causality causality, const char* text) {
+    return variable(name, Type::clock, causality, Variability::discrete, text);
+}
+
 // Of what flows between samples.
 inline Variable flow(const char* name, const char* unit, const char* display, DependsOn depends_on, const char* text) {
     Variable v = quantity(name, Causality::output, Variability::continuous, unit, display, text);
@@ -90,6 +95,13 @@ inline Variable sampling_mode(const char* text) {
 
 inline Variable sample_counter(const char* name) {
     return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)");
+}
+
+// Of a sensor: what tells that there is a new sample.
+inline Variable sample_mark(const char* sensor) {
+    return model_info.clocks
+               ? clock(Name(sensor, "tick"), Causality::output, "Ticks when a sample is delivered")
+               : output(Name(sensor, "sample"), Type::integer, "Samples delivered: a change marks a new sample");
 }
 
 inline Variable sample_time(const char* name) {

@@ -36,10 +36,17 @@ struct SampledInputs {
         return valid;
     }
 
-    // The clocks of sensors, as their parameters have them.
+    // The clocks of sensors, as their parameters have them; mode: the row of sampling_mode. A clock of FMI 3 counts its ticks. False:
+    // a period is too short, with the reason.
     template <int sensors>
-    void start(const SensorRows (&rows)[sensors], const double* values, double start_s, double mode) {
-        for (int s = 0; s < sensors; ++s) clock[s] = {start_s, values[rows[s].period], mode, 0, 0};
+    bool start(const SensorRows (&rows)[sensors], const double* values, double start_s, int mode, const char* const* periods,
+               Message* why) {
+        for (int s = 0; s < sensors; ++s) {
+            const double period_s = rows[s].period < 0 ? 0 : values[rows[s].period];
+            if (!check_period(periods[s], period_s, why)) return false;
+            clock[s] = {start_s, period_s, mode < 0 ? double(counter) : values[mode], 0, 0};
+        }
+        return true;
     }
 
     // Calls push(s, t_s, value) for each sensor that has a new sample; whether one has.
@@ -49,7 +56,7 @@ struct SampledInputs {
         for (int s = 0; s < sensors; ++s) {
             const SensorRows& at = rows[s];
             NewSample sample;
-            if (!take(s, t_s, values[at.valid] != 0, values[at.sample], values[at.t_meas], &sample)) continue;
+            if (!take(s, t_s, at.valid < 0 || values[at.valid] != 0, values[at.sample], values[at.t_meas], &sample)) continue;
             push(s, sample.t_s, values + at.value);
             taken = true;
         }

@@ -30,14 +30,14 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
 } // namespace
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (table_.size() + state_count_) * sizeof(double) + (has_model_ ? model_->state_size() : 0);
+    return sizeof(Header) + (value_count() + state_count_) * sizeof(double) + (has_model_ && !touched_ ? model_->state_size() : 0);
 }
 
 const unsigned char* Instance::model_in(const Snapshot* snapshot, std::size_t* bytes) const {
     const auto* place = reinterpret_cast<const unsigned char*>(snapshot + 1);
     Header header;
     std::memcpy(&header, place, sizeof header);
-    const std::size_t before = sizeof header + (table_.size() + state_count_) * sizeof(double);
+    const std::size_t before = sizeof header + (value_count() + state_count_) * sizeof(double);
     *bytes = snapshot->bytes - before;
     return header.has_model ? place + before : nullptr;
 }
@@ -54,11 +54,12 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
         fresh->bytes = bytes;
     } else release_model(*snapshot);
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
+    const bool saves_model = has_model_ && !touched_; // one that is to be made anew is none
     Header header{snapshot_magic, 0,          token_,      bytes,   options_.interface, options_.event_mode_used,
-                  mode_,          has_model_, parameters_, time_s_, start_s_,           stop_s_};
-    std::memcpy(place + sizeof header, values_, table_.size() * sizeof(double));
-    std::memcpy(place + sizeof header + table_.size() * sizeof(double), states_, state_count_ * sizeof(double));
-    if (has_model_) model_->save(place + bytes - model_->state_size());
+                  mode_,          saves_model, parameters_, time_s_, start_s_,           stop_s_};
+    std::memcpy(place + sizeof header, values_, value_count() * sizeof(double));
+    std::memcpy(place + sizeof header + value_count() * sizeof(double), states_, state_count_ * sizeof(double));
+    if (saves_model) model_->save(place + bytes - model_->state_size());
     std::memcpy(place, &header, sizeof header);
     return Status::ok;
 }
@@ -72,11 +73,11 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     if (header.interface != options_.interface || header.event_mode_used != static_cast<std::uint64_t>(options_.event_mode_used))
         return fail("this state was taken from an instance of another interface");
     const double* values = reinterpret_cast<const double*>(place + sizeof header);
-    std::memcpy(values_, values, table_.size() * sizeof(double));
-    std::memcpy(states_, values + table_.size(), state_count_ * sizeof(double));
+    std::memcpy(values_, values, value_count() * sizeof(double));
+    std::memcpy(states_, values + value_count(), state_count_ * sizeof(double));
     Message why;
     if (header.has_model) {
-        const std::size_t used = sizeof header + (table_.size() + state_count_) * sizeof(double);
+        const std::size_t used = sizeof header + (value_count() + state_count_) * sizeof(double);
         // A model that was made with these parameters is there, but for a state that came from elsewhere.
         const bool made = (has_model_ && parameters_ == header.parameters) ||
                           model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why);
@@ -87,6 +88,7 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     } else model_->clear();
     parameters_ = header.parameters;
     has_model_ = header.has_model != 0;
+    touched_ = !has_model_;
     mode_ = static_cast<Mode>(header.mode);
     time_s_ = seen_s_ = header.time_s;
     start_s_ = header.start_s;
@@ -144,7 +146,7 @@ Status Instance::deserialise(const unsigned char* bytes, std::size_t size, Snaps
     if (header.magic != snapshot_magic && (header.magic | version_bits) == (snapshot_magic | version_bits))
         return fail("this state was saved by another version of the FMU");
     if (header.magic != snapshot_magic || header.token != token_ || header.bytes > size ||
-        header.bytes < sizeof header + (table_.size() + state_count_) * sizeof(double) ||
+        header.bytes < sizeof header + (value_count() + state_count_) * sizeof(double) ||
         header.checksum != checksum(bytes + unchecked_bytes, header.bytes - unchecked_bytes))
         return fail("these bytes are no state of this FMU, or damaged");
     auto* fresh = static_cast<Snapshot*>(std::malloc(sizeof(Snapshot) + header.bytes));

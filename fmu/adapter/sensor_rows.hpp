@@ -1,15 +1,23 @@
 // The inputs and the parameter of a sensor whose samples come in: where they stand in the table, and those that all sensors have.
 #pragma once
 
+#include "adapter/model.hpp"
 #include "adapter/rows.hpp"
 
 namespace hnav::fmu {
 
 struct SensorRows {
-    int value, sample, t_meas, valid, period; // value: the first of those that the push call of the sensor takes
+    int value, sample, t_meas; // value: the first of those that the push call of the sensor takes
+    int valid = -1, period = -1; // none where a clock ticks
 
-    // What marks samples. valid: whether they are without the importer's word.
+    // What marks samples, behind the value. valid: whether they are without the importer's word.
     void add_marks(Table& table, const char* sensor, bool valid_at_start) {
+        if (model_info.clocks) {
+            sample = table.add(rows::clock(rows::Name(sensor, "tick"), Causality::input, "Ticks when there is a new sample"));
+            t_meas = table.add(rows::input(rows::Name(sensor, "t_meas"), "s", "", 0, "Time at which the sample was measured"));
+            table.put_on_clock(sample, value, t_meas);
+            return;
+        }
         sample = table.add(rows::sample_counter(rows::Name(sensor, "sample")));
         t_meas = table.add(rows::sample_time(rows::Name(sensor, "t_meas")));
         valid =
@@ -17,6 +25,7 @@ struct SensorRows {
     }
 
     void add_period(Table& table, const char* name, double usual_s) {
+        if (model_info.clocks) return;
         Variable v = rows::parameter(name, "s", usual_s, 0, 1e6, "Sampling period (sampling_mode periodic or held); 0: never");
         v.display_unit = "ms";
         v.basic = true;

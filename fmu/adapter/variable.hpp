@@ -1,8 +1,8 @@
 // The table of an FMU: one row for each variable, from which entry points, both model descriptions, start values, reset,
 // save, load and the documentation are loops.
 //
-// The value of row i is values[i] of the instance, a double whatever its type: integers and booleans fit exactly. The
-// value reference of row i is i.
+// The value of row i is values[i] of the instance, a double whatever its type: integers and booleans fit exactly. Value references:
+// see arrays.hpp.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace hnav::fmu {
 
 constexpr double no_bound = std::numeric_limits<double>::infinity();
 
-enum class Type { real, integer, boolean, enumeration };
+enum class Type { real, integer, boolean, enumeration, clock };
 
 enum class Causality { independent, parameter, calculated, input, output, local };
 enum class Variability { fixed, discrete, continuous };
@@ -52,6 +52,7 @@ struct Variable {
     int derivative_of; // row of the state, or -1
     bool is_state;
     bool basic; // of the dozen parameters that one meets first
+    int clock;  // row of the clock that it belongs to, or -1
 };
 
 // FNV-1a, 64 bits.
@@ -72,6 +73,11 @@ public:
     void give_up() { complete_ = false; }
     const Variable& operator[](int i) const { return rows_[i]; }
     Variable& row(int i) { return rows_[i]; }
+    // The rows from first to last belong to a clock, which may stand among them.
+    void put_on_clock(int clock, int first, int last) {
+        for (int i = first; i <= last; ++i)
+            if (i != clock) rows_[i].clock = clock;
+    }
 
     // Appends a row and answers its number.
     int add(const Variable& variable) {
@@ -145,7 +151,7 @@ inline Variable variable(const char* name, Type type, Causality causality, Varia
     v.variability = variability;
     v.min = -no_bound;
     v.max = no_bound;
-    v.derivative_of = -1;
+    v.derivative_of = v.clock = -1;
     return v;
 }
 

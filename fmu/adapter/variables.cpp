@@ -14,6 +14,7 @@ const char* type_name(Type type) {
     case Type::real: return "real";
     case Type::integer: return "integer";
     case Type::boolean: return "boolean";
+    case Type::clock: return "a clock";
     default: return "enumeration";
     }
 }
@@ -28,7 +29,7 @@ T told_as(double value) {
 
 std::size_t Instance::elements(const unsigned* references, std::size_t n) const {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < n; ++i) count += static_cast<std::size_t>(rows_at(references[i]));
+    for (std::size_t i = 0; i < n; ++i) count += static_cast<std::size_t>(slot(references[i]).rows);
     return count;
 }
 
@@ -43,7 +44,8 @@ Status Instance::check_array(const unsigned* references, std::size_t n, const vo
 
 Status Instance::refresh(unsigned groups) {
     groups &= stale_;
-    if (!groups || !has_model_) return Status::ok;
+    if (!groups) return Status::ok;
+    if (make_ready() != Status::ok) return Status::error;
     Message why;
     if (!model_->look_ahead(groups, &why)) return fail("%s", why.text);
     if (options_.interface == model_exchange) model_->show(time_s_, states_);
@@ -59,7 +61,7 @@ Status Instance::refresh(unsigned groups) {
 }
 
 const Variable* Instance::row_of(unsigned reference) const {
-    if (row_of_table(reference) && rows_at(reference) > 0) return &table_[static_cast<int>(reference)];
+    if (slot(reference).rows > 0) return &table_[slot(reference).row];
     fail("there is no variable with value reference %u", reference);
     return nullptr;
 }
@@ -73,27 +75,25 @@ const Variable* Instance::row_of(unsigned reference, Type type) const {
 
 template <class T>
 Status Instance::get(Type type, const unsigned* references, std::size_t n, T* out) {
-    if (!allowed(Call::get_variable)) return Status::error;
     const Slot* const slots = slots_;
-    const auto size = static_cast<unsigned>(table_.size());
     unsigned groups = 0;
     std::size_t rows = 0;
     for (std::size_t i = 0; i < n; ++i) {
         const unsigned reference = references[i];
-        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
+        if (!slot(reference).is_of(type) && !row_of(reference, type)) return Status::error;
         groups |= slots[reference].group;
         rows += static_cast<std::size_t>(slots[reference].rows);
     }
-    if (refresh(groups) != Status::ok) return Status::error;
+    if (!allowed(groups ? Call::get_calculated : Call::get_given) || refresh(groups) != Status::ok) return Status::error;
+    if (time_row_ >= 0) values_[time_row_] = time_s_;
     const double* const values = values_;
-    const auto time_row = static_cast<unsigned>(time_row_);
     if (rows == n) { // one each
-        for (std::size_t i = 0; i < n; ++i) out[i] = told_as<T>(references[i] == time_row ? time_s_ : values[references[i]]);
+        for (std::size_t i = 0; i < n; ++i) out[i] = told_as<T>(values[slots[references[i]].row]);
         return Status::ok;
     }
     for (std::size_t i = 0; i < n; ++i) {
-        const double* value = references[i] == time_row ? &time_s_ : values + references[i];
-        for (int k = 0; k < slots_[references[i]].rows; ++k) *out++ = told_as<T>(value[k]);
+        const Slot& of = slots[references[i]];
+        for (int k = 0; k < of.rows; ++k) *out++ = told_as<T>(values[of.row + k]);
     }
     return Status::ok;
 }
@@ -105,6 +105,10 @@ template Status Instance::get(Type, const unsigned*, std::size_t, bool*);
 
 // Of what is no input.
 Status Instance::check_value(const Variable& v, double value) const {
+    if (v.is_state) {
+        if (!allowed(Call::set_state)) return Status::error;
+        return std::isfinite(value) ? Status::ok : fail("%s = %g is not finite", v.name, value);
+    }
     if (v.causality != Causality::parameter) return fail("%s is no parameter or input and cannot be set", v.name);
     if (!allowed(Call::set_parameter)) return Status::error;
     // A NaN fails this comparison too.
@@ -115,37 +119,47 @@ Status Instance::check_value(const Variable& v, double value) const {
 // The same for all rows of a variable. By itself: what a simulation sets is inputs.
 template <class T>
 __attribute__((noinline)) Status Instance::check_values(unsigned reference, const T* values) const {
-    for (int k = 0; k < slots_[reference].rows; ++k)
-        if (check_value(table_[static_cast<int>(reference) + k], static_cast<double>(values[k])) != Status::ok)
-            return Status::error;
+    const Slot& of = slots_[reference];
+    for (int k = 0; k < of.rows; ++k)
+        if (check_value(table_[of.row + k], static_cast<double>(values[k])) != Status::ok) return Status::error;
     return Status::ok;
+}
+
+// Of rows that are states, from values_.
+__attribute__((noinline)) void Instance::take_states(const unsigned* references, std::size_t n) {
+    for (std::size_t i = 0; i < n; ++i) {
+        const Slot& of = slots_[references[i]];
+        if (!table_[of.row].is_state) continue;
+        std::memcpy(states_ + (of.row - first_state_), values_ + of.row, static_cast<std::size_t>(of.rows) * sizeof(double));
+    }
+    stale_ = ~0u;
 }
 
 template <class T>
 Status Instance::set(Type type, const unsigned* references, std::size_t n, const T* in) {
     const T* value = in;
     const Slot* const slots = slots_;
-    const auto size = static_cast<unsigned>(table_.size());
-    bool inputs = false;
+    bool inputs = false, others = false;
     for (std::size_t i = 0; i < n; ++i) {
         const unsigned reference = references[i];
-        if (!(reference < size && slots[reference].is_of(type)) && !row_of(reference, type)) return Status::error;
+        if (!slot(reference).is_of(type) && !row_of(reference, type)) return Status::error;
         // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
         if (slots[reference].is_input) inputs = true;
         else if (check_values(reference, value) != Status::ok) return Status::error;
+        else others = true;
         value += slots[reference].rows;
     }
     if (inputs && !allowed(Call::set_input)) return Status::error;
     // All or nothing: a refused call has changed no value.
     double* const values = values_;
-    if (value == in + n) { // one row each
-        for (std::size_t i = 0; i < n; ++i) values[references[i]] = static_cast<double>(in[i]);
-        return Status::ok;
-    }
     for (std::size_t i = 0; i < n; ++i) {
-        double* const to = values + references[i];
-        for (int k = 0; k < slots[references[i]].rows; ++k) to[k] = static_cast<double>(*in++);
+        const Slot& of = slots[references[i]];
+        for (int k = 0; k < of.rows; ++k) values[of.row + k] = static_cast<double>(*in++);
     }
+    if (mode_ & (instantiated | initialization)) {
+        touched_ = true;
+        stale_ = ~0u;
+    } else if (others) take_states(references, n);
     return Status::ok;
 }
 

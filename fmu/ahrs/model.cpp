@@ -14,7 +14,9 @@ struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, list, hnav_ahrs_crea
         Experiment{0.01, 10},
         States{14, 4},
         true,
-        HNAV_FMU_ARRAYS != 0};
+        true,
+        HNAV_FMU_ARRAYS != 0,
+        HNAV_FMU_CLOCKS != 0};
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
     static constexpr bool has_field = true;

@@ -67,6 +67,9 @@ public:
         reading_.refresh(groups, values, [this](hnav_aid_reading* r) {
             r->size = sizeof *r;
             hnav_aid_sensor_reading(object_, r);
+            if (r->count > 0) return;
+            for (double& value : r->value) value = no_sample;
+            r->t_meas_s = no_sample;
         });
     }
 
@@ -110,12 +113,11 @@ protected:
         options_ = add_options(table, aid_sensor_option<kind>, &defaults);
     }
 
-    // One component of the sample, or three.
+    // One component of the sample, or three; the number of the first row.
     template <int first, int count = 1>
-    void show_value(Table& table, const Variable& variable) {
+    int show_value(Table& table, const Variable& variable) {
         const auto show = [](const Reading& r, double* row) { std::memcpy(row, r.value + first, count * sizeof *row); };
-        if (count == 1) reading_.add(table, variable, show);
-        else reading_.add_vector(table, variable, count, show);
+        return count == 1 ? reading_.add(table, variable, show) : reading_.add_vector(table, variable, count, show);
     }
     template <int first, int count = 1>
     void show_sigma(Table& table, const Variable& variable) {
@@ -123,12 +125,13 @@ protected:
         if (count == 1) reading_.add(table, variable, show);
         else reading_.add_vector(table, variable, count, show);
     }
-    // Counter, stamp and flag, named like the inputs of a filter.
-    void show_marks(Table& table, const char* name) {
+    // Counter or clock, stamp and flag, named like the inputs of a filter. first: row of the values.
+    void show_marks(Table& table, const char* name, int first) {
         using namespace rows;
-        reading_.add<&Reading::count>(
-            table, output(Name(name, "sample"), Type::integer, "Samples delivered: a change marks a new sample"));
-        reading_.add<&Reading::t_meas_s>(table, output(Name(name, "t_meas"), "s", "", "Time at which the sample was measured"));
+        const int mark = reading_.add<&Reading::count>(table, sample_mark(name));
+        const int t_meas = reading_.add<&Reading::t_meas_s>(
+            table, output(Name(name, "t_meas"), "s", "", "Time at which the sample was measured"));
+        if (model_info.clocks) table.put_on_clock(mark, first, t_meas);
         reading_.add<&Reading::valid>(table,
                                       output(Name(name, "valid"), Type::boolean, "There is a sample, and no outage since"));
     }

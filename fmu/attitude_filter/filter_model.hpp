@@ -39,15 +39,15 @@ public:
                           "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
             return false;
         }
-        for (int s = 0; s < Inputs::sensors; ++s)
-            if (!check_period(Inputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, Kind::create, &options)) return false;
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
+        return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, Inputs::periods, why);
+    }
+
+    void begin(const double* values) override {
         memory_.reset_level = values[in_.reset];
         memory_.realign_level = values[in_.realign];
-        memory_.sampled.start(in_.sensor, values, start_s, values[in_.sampling_mode]);
-        return true;
     }
 
     // ------------------------------------------------------------------------------------------------ samples

@@ -14,7 +14,7 @@ struct Inputs {
     SensorRows sensor[sensors]; // value: three components; of the heading aid: heading, sigma
     int reset, realign;
     int preset; // -1: there is one set of defaults, and no choice
-    int sampling_mode;
+    int sampling_mode; // -1: clocks tick
     int options; // the first of them
 
     template <class Kind>
@@ -67,7 +67,7 @@ private:
     }
 
     void describe_sampling(Table& table) {
-        sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
+        sampling_mode = model_info.clocks ? -1 : table.add(rows::sampling_mode("What makes held inputs a sample"));
         for (int s = 0; s < sensors; ++s) sensor[s].add_period(table, periods[s], 0.01);
     }
 };

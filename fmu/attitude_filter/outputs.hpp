@@ -49,8 +49,9 @@ public:
             hnav_filter_gyro_bias(filter, b->bias, b->sigma);
         });
         posterior_.refresh(groups, values, [&](hnav_posterior* p) {
-            *p = {sizeof(hnav_posterior), start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
+            *p = {sizeof(hnav_posterior), no_sample, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
             if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
+            if (!std::isfinite(p->t_s)) p->t_s = no_sample;
         });
         for (int s = HNAV_SENSOR_ACCEL; s <= HNAV_SENSOR_HEADING; ++s)
             innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
@@ -110,8 +111,8 @@ private:
 
     void describe_posterior(Table& table) {
         using namespace rows;
-        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "", "Time of the newest sample used"));
-        const int q = posterior_.add<&hnav_posterior::q_nb>(
+        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "", "Time of the newest sample used; NaN before the first"));
+        posterior_.add<&hnav_posterior::q_nb>(
             table, output("post.q", "", "", "Attitude just after that sample, body to navigation, scalar first"));
         posterior_.add<&hnav_posterior::gyro_bias_rad_s>(
             table, output("post.bias", "rad/s", "deg/s", "Gyro bias just after that sample"));
@@ -119,13 +120,6 @@ private:
             table, output("post.sigma", "", "",
                           "Standard deviations just after that sample: rotation about the navigation axes, gyro bias"));
         for (int i = 0; i < 6; ++i) table.row(sigma + i).unit = i < 3 ? "rad" : "rad/s";
-        start_unknown(table, q, sigma);
-    }
-
-    // What is shown before initialization: no attitude, and any error.
-    static void start_unknown(Table& table, int q, int sigma) {
-        table.row(q).start = 1;
-        for (int i = 0; i < 3; ++i) table.row(sigma + i).start = M_PI;
     }
 
     void describe_attitude(Table& table) {
@@ -140,7 +134,6 @@ private:
         sigma_ = attitude_.add<&hnav_attitude::sigma_rad>(
             table, flow("att.sigma", "rad", "deg", on_all,
                         "Standard deviation of the rotation error about the navigation axes; pi before the start"));
-        start_unknown(table, q_, sigma_);
         posterior_.add<&hnav_posterior::near_singular>(
             table, output("att.near_singular", Type::boolean,
                           "Pitch was beyond 85 deg at the newest sample: roll and yaw are ill defined"));
@@ -195,6 +188,9 @@ private:
 
     void describe_diagnostics(Table& table) {
         using namespace rows;
+        if (model_info.clocks)
+            diagnostics_.add<&Diagnostics::corrections>(
+                table, clock("correction", Causality::output, "Ticks when samples have corrected the estimate"));
         diagnostics_.add(table, output("hinf.gamma_used", "", "", "gamma of the last correction; 0 stands for infinity (off)"),
                          [](const Diagnostics& s, double* row) { *row = std::isfinite(s.gamma_used) ? s.gamma_used : 0; });
         diagnostics_.add<&Diagnostics::gamma_margin>(

@@ -11,9 +11,9 @@ public:
         table.add(time());
         height_ = table.add(truth_row("truth.height", "m", "", "Height, of which the standard atmosphere makes a pressure"));
         describe_options(table);
-        show_value<0>(table, output("baro.pressure", "Pa", "", "Pressure of the air, newest sample delivered"));
+        const int first = show_value<0>(table, output("baro.pressure", "Pa", "", "Pressure of the air, newest sample delivered"));
         show_sigma<0>(table, output("baro.sigma", "Pa", "", "Its standard deviation, as told"));
-        show_marks(table, "baro");
+        show_marks(table, "baro", first);
         show_counts(table);
     }
 
@@ -25,8 +25,8 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {"Baro", "A barometer under changing weather: heights to samples with counters and time stamps",
-                                  Experiment{0.01, 60}, States{0, 0}, false};
+constexpr ModelInfo model_info = {HNAV_FMU_NAME, "A barometer under changing weather: heights to samples with counters and time stamps",
+                                  Experiment{0.01, 60}, States{0, 0}, false, false, false, HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new Baro; }
 
 } // namespace hnav::fmu

@@ -96,9 +96,9 @@ public:
             counters.push_back(row(std::string(name) + ".sample"));
         }
         // All of the group that tells the attitude.
-        const unsigned group = table_[static_cast<int>(row("att.q[1]"))].group;
+        const unsigned group = table_[static_cast<int>(row("att.q[1]")) - 1].group;
         for (int i = 0; i < table_.size(); ++i)
-            if (table_[i].group == group && table_[i].type == hnav::fmu::Type::real) outputs.push_back(static_cast<unsigned>(i));
+            if (table_[i].group == group && table_[i].type == hnav::fmu::Type::real) outputs.push_back(static_cast<unsigned>(i + 1));
 
         double values[12];
         std::vector<double> shown(outputs.size());
@@ -143,7 +143,7 @@ private:
 
     fmi3ValueReference row(const std::string& name) const {
         for (int i = 0; i < table_.size(); ++i)
-            if (name == table_[i].name) return static_cast<fmi3ValueReference>(i);
+            if (name == table_[i].name) return static_cast<fmi3ValueReference>(i + 1);
         stop(name.c_str());
     }
 

@@ -23,7 +23,7 @@ struct Description {
         model->describe(table);
         nx = hnav::fmu::model_info.states.count;
         delete model;
-        hnav::fmu::Instance::format_token(table.token(), token, sizeof token);
+        hnav::fmu::Instance::format_token(table.token(hnav::fmu::model_info.arrays), token, sizeof token);
     }
 };
 
@@ -41,7 +41,7 @@ inline unsigned reference(Input& in, hnav::fmu::Type type) {
     if (first % 32 == 31) return static_cast<unsigned>(in.byte()) << 24 | in.byte();
     for (int k = 0; k < table.size(); ++k) {
         const int row = (first + k) % table.size();
-        if (table[row].type == type) return static_cast<unsigned>(row);
+        if (table[row].type == type) return static_cast<unsigned>(row) + 1; // all variables are scalars
     }
     return 0;
 }
@@ -80,8 +80,8 @@ struct Direction {
 };
 
 // Of a variable: what its row promises.
-inline void look_at(unsigned row, double value) {
-    const hnav::fmu::Variable& v = description().table[static_cast<int>(row)];
+inline void look_at(unsigned reference, double value) {
+    const hnav::fmu::Variable& v = description().table[static_cast<int>(reference) - 1];
     if (v.type == hnav::fmu::Type::enumeration && v.causality != hnav::fmu::Causality::input)
         HOLDS(value >= v.min && value <= v.max);
     HOLDS(!std::isnan(value) || v.causality == hnav::fmu::Causality::input || v.type == hnav::fmu::Type::real);

@@ -79,6 +79,7 @@ public:
             reading_[s].refresh(groups, values, [&](hnav_reading* r) {
                 r->size = sizeof *r;
                 hnav_imu_mag_sensor_reading(object_, kind, r);
+                if (r->count == 0) r->value[0] = r->value[1] = r->value[2] = r->t_meas_s = no_sample;
             });
         }
     }
@@ -113,11 +114,11 @@ private:
         density_[s].add<&Density::psd>(table, quantity(Name(name, "noise_psd"), Causality::calculated, Variability::fixed,
                                                        d.psd_unit, "", "Two-sided spectral density of the white noise"));
         auto& reading = reading_[s];
-        reading.add<&hnav_reading::value>(table, output(Name(name, d.value), d.unit, d.display, d.text));
-        reading.add<&hnav_reading::count>(
-            table, output(Name(name, "sample"), Type::integer, "Samples delivered: a change marks a new sample"));
-        reading.add<&hnav_reading::t_meas_s>(table,
-                                             output(Name(name, "t_meas"), "s", "", "Time at which the sample was measured"));
+        const int value = reading.add<&hnav_reading::value>(table, output(Name(name, d.value), d.unit, d.display, d.text));
+        const int mark = reading.add<&hnav_reading::count>(table, sample_mark(name));
+        const int t_meas = reading.add<&hnav_reading::t_meas_s>(
+            table, output(Name(name, "t_meas"), "s", "", "Time at which the sample was measured"));
+        if (model_info.clocks) table.put_on_clock(mark, value, t_meas);
         reading.add(table, output(Name(name, "valid"), Type::boolean, "There is a sample"),
                     [](const hnav_reading& r, double* row) { *row = r.count > 0; });
         // Not beside the sample: a plug of a filter has the members above and no others.
@@ -137,10 +138,10 @@ private:
 } // namespace
 
 constexpr ModelInfo model_info = {
-    "ImuMagSensor",
+    HNAV_FMU_NAME,
     "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
     "samples with counters and time stamps",
-    Experiment{0.01, 60}, States{0, 0}, false};
+    Experiment{0.01, 60}, States{0, 0}, false, false, false, HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new ImuMagSensor; }
 
 } // namespace hnav::fmu

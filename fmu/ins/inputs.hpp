@@ -78,7 +78,7 @@ private:
     }
 
     void describe_sampling(Table& table) {
-        sampling_mode = table.add(rows::sampling_mode("What makes held inputs a sample"));
+        sampling_mode = model_info.clocks ? -1 : table.add(rows::sampling_mode("What makes held inputs a sample"));
         constexpr double usual_s[ins_inputs] = {0.01, 0.01, 1, 1, 0.1, 0.1, 0.1, 0.1};
         for (int s = 0; s < ins_inputs; ++s) sensor[s].add_period(table, periods[s], usual_s[s]);
     }

@@ -28,14 +28,12 @@ public:
         const hnav_preset_info* preset = hnav_preset_of("ins", static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
         take_options(option_of<option_list>, in_.options, values, &options);
-        for (int s = 0; s < ins_inputs; ++s)
-            if (!check_period(InsInputs::periods[s], values[in_.sensor[s].period], why)) return false;
         if (!make(why, hnav_ins_create, &options)) return false;
-        memory_.reset_level = values[in_.reset];
         memory_.model_exchange = model_exchange;
-        memory_.sampled.start(in_.sensor, values, start_s, values[in_.sampling_mode]);
-        return true;
+        return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, InsInputs::periods, why);
     }
+
+    void begin(const double* values) override { memory_.reset_level = values[in_.reset]; }
 
     // ------------------------------------------------------------------------------------------------ samples
 
@@ -100,7 +98,7 @@ constexpr ModelInfo model_info = {
     HNAV_FMU_NAME,
     "Position, velocity and attitude from an inertial sensor, satellites, pressure and wheels, aligned from "
     "any heading, in motion or at rest, without a magnetometer",
-    Experiment{0.01, 60}, States{10, 6}};
+    Experiment{0.01, 60}, States{10, 6}, true, true, false, HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new InsModel; }
 
 } // namespace hnav::fmu

@@ -89,10 +89,8 @@ private:
     }
 
     template <auto field>
-    int show(Table& table, const char* name, const char* unit, const char* display, const char* text, double start = 0) {
-        const int at = navigation_.add<field>(table, rows::output(name, unit, display, text));
-        for (int i = at; i < table.size(); ++i) table.row(i).start = start;
-        return at;
+    void show(Table& table, const char* name, const char* unit, const char* display, const char* text) {
+        navigation_.add<field>(table, rows::output(name, unit, display, text));
     }
 
     void describe_navigation(Table& table) {
@@ -105,10 +103,9 @@ private:
         navigation_.add<&N::height_m>(table, flow("nav.height", "m", "", on_d_v, "Height above the ellipsoid of WGS 84"));
         velocity_ =
             navigation_.add<&N::velocity_n_m_s>(table, flow("nav.velocity", "m/s", "", on_d_v, "Velocity north, east, down"));
-        show<&N::sigma_position_m>(table, "nav.sigma_position", "m", "", "Standard deviation of the position north, east, down",
-                                   anywhere_m);
+        show<&N::sigma_position_m>(table, "nav.sigma_position", "m", "", "Standard deviation of the position north, east, down");
         show<&N::sigma_velocity_m_s>(table, "nav.sigma_velocity", "m/s", "",
-                                     "Standard deviation of the velocity north, east, down", any_speed_m_s);
+                                     "Standard deviation of the velocity north, east, down");
     }
 
     void describe_attitude(Table& table) {
@@ -116,7 +113,6 @@ private:
         using N = hnav_navigation;
         constexpr auto on_all = DependsOn::all_states; // not on the velocity
         q_ = navigation_.add<&N::q_nb>(table, flow("att.q", "", "", on_all, "Attitude, body to north-east-down, scalar first"));
-        table.row(q_).start = 1;
         euler_ = navigation_.add<&N::euler_rad>(
             table, flow("att.euler", "rad", "deg", on_all, "Roll, pitch, yaw (rotation order z y x); yaw is the true heading"));
         heading_ =
@@ -124,18 +120,15 @@ private:
                             [](const N& n, double* row) { *row = n.euler_rad[2]; });
         show<&N::sigma_rotation_rad>(table, "att.sigma", "rad", "deg",
                                      "Standard deviation of the rotation about north, east, down; the third is heading, "
-                                     "spread over the whole circle",
-                                     M_PI);
+                                     "spread over the whole circle");
     }
 
     void describe_biases(Table& table) {
         using N = hnav_navigation;
         show<&N::gyro_bias_rad_s>(table, "bias.gyro", "rad/s", "deg/s", "Gyro bias, body axes");
-        show<&N::sigma_gyro_bias_rad_s>(table, "bias.gyro_sigma", "rad/s", "deg/s", "Standard deviation of the gyro bias",
-                                        any_bias);
+        show<&N::sigma_gyro_bias_rad_s>(table, "bias.gyro_sigma", "rad/s", "deg/s", "Standard deviation of the gyro bias");
         show<&N::accel_bias_m_s2>(table, "bias.accel", "m/s2", "", "Accelerometer bias, body axes");
-        show<&N::sigma_accel_bias_m_s2>(table, "bias.accel_sigma", "m/s2", "", "Standard deviation of the accelerometer bias",
-                                        any_bias);
+        show<&N::sigma_accel_bias_m_s2>(table, "bias.accel_sigma", "m/s2", "", "Standard deviation of the accelerometer bias");
         show<&N::latency_s>(table, "gnss.latency", "s", "ms", "Estimated delay of the satellites behind their time stamps");
         show<&N::sigma_latency_s>(table, "gnss.latency_sigma", "s", "ms", "Standard deviation of that delay");
     }
@@ -195,6 +188,9 @@ private:
 
     void describe_counts(Table& table) {
         using namespace rows;
+        if (model_info.clocks)
+            counts_.add<&Counts::corrections>(
+                table, clock("correction", Causality::output, "Ticks when samples have corrected the estimate"));
         describe_used<HNAV_SENSOR_GYRO>(table, "imu");
         describe_used<HNAV_SENSOR_REST>(table, "rest");
         counts_.add<&Counts::late>(table,

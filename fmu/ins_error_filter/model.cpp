@@ -36,10 +36,11 @@ public:
         hnav_aircraft_destroy(plant);
         if (!made) return false;
         memory_.clock = {start_s, model.interval_s, values[at_.sampling_mode], 0, 0};
-        memory_.newest_s = memory_.before_s = start_s;
-        memory_.reset_level = values[at_.reset];
+        memory_.newest_s = memory_.before_s = no_sample;
         return true;
     }
+
+    void begin(const double* values) override { memory_.reset_level = values[at_.reset]; }
 
     // ------------------------------------------------------------------------------------------------ samples
 

@@ -1,6 +1,7 @@
 // The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
+#include "adapter/outputs.hpp"
 #include "observer/variables.hpp"
 
 #include <algorithm>
@@ -31,7 +32,6 @@ constexpr int max_channels = 62; // known inputs and sensors together
 
 // Sampled are the known inputs, then the sensors.
 struct ObserverMemory : EstimateMemory<max_channels> {
-    double start_s;
     double now_s, behind; // of the last step; 1: outputs that look ahead are still to be brought there
     double keeps_states;  // 1: its saved states are snapshots
 };
@@ -51,7 +51,6 @@ public:
         return at_.read(path, why);
     }
     int state_count() const override { return at_.sizes.nx; }
-    bool offers_derivatives() const override { return false; }
     void describe(Table& table) override { at_.describe(table); }
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
@@ -61,15 +60,15 @@ public:
                           "variables.txt and observer.plan do not belong together: export the FMU anew");
             return false;
         }
-        memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
         memory_.keeps_states = keeps_states(object_);
-        memory_.reset_level = values[at_.row(reset_command)];
         for (int c = 0; c < channels(); ++c)
             memory_.sampled.clock[c] = {start_s, period_s(values, c), values[at_.row(sampling_mode)], 0, 0};
         trouble_[0] = '\0';
         return true;
     }
+
+    void begin(const double* values) override { memory_.reset_level = values[at_.row(reset_command)]; }
 
     // ------------------------------------------------------------------------------------------------ samples
 
@@ -128,7 +127,7 @@ public:
         constexpr unsigned others = 1u << innovation_group | 1u << covariance_group | 1u << indicator_group;
         at_.each(groups & ~others, values, [&](Role role, int i, double* value) {
             switch (role) {
-            case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : memory_.start_s; break;
+            case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : no_sample; break;
             case post: *value = post_x[i]; break;
             case post_sigma: *value = post_sigmas[i]; break;
             case estimate: *value = x[i]; break;
@@ -316,7 +315,9 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {"Observer", "Estimates the states of the plant inside", Experiment{0.01, 10}};
+// The plant has no derivatives to offer; its states stand in its table.
+constexpr ModelInfo model_info = {
+    "Observer", "Estimates the states of the plant inside", Experiment{0.01, 10}, States{0, 0}, true, false};
 Model* make_model() { return new Observer; }
 
 } // namespace hnav::fmu

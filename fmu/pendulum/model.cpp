@@ -81,13 +81,14 @@ public:
         memory_.clock = {start_s, values[period_], periodic, 0, 1}; // the first sample is due after a period
         memory_.truth = {{values[start_angle_], values[start_rate_]}};
         memory_.now_s = start_s;
-        memory_.drive = values[drive_];
         memory_.damping_1_s = values[damping_];
         memory_.frequency2_rad2_s2 = values[frequency_] * values[frequency_];
         memory_.noise_rad = values[noise_];
         memory_.seed = values[seed_];
         return true;
     }
+
+    void begin(const double* values) override { memory_.drive = std::isfinite(values[drive_]) ? values[drive_] : 0; }
 
     // ------------------------------------------------------------------------------------------------ time
 

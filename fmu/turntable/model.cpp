@@ -36,7 +36,6 @@ public:
         options_ = add_options(table, option_of<option_list>, &defaults);
         q_ = truth_.add<&hnav_truth::q_nb>(
             table, flow("truth.q", "", "", on_q, "Attitude, body to north-east-down of true north, scalar first"));
-        table.row(q_).start = 1;
         euler_ = truth_.add<&hnav_truth::euler_rad>(
             table, flow("truth.euler", "rad", "deg", on_q, "Roll, pitch, yaw (rotation order z y x)"));
         truth_.add<&hnav_truth::rate_b_rad_s>(

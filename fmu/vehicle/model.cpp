@@ -41,9 +41,8 @@ public:
         truth_.add<&T::longitude_rad>(table, flow("truth.longitude", "rad", "deg", on_x, "Longitude"));
         truth_.add<&T::height_m>(table, flow("truth.height", "m", "", on_x, "Height above the ellipsoid of WGS 84"));
         truth_.add<&T::velocity_n_m_s>(table, flow("truth.velocity", "m/s", "", on_x, "Velocity north, east, down"));
-        const int q = truth_.add<&T::q_nb>(
+        truth_.add<&T::q_nb>(
             table, flow("truth.q", "", "", on_x, "Attitude, body to north-east-down of true north, scalar first"));
-        table.row(q).start = 1;
         truth_.add<&T::euler_rad>(
             table, flow("truth.euler", "rad", "deg", on_x, "Roll, pitch, yaw (rotation order z y x); yaw is the heading"));
         truth_.add<&T::rate_b_rad_s>(
@@ -77,6 +76,11 @@ public:
 
     bool advance(double t_s, Message* why) override {
         const auto point_s = [this](double k) { return memory_.start_s + k * grid_s; };
+        if (t_s - point_s(memory_.points) > max_samples_inside * grid_s) {
+            std::snprintf(why->text, sizeof why->text, "a step to %g s is longer than %g s: take a shorter one", t_s,
+                          max_samples_inside * grid_s);
+            return false;
+        }
         for (; point_s(memory_.points + 1) <= t_s; memory_.points += 1)
             if (!carry(point_s(memory_.points), memory_.x, point_s(memory_.points + 1), why)) return false;
         double x[states];
@@ -95,8 +99,6 @@ public:
     bool derivatives(double t_s, const double* x, double* dx) const override {
         return hnav_vehicle_flow(object_, t_s, x, dx) == HNAV_OK;
     }
-    // Not offered: who integrates a vehicle has nothing to correct by them.
-    bool offers_derivatives() const override { return false; }
     bool jump(double t_s, double* x, bool*, Message* why) override {
         std::memcpy(memory_.x, x, sizeof memory_.x);
         return see(t_s, x, why);
@@ -151,7 +153,7 @@ constexpr ModelInfo model_info = {
     "Vehicle",
     "Truth for navigation: a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, its place, "
     "velocity and attitude, and what ideal inertial sensors in it read",
-    Experiment{0.01, 60}, States{states, states}};
+    Experiment{0.01, 60}, States{states, states}, true, false}; // who integrates a vehicle has nothing to correct by derivatives
 Model* make_model() { return new Vehicle; }
 
 } // namespace hnav::fmu

@@ -11,9 +11,9 @@ public:
         table.add(time());
         body_.describe(table);
         describe_options(table);
-        show_value<0>(table, output("wheel.speed", "m/s", "", "Speed along body x, newest sample delivered"));
+        const int first = show_value<0>(table, output("wheel.speed", "m/s", "", "Speed along body x, newest sample delivered"));
         show_sigma<0>(table, output("wheel.sigma", "m/s", "", "Its standard deviation, as told"));
-        show_marks(table, "wheel");
+        show_marks(table, "wheel", first);
         show_counts(table);
     }
 
@@ -25,9 +25,9 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {"Wheel",
+constexpr ModelInfo model_info = {HNAV_FMU_NAME,
                                   "Speed by wheels of a size that nobody knows: truth to samples with counters and time stamps",
-                                  Experiment{0.01, 60}, States{0, 0}, false};
+                                  Experiment{0.01, 60}, States{0, 0}, false, false, false, HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new Wheel; }
 
 } // namespace hnav::fmu

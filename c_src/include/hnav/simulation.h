@@ -199,8 +199,8 @@ HNAV_API const char* hnav_imu_mag_sensor_message(const hnav_imu_mag_sensor* sens
 HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor* sensor);
 
 /* A communication point: the sensors that are due sample truth, stamped t_s; of several samples that are due the newest is
- * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE;
- * ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
+ * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
+ * beyond 1e12); ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
 HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor* sensor, double t_s, const hnav_truth* truth);
 /* Delivers what has arrived by t_s. */
 HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor* sensor, double t_s);
@@ -280,7 +280,8 @@ HNAV_API void hnav_vehicle_destroy(hnav_vehicle* vehicle);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
 HNAV_API const char* hnav_vehicle_message(const hnav_vehicle* vehicle);
 
-/* x: HNAV_VEHICLE_STATES numbers. Errors of all of them: NON_FINITE, OUT_OF_RANGE (more than a second before the start). */
+/* x: HNAV_VEHICLE_STATES numbers. Errors of all of them: NON_FINITE, OUT_OF_RANGE (more than a second before the start, or a number of
+ * x beyond 1e8). */
 HNAV_API hnav_status hnav_vehicle_start(const hnav_vehicle* vehicle, double* x);
 /* x at from_s becomes x at to_s, later or earlier, to a rounding of the way; by a fixed step of 1/32 s or less. */
 HNAV_API hnav_status hnav_vehicle_carry(const hnav_vehicle* vehicle, double from_s, double* x, double to_s);
@@ -315,8 +316,8 @@ HNAV_API const char* hnav_aid_sensor_message(const hnav_aid_sensor* sensor);
 HNAV_API hnav_status hnav_aid_sensor_reset(hnav_aid_sensor* sensor);
 
 /* A communication point: if a sample is due it is taken; of several the newest, and the others are missed. Calling it twice takes
- * nothing twice. Of the truth it reads place, velocity, attitude and rate. Errors, nothing is taken: NON_FINITE; ZERO_VECTOR when
- * q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
+ * nothing twice. Of the truth it reads place, velocity, attitude and rate. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
+ * beyond 1e12); ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
 HNAV_API hnav_status hnav_aid_sensor_sample(hnav_aid_sensor* sensor, double t_s, const hnav_vehicle_truth* truth);
 /* Delivers what has arrived by t_s. */
 HNAV_API hnav_status hnav_aid_sensor_advance(hnav_aid_sensor* sensor, double t_s);

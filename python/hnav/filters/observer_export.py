@@ -81,13 +81,13 @@ def texts(observer: Observer, fmi_version: int, period_s: float, covariance: boo
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
         _serialises(observer), fmu.once, observer.crosses_events() and fmu.step_done,
     )  # fmt: skip
-    return {
+    made = {
         "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals(rows),
         "documentation/index.html": page(title, _about(observer), rows),
         "resources/variables.txt": _variables(observer, rows),
         f"{PLANT}observer.plan": observer.plan.text(f"binaries/*/{fmu.identifier}.*"),
     }
+    return made | ({"terminalsAndIcons/terminalsAndIcons.xml": terminals(rows)} if fmi_version == 3 else {})
 
 
 def _platform(name: str) -> str | None:

@@ -50,7 +50,9 @@ class Fmu:
     FMU's own message.
     """
 
-    def __init__(self, path: Path, model_exchange: bool = False, name: str = "instance"):
+    def __init__(self, path: Path, model_exchange: bool = False, name: str = "instance", events: bool = False):
+        """events: Co-Simulation of FMI 3 with event mode, in which it is after initialisation."""
+        self._events = events
         self._folder = temporary_folder("hnav_fmu_")
         try:
             self._load(path, model_exchange, name)
@@ -86,7 +88,8 @@ class Fmu:
     def _instantiate(self) -> None:
         try:
             if self.fmi3:
-                self.fmu.instantiate(logMessage=lambda *said: self.messages.append(said[-1].decode()))
+                events = {} if self.model_exchange else {"eventModeUsed": self._events, "earlyReturnAllowed": self._events}
+                self.fmu.instantiate(logMessage=lambda *said: self.messages.append(said[-1].decode()), **events)
             else:
                 self._callbacks = fmi2CallbackFunctions()
                 self._callbacks.logger = fmi2CallbackLoggerTYPE(lambda *said: self.messages.append(said[-1].decode()))
@@ -226,6 +229,19 @@ class Fmu:
         """In event mode: the next event time, None if there is none."""
         *_, defined, next_s = self.call(self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates)
         return next_s if defined else None
+
+    def iterate(self) -> bool:
+        """In event mode of FMI 3: one iteration, at whose end clocks are inactive; whether another one is needed."""
+        return bool(self.call(self.fmu.updateDiscreteStates)[0])
+
+    def tick(self, names: Iterable[str]) -> None:
+        """Input clocks are active from here to the end of the iteration."""
+        clocks = [self._variable(name).valueReference for name in names]
+        self.call(self.fmu.setClock, clocks, [True] * len(clocks))
+
+    def ticks(self, name: str) -> bool:
+        """Whether a clock is active."""
+        return bool(self.call(self.fmu.getClock, [self._variable(name).valueReference])[0])
 
     def do_step(self, t_s: float, step_s: float) -> None:
         self.call(self.fmu.doStep, t_s, step_s)

@@ -25,7 +25,7 @@ _INF = math.inf
 
 @dataclass(frozen=True)
 class Row:
-    """A variable; its place in the table is its value reference."""
+    """A variable; its place in the table, counted from 1, is its value reference."""
 
     role: str
     """What the binary takes it for."""
@@ -44,13 +44,13 @@ class Row:
     choices: tuple[tuple[str, str], ...] = ()
     """Of an enumeration: name and meaning."""
     derivative_of: int | None = None
-    """Its state, by value reference."""
+    """Its state, by place, counted from 0."""
     is_state: bool = False
     is_indicator: bool = False
     is_difference: bool = False
     """Of two values: the offset of its unit does not apply."""
     depends_on: tuple[int, ...] | None = ()
-    """States by value reference; None: on whatever there is."""
+    """States by place, counted from 0; None: on whatever there is."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def model_description(about: About, rows: Sequence[Row], units: dict[str, Unit],
         '    <Category name="logEvents" description="Initialisation, events, reset, end; on when logging is"/>',
         "  </LogCategories>",
         f"  <DefaultExperiment{_attributes(startTime=0.0, stopTime=about.stop_s, tolerance=1e-8, stepSize=about.step_s)}/>",
-        "  <ModelVariables>", *(_variable(row, reference, fmi) for reference, row in enumerate(rows)), "  </ModelVariables>",
+        "  <ModelVariables>", *(_variable(row, reference, fmi) for reference, row in enumerate(rows, 1)), "  </ModelVariables>",
         *_structure(rows, fmi), "</fmiModelDescription>", "",
     ]  # fmt: skip
     return "\n".join(parts)
@@ -175,7 +175,7 @@ def _variable(row: Row, reference: int, fmi: int) -> str:
         initial=initial,
     )  # fmt: skip
     bounded = row.causality == "parameter" and row.type != "boolean"
-    derivative = None if row.derivative_of is None else row.derivative_of + (fmi == 2)
+    derivative = None if row.derivative_of is None else row.derivative_of + 1
     own = _attributes(
         declaredType=f"choice.{row.name}" if row.choices else None, unit=row.unit or None,
         relativeQuantity=(row.is_difference and bool(row.unit)) or None,
@@ -189,16 +189,15 @@ def _variable(row: Row, reference: int, fmi: int) -> str:
 
 
 def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
-    shift = 1 if fmi == 2 else 0  # FMI 2 counts variables from 1, FMI 3 names them by value reference
-    place = "index" if fmi == 2 else "valueReference"
+    place = "index" if fmi == 2 else "valueReference"  # one number: value references count the variables from 1
 
-    def unknown(element: str, reference: int, initial: bool) -> str:
-        known = rows[reference].depends_on
-        told = None if initial or known is None else " ".join(str(k + shift) for k in known)
-        return f"    <{element}{_attributes(**{place: reference + shift}, dependencies=told)}/>"
+    def unknown(element: str, k: int, initial: bool) -> str:
+        known = rows[k].depends_on
+        told = None if initial or known is None else " ".join(str(j + 1) for j in known)
+        return f"    <{element}{_attributes(**{place: k + 1}, dependencies=told)}/>"
 
     def listed(element: str, wanted: Iterable[int], initial: bool = False) -> list[str]:
-        return [unknown(element, reference, initial) for reference in wanted]
+        return [unknown(element, k, initial) for k in wanted]
 
     outputs = [k for k, row in enumerate(rows) if row.causality == "output"]
     derivatives = [k for k, row in enumerate(rows) if row.derivative_of is not None]

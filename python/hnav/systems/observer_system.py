@@ -41,10 +41,11 @@ def observer(folder: Path, fmi_version: int) -> Observer:
 
 def write_fmu_texts(folder: Path, plan_folder: Path) -> None:
     """All of the FMU but its binaries: Observer/both, what the versions of FMI have in common, Observer/fmi2 and Observer/fmi3."""
-    made = {version: texts(observer(plan_folder, version), version, PERIOD_S) for version in VERSIONS}
+    example = {EXAMPLE: example_input()}
+    made = {version: texts(observer(plan_folder, version), version, PERIOD_S) | example for version in VERSIONS}
     for version, files in made.items():
-        for name, text in {**files, EXAMPLE: example_input()}.items():
-            same = all(other.get(name, text) == text for other in made.values())
+        for name, text in files.items():
+            same = all(other.get(name) == text for other in made.values())
             path = folder / "Observer" / ("both" if same else f"fmi{version}") / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
