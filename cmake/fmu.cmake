@@ -56,16 +56,18 @@ function(hnav_fmu_binary binary version name model)
   add_dependencies(fmu_binaries ${binary})
 endfunction()
 
-# Where an archive and what belongs to it lie, by version: platform, icons, icons_to, stage, fmu.
+# Where an archive and what belongs to it lie, by version: platform, icons, icons_to, terminals (a folder, of FMI 3), stage, fmu.
 macro(hnav_archive_places version name folder)
   if(${version} EQUAL 2)
     set(platform linux64)
     set(icons ${folder}/icon.png)
     set(icons_to model.png)
+    set(terminals "")
   else()
     set(platform ${CMAKE_SYSTEM_PROCESSOR}-linux)
     set(icons ${folder}/icon.png ${folder}/icon.svg)
     set(icons_to terminalsAndIcons/)
+    set(terminals ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${name}/terminalsAndIcons)
   endif()
   set(stage ${CMAKE_CURRENT_BINARY_DIR}/stage/fmi${version}/${name})
   set(fmu ${CMAKE_BINARY_DIR}/fmus/fmi${version}/${name}.fmu)
@@ -86,7 +88,7 @@ function(hnav_fmu_archive target version name folder binary describe core arrays
   add_custom_command(OUTPUT ${fmu}
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${stage}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${stage}/binaries/${platform} ${licences}
-            ${stage}/sources ${stage}/resources ${stage}/terminalsAndIcons ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
+            ${stage}/sources ${stage}/resources ${terminals} ${stage}/extra/org.fmi-standard.fmi-ls-ref ${CMAKE_BINARY_DIR}/fmus/fmi${version}
     COMMAND $<TARGET_FILE:${describe}> ${stage} ${version} ${folder}/doc.html ${PROJECT_VERSION}
     COMMAND ${CMAKE_COMMAND} -E copy $<TARGET_FILE:${binary}> ${stage}/binaries/${platform}/${name}.so
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/LICENSE ${licences}/license.txt

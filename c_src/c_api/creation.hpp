@@ -40,9 +40,14 @@ struct Creation : CallersMessage {
     template <class Model, class Options>
     hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
         if constexpr (small_build) return fail(HNAV_ERROR_UNSUPPORTED, "the small build takes the caller's memory");
-        else *filter = AttitudeFilter<Model>::make(model, frames, holds_backward(o), settings_of<Model>(o));
-        return *filter ? HNAV_OK
+        else {
+            const auto settings = settings_of<Model>(o);
+            if (const hnav_status status = check_memory(*this, model, settings, o.queue_capacity)) return status;
+            *filter = AttitudeFilter<Model>::make(model, frames, holds_backward(o), settings);
+            return *filter
+                       ? HNAV_OK
                        : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", int(o.queue_capacity));
+        }
     }
 
     // In so many bytes of the caller's.

@@ -2,8 +2,11 @@
 #pragma once
 
 #include "base/option_list.hpp"
+#include "c_api/message.hpp"
 #include "hnav/options/shared.h"
 #include "hybrid/filter.hpp"
+
+#include <cmath>
 
 namespace hnav {
 
@@ -22,6 +25,18 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
     e.queue_capacity = o.queue_capacity + 1; // the base of the chain takes a place
     e.fingerprint = fingerprint(list, &o);
     return e;
+}
+
+// A queue that takes more memory than a filter may have is refused before it is asked for: a system that promises memory and does not
+// have it kills the process at the first use. Chosen: a gibibyte, a quarter of what small machines have.
+template <class Model>
+hnav_status check_memory(const CallersMessage& caller, const Model& model, const typename Filter<Model>::Settings& settings,
+                         int queue_capacity) {
+    constexpr double largest_bytes = 1 << 30;
+    const auto bytes = static_cast<double>(Filter<Model>::bytes(model, settings));
+    if (bytes <= largest_bytes) return HNAV_OK;
+    return caller.fail(HNAV_ERROR_OPTION, "queue_capacity = %d takes %.1f GiB: a filter may take 1 GiB, which holds %.0f",
+                       queue_capacity, bytes / largest_bytes, std::floor(0.99 * queue_capacity * largest_bytes / bytes));
 }
 
 } // namespace hnav

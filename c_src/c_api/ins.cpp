@@ -157,12 +157,15 @@ hnav_status hnav_ins_create(hnav_filter** object, const hnav_ins_options* option
         if (Quaternion(q).norm() < 0.1)
             return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length is below 0.1",
                                q == options->start_q_nb ? "start_q_nb" : "q_body_sensor");
+    const ins::Model model(*options);
+    const auto settings = engine_settings<ins::Model>(*options, ins_options);
+    if (const hnav_status status = check_memory(caller, model, settings, options->queue_capacity)) return status;
     auto* made = make_object<InsObject>();
     if (made) {
         made->mounting = rotation_matrix(Quaternion(options->q_body_sensor).normalized());
         made->declination_rad = options->declination_rad;
         made->goes_back = options->horizon_s > 0;
-        if (made->filter.create(ins::Model(*options), engine_settings<ins::Model>(*options, ins_options))) {
+        if (made->filter.create(model, settings)) {
             *object = made;
             return HNAV_OK;
         }

@@ -2,6 +2,7 @@
 #include "c_api/observer.hpp"
 
 #include "base/hash.hpp"
+#include "c_api/engine_settings.hpp"
 #include "c_api/sized.hpp"
 #include "observer/bounded_plant.hpp"
 #include "observer/callback_plant.hpp"
@@ -89,6 +90,7 @@ hnav_status create_filter(ObserverObject* o, const hnav_observer_options& option
     e.fingerprint = o->problem->fingerprint(fingerprint);
     o->trouble = {};
     const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, settings);
+    if (const hnav_status status = hnav::check_memory(caller, model, e, options.queue_capacity)) return status;
     const bool made = o->filter.create(model, e);
     if (made && (!model.may_be_stiff() || model.make_stiff_solver(options.max_steps))) return HNAV_OK;
     if (!made && o->trouble.any)

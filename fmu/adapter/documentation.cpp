@@ -159,6 +159,11 @@ bool write_documentation(const Writer& w, const char* introduction) {
     char line[1024];
     while (std::fgets(line, sizeof line, in)) w.text(line);
     std::fclose(in);
+    if (model_info.clocks)
+        w.text(
+            "<h2>Clocks</h2>\n<p>In this archive a sample is the tick of a triggered clock (<code>.tick</code>), which stands in the place of "
+            "the counter, the flag <code>.valid</code>, <code>sampling_mode</code> and the periods of a filter. Clocks tick in event mode: "
+            "the importer has to instantiate with <code>eventModeUsed</code>.</p>\n");
     write_sections(w);
     w.text("</body></html>\n");
     return true;

@@ -41,7 +41,13 @@ Status Instance::make_table() {
     scratch_ = static_cast<double*>(std::calloc(nx + table_.size() + 1, sizeof(double)));
     slots_ = static_cast<Slot*>(std::calloc(table_.size() + 1, sizeof(Slot)));
     if (!table_.complete() || !values_ || !states_ || !scratch_ || !slots_) return fail("no memory for the variables");
-    slot_count_ = 1; // value references begin with 1
+    index_table();
+    return Status::ok;
+}
+
+// Which rows are what, and the slots, whose value references begin with 1.
+void Instance::index_table() {
+    slot_count_ = 1;
     for (int i = 0; i < table_.size(); ++i) {
         const Variable& row = table_[i];
         const int rows = model_info.arrays ? rows_of_variable(table_, i) : 1;
@@ -51,7 +57,6 @@ Status Instance::make_table() {
         if (row.is_state && first_state_ < 0) first_state_ = i;
         if (row.derivative_of >= 0 && first_derivative_ < 0) first_derivative_ = i;
     }
-    return Status::ok;
 }
 
 Status Instance::set_up_check(const char* name, const char* token) {
@@ -218,8 +223,9 @@ Status Instance::exit_initialization(bool fmi2) {
     else mode_ = !fmi2 && options_.event_mode_used ? event : step;
     for (int k = 0; k < clock_count_ && mode_ == step; ++k)
         if (table_[clock_row_[k]].causality == Causality::input) {
-            warn("samples come by clocks, which tick in event mode alone, and so there will be none: instantiate with eventModeUsed = "
-                 "true, or take the archive whose name does not end with Clocks");
+            warn(
+                "samples come by clocks, which tick in event mode alone, and so there will be none: instantiate with eventModeUsed = "
+                "true, or take the archive whose name does not end with Clocks");
             break;
         }
     return Status::ok;
@@ -398,7 +404,7 @@ Status Instance::update_discrete_states(Events* events) {
     take_samples(time_s_);
     if (end_ticks(&events->update_needed) != Status::ok) return Status::error;
     Message why;
-    const bool done = events->update_needed                    ? true
+    const bool done = events->update_needed                  ? true
                       : options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
                                                              : model_->advance(time_s_, &why);
     if (!done) return fail("%s", why.text);

@@ -147,6 +147,7 @@ private:
     bool take_samples(double t_s);
     bool sample_inside(double end_s, Message* why);
     Status make_table();
+    void index_table();
     Status set_up_check(const char* name, const char* token);
     Status check_step(double t_s, double step_s) const;
     // The row that an importer names; null when there is none, or none of this type, which is said.

@@ -64,8 +64,7 @@ void begin_interface(const Writer& w, const char* element) {
 void write_interfaces(const Writer& w) {
     if (model_info.model_exchange) {
         begin_interface(w, "ModelExchange");
-        if (model_info.derivatives)
-            w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
+        if (model_info.derivatives) w.attribute(w.fmi3 ? "providesDirectionalDerivatives" : "providesDirectionalDerivative", yes);
         if (model_info.derivatives && w.fmi3) w.attribute("providesAdjointDerivatives", yes);
         w.attribute(w.fmi3 ? "needsCompletedIntegratorStep" : "completedIntegratorStepNotNeeded", w.fmi3 ? "false" : yes);
         end_interface(w, "ModelExchange");

@@ -30,7 +30,8 @@ Status Instance::set_states(const double* x, std::size_t n) {
 }
 
 Status Instance::get_states(double* x, std::size_t n) {
-    if (!allowed(Call::get_continuous_states) || check_states(x, n) != Status::ok || make_ready() != Status::ok) return Status::error;
+    if (!allowed(Call::get_continuous_states) || check_states(x, n) != Status::ok || make_ready() != Status::ok)
+        return Status::error;
     if (n > 0) std::memcpy(x, states_, n * sizeof(double));
     return Status::ok;
 }
@@ -130,8 +131,9 @@ Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, c
     for (std::size_t k = 0; k < n_unknowns; ++k) {
         const Variable* row = row_of(unknowns[k]);
         if (!row) return Status::error;
-        if (row->derivative_of < 0 && (row->causality != Causality::output || row->type != Type::real))
-            return fail("%s is no derivative or real output", row->name);
+        // PyFMI asks for all outputs, whatever their type: what does not flow does not change with the states.
+        if (row->derivative_of < 0 && row->causality != Causality::output)
+            return fail("%s is no derivative or output", row->name);
     }
     return Status::ok;
 }

@@ -8,9 +8,6 @@
 
 namespace hnav::fmu {
 
-// What an output shows that has no sample yet: no number, which no filter takes for one.
-constexpr double no_sample = std::numeric_limits<double>::quiet_NaN();
-
 // Answer: what one call of the library fills in. group_number: of the bit of Model::refresh for all rows. capacity: of
 // variables, a vector counts as one.
 template <class Answer, int group_number, int capacity = 16>

@@ -99,9 +99,8 @@ inline Variable sample_counter(const char* name) {
 
 // Of a sensor: what tells that there is a new sample.
 inline Variable sample_mark(const char* sensor) {
-    return model_info.clocks
-               ? clock(Name(sensor, "tick"), Causality::output, "Ticks when a sample is delivered")
-               : output(Name(sensor, "sample"), Type::integer, "Samples delivered: a change marks a new sample");
+    return model_info.clocks ? clock(Name(sensor, "tick"), Causality::output, "Ticks when a sample is delivered")
+                             : output(Name(sensor, "sample"), Type::integer, "Samples delivered: a change marks a new sample");
 }
 
 inline Variable sample_time(const char* name) {

@@ -18,6 +18,14 @@ inline bool check_period(const char* name, double period_s, Message* why) {
     return false;
 }
 
+// False, with the reason, where a step from one time to another holds more than anybody waits for. name: of the period.
+inline bool check_span(double from_s, double to_s, const char* name, double period_s, Message* why) {
+    if (!(to_s - from_s > max_samples_inside * period_s)) return true;
+    std::snprintf(why->text, sizeof why->text, "a step to %g s holds more than %.0f samples at %s = %g s: take a shorter one",
+                  to_s, max_samples_inside, name, period_s);
+    return false;
+}
+
 // At most `most` inputs, counted from 0. Eight-byte numbers, saved as they are.
 template <int most>
 struct SampledInputs {

@@ -18,8 +18,8 @@ inline double time_tolerance(double t_s, double scale_s) {
 
 // Periods that are shorter are none: an importer that is sent to each of them does not get on.
 constexpr double min_period_s = 1e-6;
-// Samples of a model within one communication step.
-constexpr double max_samples_inside = 1e6;
+// Samples of a model within one communication step. Chosen: up to 10 us each, and no call is to take a second.
+constexpr double max_samples_inside = 5e4;
 
 // True once when a command goes up.
 inline bool rising(double level, double* last) {

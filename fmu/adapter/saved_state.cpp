@@ -30,7 +30,8 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t size) {
 } // namespace
 
 std::size_t Instance::snapshot_bytes() const {
-    return sizeof(Header) + (value_count() + state_count_) * sizeof(double) + (has_model_ && !touched_ ? model_->state_size() : 0);
+    return sizeof(Header) + (value_count() + state_count_) * sizeof(double) +
+           (has_model_ && !touched_ ? model_->state_size() : 0);
 }
 
 const unsigned char* Instance::model_in(const Snapshot* snapshot, std::size_t* bytes) const {
@@ -55,7 +56,7 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
     } else release_model(*snapshot);
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
     const bool saves_model = has_model_ && !touched_; // one that is to be made anew is none
-    Header header{snapshot_magic, 0,          token_,      bytes,   options_.interface, options_.event_mode_used,
+    Header header{snapshot_magic, 0,           token_,      bytes,   options_.interface, options_.event_mode_used,
                   mode_,          saves_model, parameters_, time_s_, start_s_,           stop_s_};
     std::memcpy(place + sizeof header, values_, value_count() * sizeof(double));
     std::memcpy(place + sizeof header + value_count() * sizeof(double), states_, state_count_ * sizeof(double));

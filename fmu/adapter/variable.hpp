@@ -39,7 +39,7 @@ struct Choices {
 struct Variable {
     char name[64];
     const char* description;
-    const char* unit;         // of the unit table in units.hpp; "" for none
+    const char* unit; // of the unit table in units.hpp; "" for none
     const char* display_unit; // "" for none
     Choices choices; // of enumerations
     Type type;
@@ -48,11 +48,11 @@ struct Variable {
     double start; // of parameters and inputs
     double min, max;
     DependsOn depends_on;
-    unsigned group;    // which part of the model computes it: a bit of Model::refresh
+    unsigned group; // which part of the model computes it: a bit of Model::refresh
     int derivative_of; // row of the state, or -1
     bool is_state;
     bool basic; // of the dozen parameters that one meets first
-    int clock;  // row of the clock that it belongs to, or -1
+    int clock; // row of the clock that it belongs to, or -1
 };
 
 // FNV-1a, 64 bits.

@@ -5,6 +5,7 @@
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "hnav/simulation.h"
 
 namespace hnav::fmu {
@@ -15,7 +16,7 @@ using AidSensorCalls = LibraryObject<hnav_aid_sensor, hnav_aid_sensor_destroy, h
 // The library holds the clock.
 struct AidSensorMemory {
     double blind; // the truth was none at the newest look: what is due waits
-    double period_s;
+    double period_s, now_s;
 };
 
 // The options of one sensor of the list, and what belongs to all of them.
@@ -37,6 +38,7 @@ public:
         if (!make(why, hnav_aid_sensor_create, of, &options, start_s)) return false;
         const double periods_s[] = {options.gnss.period_s, options.baro.period_s, options.wheel.period_s};
         memory_.period_s = periods_s[kind];
+        memory_.now_s = start_s;
         return true;
     }
 
@@ -55,21 +57,21 @@ public:
     }
 
     Lost lost() const final {
-        constexpr const char* periods[] = {"gnss.period_s", "baro.period_s", "wheel.period_s"};
         auto reading = hnav_sized<hnav_aid_reading>();
         hnav_aid_sensor_reading(object_, &reading);
         return reading.missed > 0 ? Lost{periods[kind], memory_.period_s} : Lost{};
     }
 
-    bool advance(double t_s, Message* why) final { return done(hnav_aid_sensor_advance(object_, t_s), why); }
+    bool advance(double t_s, Message* why) final {
+        if (!check_span(memory_.now_s, t_s, periods[kind], memory_.period_s, why)) return false; // slow errors go by every sample
+        memory_.now_s = t_s;
+        return done(hnav_aid_sensor_advance(object_, t_s), why);
+    }
 
     void refresh(double* values, unsigned groups) final {
         reading_.refresh(groups, values, [this](hnav_aid_reading* r) {
             r->size = sizeof *r;
             hnav_aid_sensor_reading(object_, r);
-            if (r->count > 0) return;
-            for (double& value : r->value) value = no_sample;
-            r->t_meas_s = no_sample;
         });
     }
 
@@ -143,6 +145,8 @@ protected:
     }
 
 private:
+    static constexpr const char* periods[] = {"gnss.period_s", "baro.period_s", "wheel.period_s"};
+
     int options_ = 0;
     Outputs<Reading, 0, 20> reading_;
 };

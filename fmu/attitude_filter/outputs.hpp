@@ -49,9 +49,9 @@ public:
             hnav_filter_gyro_bias(filter, b->bias, b->sigma);
         });
         posterior_.refresh(groups, values, [&](hnav_posterior* p) {
-            *p = {sizeof(hnav_posterior), no_sample, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
+            *p = {sizeof(hnav_posterior), start_s, {1, 0, 0, 0}, {0, 0, 0}, {M_PI, M_PI, M_PI, 0, 0, 0}, 0, 0, 0, 0};
             if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
-            if (!std::isfinite(p->t_s)) p->t_s = no_sample;
+            if (!std::isfinite(p->t_s)) p->t_s = start_s;
         });
         for (int s = HNAV_SENSOR_ACCEL; s <= HNAV_SENSOR_HEADING; ++s)
             innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
@@ -111,7 +111,8 @@ private:
 
     void describe_posterior(Table& table) {
         using namespace rows;
-        posterior_.add<&hnav_posterior::t_s>(table, output("post.t", "s", "", "Time of the newest sample used; NaN before the first"));
+        posterior_.add<&hnav_posterior::t_s>(table,
+                                             output("post.t", "s", "", "Time of the newest sample used; the start before the first"));
         posterior_.add<&hnav_posterior::q_nb>(
             table, output("post.q", "", "", "Attitude just after that sample, body to navigation, scalar first"));
         posterior_.add<&hnav_posterior::gyro_bias_rad_s>(

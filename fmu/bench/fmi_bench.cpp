@@ -98,7 +98,8 @@ public:
         // All of the group that tells the attitude.
         const unsigned group = table_[static_cast<int>(row("att.q[1]")) - 1].group;
         for (int i = 0; i < table_.size(); ++i)
-            if (table_[i].group == group && table_[i].type == hnav::fmu::Type::real) outputs.push_back(static_cast<unsigned>(i + 1));
+            if (table_[i].group == group && table_[i].type == hnav::fmu::Type::real)
+                outputs.push_back(static_cast<unsigned>(i + 1));
 
         double values[12];
         std::vector<double> shown(outputs.size());

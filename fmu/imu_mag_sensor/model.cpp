@@ -2,6 +2,7 @@
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "hnav/simulation.h"
 
 namespace hnav::fmu {
@@ -18,7 +19,7 @@ using SensorCalls = LibraryObject<hnav_imu_mag_sensor, hnav_imu_mag_sensor_destr
 // The library holds the clocks of the three sensors.
 struct SensorMemory {
     double blind; // the truth was none at the newest look: what is due waits
-    double period_s[sensors];
+    double period_s[sensors], now_s;
 };
 
 class ImuMagSensor final : public LibraryModel<StatelessModel, SensorCalls, SensorMemory> {
@@ -41,6 +42,7 @@ public:
         if (!make(why, hnav_imu_mag_sensor_create, &options, start_s)) return false;
         const double periods_s[] = {options.gyro.period_s, options.accel.period_s, options.mag.period_s};
         std::memcpy(memory_.period_s, periods_s, sizeof periods_s);
+        memory_.now_s = start_s;
         return true;
     }
 
@@ -61,7 +63,6 @@ public:
     }
 
     Lost lost() const override {
-        constexpr const char* periods[] = {"gyro.period_s", "accel.period_s", "mag.period_s"};
         for (int s = 0; s < sensors; ++s) {
             auto reading = hnav_sized<hnav_reading>();
             hnav_imu_mag_sensor_reading(object_, static_cast<hnav_sensor>(s), &reading);
@@ -70,7 +71,12 @@ public:
         return {};
     }
 
-    bool advance(double t_s, Message* why) override { return done(hnav_imu_mag_sensor_advance(object_, t_s), why); }
+    bool advance(double t_s, Message* why) override {
+        for (int s = 0; s < sensors; ++s) // slow errors go by every sample
+            if (!check_span(memory_.now_s, t_s, periods[s], memory_.period_s[s], why)) return false;
+        memory_.now_s = t_s;
+        return done(hnav_imu_mag_sensor_advance(object_, t_s), why);
+    }
 
     void refresh(double* values, unsigned groups) override {
         for (int s = 0; s < sensors; ++s) {
@@ -79,12 +85,13 @@ public:
             reading_[s].refresh(groups, values, [&](hnav_reading* r) {
                 r->size = sizeof *r;
                 hnav_imu_mag_sensor_reading(object_, kind, r);
-                if (r->count == 0) r->value[0] = r->value[1] = r->value[2] = r->t_meas_s = no_sample;
             });
         }
     }
 
 private:
+    static constexpr const char* periods[sensors] = {"gyro.period_s", "accel.period_s", "mag.period_s"};
+
     struct Density {
         double psd;
     };
@@ -141,7 +148,12 @@ constexpr ModelInfo model_info = {
     HNAV_FMU_NAME,
     "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
     "samples with counters and time stamps",
-    Experiment{0.01, 60}, States{0, 0}, false, false, false, HNAV_FMU_CLOCKS != 0};
+    Experiment{0.01, 60},
+    States{0, 0},
+    false,
+    false,
+    false,
+    HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new ImuMagSensor; }
 
 } // namespace hnav::fmu

@@ -98,7 +98,12 @@ constexpr ModelInfo model_info = {
     HNAV_FMU_NAME,
     "Position, velocity and attitude from an inertial sensor, satellites, pressure and wheels, aligned from "
     "any heading, in motion or at rest, without a magnetometer",
-    Experiment{0.01, 60}, States{10, 6}, true, true, false, HNAV_FMU_CLOCKS != 0};
+    Experiment{0.01, 60},
+    States{10, 6},
+    true,
+    true,
+    false,
+    HNAV_FMU_CLOCKS != 0};
 Model* make_model() { return new InsModel; }
 
 } // namespace hnav::fmu

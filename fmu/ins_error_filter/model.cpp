@@ -36,7 +36,7 @@ public:
         hnav_aircraft_destroy(plant);
         if (!made) return false;
         memory_.clock = {start_s, model.interval_s, values[at_.sampling_mode], 0, 0};
-        memory_.newest_s = memory_.before_s = no_sample;
+        memory_.newest_s = memory_.before_s = start_s;
         return true;
     }
 

@@ -1,7 +1,6 @@
 // The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
-#include "adapter/outputs.hpp"
 #include "observer/variables.hpp"
 
 #include <algorithm>
@@ -32,6 +31,7 @@ constexpr int max_channels = 62; // known inputs and sensors together
 
 // Sampled are the known inputs, then the sensors.
 struct ObserverMemory : EstimateMemory<max_channels> {
+    double start_s;
     double now_s, behind; // of the last step; 1: outputs that look ahead are still to be brought there
     double keeps_states;  // 1: its saved states are snapshots
 };
@@ -60,6 +60,7 @@ public:
                           "variables.txt and observer.plan do not belong together: export the FMU anew");
             return false;
         }
+        memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
         memory_.keeps_states = keeps_states(object_);
         for (int c = 0; c < channels(); ++c)
@@ -127,7 +128,7 @@ public:
         constexpr unsigned others = 1u << innovation_group | 1u << covariance_group | 1u << indicator_group;
         at_.each(groups & ~others, values, [&](Role role, int i, double* value) {
             switch (role) {
-            case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : no_sample; break;
+            case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : memory_.start_s; break;
             case post: *value = post_x[i]; break;
             case post_sigma: *value = post_sigmas[i]; break;
             case estimate: *value = x[i]; break;

@@ -2,6 +2,7 @@
 #include "adapter/model.hpp"
 #include "adapter/outputs.hpp"
 #include "adapter/rows.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "adapter/state_rows.hpp"
 
 #include <cstdint>
@@ -29,7 +30,7 @@ struct Memory {
 };
 static_assert(sizeof(Memory) % 8 == 0);
 
-constexpr double longest_substep_s = 2e-3;
+constexpr double longest_substep_s = 2e-3, most_substeps_per_sample = 100; // of a tenth of a microsecond
 
 // Number k of a seeded sequence of white noise: a function of both, so that a step that is taken back draws the same ones again.
 double normal(double seed, double k) {
@@ -100,16 +101,17 @@ public:
     double next_sample_s(const double*) const override { return memory_.clock.next_s(); }
 
     bool advance(double t_s, Message* why) override {
-        for (double k = 0; k <= max_samples_inside; ++k) {
+        if (!check_span(memory_.now_s, t_s, "measured.period_s", memory_.clock.period_s, why) ||
+            !check_span(memory_.now_s, t_s, "the longest substep", most_substeps_per_sample * longest_substep_s, why))
+            return false;
+        for (;;) {
             const double due_s = memory_.clock.next_s();
-            if (!(due_s <= t_s + time_tolerance(t_s, memory_.clock.period_s))) return swing_to(t_s, why);
-            if (!swing_to(std::fmax(due_s, memory_.now_s), why)) return false;
+            if (!(due_s <= t_s + time_tolerance(t_s, memory_.clock.period_s))) break;
+            swing_to(std::fmax(due_s, memory_.now_s));
             measure(due_s);
         }
-        std::snprintf(why->text, sizeof why->text,
-                      "a step to %g s holds more than %.0f samples at measured.period_s = %g s: take a shorter one", t_s,
-                      max_samples_inside, memory_.clock.period_s);
-        return false;
+        swing_to(t_s);
+        return true;
     }
 
     // ------------------------------------------------------------------------------------------------ outputs
@@ -174,13 +176,9 @@ private:
     }
 
     // Runge and Kutta's fourth order in equal steps.
-    bool swing_to(double t_s, Message* why) {
+    void swing_to(double t_s) {
         const double interval_s = t_s - memory_.now_s, steps = std::ceil(interval_s / longest_substep_s);
-        if (!(interval_s > 0)) return true;
-        if (steps > 1e8) {
-            std::snprintf(why->text, sizeof why->text, "a step of %g s is too long: take a shorter one", interval_s);
-            return false;
-        }
+        if (!(interval_s > 0)) return;
         const double h = interval_s / steps;
         double* x = memory_.truth.x;
         for (double k = 0; k < steps; ++k) {
@@ -194,7 +192,6 @@ private:
             for (int i = 0; i < dimension; ++i) x[i] += h / 6 * (slope[0][i] + 2 * slope[1][i] + 2 * slope[2][i] + slope[3][i]);
         }
         memory_.now_s = t_s;
-        return true;
     }
 
     int drive_ = 0, start_angle_ = 0, start_rate_ = 0, frequency_ = 0, damping_ = 0, period_ = 0, noise_ = 0, seed_ = 0;

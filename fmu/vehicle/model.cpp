@@ -4,6 +4,7 @@
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
+#include "adapter/sampled_inputs.hpp"
 #include "adapter/state_rows.hpp"
 #include "hnav/simulation.h"
 
@@ -41,8 +42,8 @@ public:
         truth_.add<&T::longitude_rad>(table, flow("truth.longitude", "rad", "deg", on_x, "Longitude"));
         truth_.add<&T::height_m>(table, flow("truth.height", "m", "", on_x, "Height above the ellipsoid of WGS 84"));
         truth_.add<&T::velocity_n_m_s>(table, flow("truth.velocity", "m/s", "", on_x, "Velocity north, east, down"));
-        truth_.add<&T::q_nb>(
-            table, flow("truth.q", "", "", on_x, "Attitude, body to north-east-down of true north, scalar first"));
+        truth_.add<&T::q_nb>(table,
+                             flow("truth.q", "", "", on_x, "Attitude, body to north-east-down of true north, scalar first"));
         truth_.add<&T::euler_rad>(
             table, flow("truth.euler", "rad", "deg", on_x, "Roll, pitch, yaw (rotation order z y x); yaw is the heading"));
         truth_.add<&T::rate_b_rad_s>(
@@ -76,11 +77,7 @@ public:
 
     bool advance(double t_s, Message* why) override {
         const auto point_s = [this](double k) { return memory_.start_s + k * grid_s; };
-        if (t_s - point_s(memory_.points) > max_samples_inside * grid_s) {
-            std::snprintf(why->text, sizeof why->text, "a step to %g s is longer than %g s: take a shorter one", t_s,
-                          max_samples_inside * grid_s);
-            return false;
-        }
+        if (!check_span(point_s(memory_.points), t_s, "the grid inside", grid_s, why)) return false;
         for (; point_s(memory_.points + 1) <= t_s; memory_.points += 1)
             if (!carry(point_s(memory_.points), memory_.x, point_s(memory_.points + 1), why)) return false;
         double x[states];
@@ -153,7 +150,10 @@ constexpr ModelInfo model_info = {
     "Vehicle",
     "Truth for navigation: a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth, its place, "
     "velocity and attitude, and what ideal inertial sensors in it read",
-    Experiment{0.01, 60}, States{states, states}, true, false}; // who integrates a vehicle has nothing to correct by derivatives
+    Experiment{0.01, 60},
+    States{states, states},
+    true,
+    false}; // who integrates a vehicle has nothing to correct by derivatives
 Model* make_model() { return new Vehicle; }
 
 } // namespace hnav::fmu

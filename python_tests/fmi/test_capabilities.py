@@ -12,7 +12,11 @@ from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu, fmu_path
 
 FOLDERS = {version: fmu_path("Ahrs", version).parent for version in (2, 3)}
-ARCHIVES = [pytest.param(path, id=f"fmi{version}-{path.stem}") for version, folder in FOLDERS.items() for path in sorted(folder.glob("*.fmu"))]
+ARCHIVES = [
+    pytest.param(path, id=f"fmi{version}-{path.stem}")
+    for version, folder in FOLDERS.items()
+    for path in sorted(folder.glob("*.fmu"))
+]
 REAL = ("Real", "Float64")
 
 
@@ -122,8 +126,7 @@ def test_derivatives_are_differences_where_they_are_declared_and_refused_elsewhe
                 sides.append(np.concatenate([at.dx(), reals(fmu, at.outputs)]))
             at.set_x(x)
             found, differences = at.along(seed), (sides[0] - sides[1]) / (2 * h)
-            flows = np.isfinite(differences)  # no number before there is a sample
-            np.testing.assert_allclose(found[flows], differences[flows], rtol=1e-4, atol=1e-5)
+            np.testing.assert_allclose(found, differences, rtol=1e-4, atol=1e-5)
         if declared(path, "ModelExchange", "providesAdjointDerivatives"):
             back = rng.normal(size=size(fmu, at.unknowns))
             seeds = np.array([at.along(seed) for seed in np.eye(at.nx)]).reshape(at.nx, len(back))
@@ -154,15 +157,10 @@ def test_states_are_set_by_value_reference_as_by_their_own_call(path: Path):
 def test_initialization_mode_has_the_values_that_come_after_it(path: Path):
     for model_exchange in {False, declared(path, "ModelExchange") is not None}:
         with Fmu(path, model_exchange=model_exchange) as fmu:
-            f = fmu.fmu
-            if fmu.fmi3:
-                fmu.call(lambda: f.enterInitializationMode(startTime=0.0))
-            else:
-                fmu.call(lambda: f.setupExperiment(startTime=0.0))
-                fmu.call(f.enterInitializationMode)
+            fmu.enter_initialization()
             unknowns = [u.variable for u in fmu.description.initialUnknowns if u.variable.type in REAL]
             before = reals(fmu, unknowns)
-            fmu.call(f.exitInitializationMode)
+            fmu.call(fmu.fmu.exitInitializationMode)
             np.testing.assert_array_equal(reals(fmu, unknowns), before)
 
 
@@ -211,3 +209,84 @@ def test_event_mode_and_intermediate_updates_are_as_declared(path: Path):
         fmu.do_step(0.0, 0.01)
         instance.fmi3FreeInstance(instance.component)
     assert updates == [pytest.approx(0.01)]
+
+
+# --------------------------------------------------------------------------------------------- before and beside
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_parameters_can_be_read_before_initialization_and_nothing_else(version):
+    with Fmu(fmu_path("AircraftInsLateral", version)) as fmu:
+        assert fmu.get("interval") == 0.1
+        fmu.set("interval", 0.2)
+        assert fmu.get("interval") == 0.2
+        with pytest.raises(HnavError, match="getting a calculated variable is not allowed in the mode before initialization"):
+            fmu.get("z.beta")
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_initialization_mode_follows_parameters_as_they_change(version):
+    with Fmu(fmu_path("Pendulum", version)) as fmu:
+        fmu.enter_initialization()
+        for angle in (0.3, -0.7):
+            fmu.set("start.angle_rad", angle)
+            assert fmu.get("truth.angle") == angle
+        fmu.set("start.angle_rad", 0.1)
+        fmu.call(fmu.fmu.exitInitializationMode)
+        assert fmu.get("truth.angle") == 0.1
+
+
+def test_a_bad_parameter_is_named_in_initialization_mode_and_can_be_mended():
+    with Fmu(fmu_path("InsErrorFilterLateral", 3)) as fmu:
+        fmu.enter_initialization()
+        fmu.set("ins_error_time_constant.p", 0.0)
+        with pytest.raises(HnavError, match="time_constant"):
+            fmu.get("sigma.p")
+        fmu.set("ins_error_time_constant.p", 100.0)
+        assert fmu.get("sigma.p") > 0
+
+
+@pytest.mark.parametrize("name", ("Ahrs", "Hrekf", "Ins"))
+def test_a_queue_that_no_memory_holds_is_refused(name):
+    with Fmu(fmu_path(name, 2)) as fmu:
+        fmu.set("timing.queue_capacity", 1000000)
+        with pytest.raises(
+            HnavError, match=r"queue_capacity = 1000000 takes [\d.]+ GiB: a filter may take 1 GiB, which holds \d+"
+        ):
+            fmu.initialise()
+
+
+def test_states_of_a_vehicle_that_lie_beyond_the_earth_are_refused():
+    with Fmu(fmu_path("Vehicle", 3), model_exchange=True) as fmu:
+        at = Flowing(fmu)
+        at.set_x(at.x() + [1e200, 0, 0, 0])
+        with pytest.raises(HnavError, match="derivatives"):
+            at.dx()
+        assert np.isfinite(reals(fmu, at.outputs)).all()
+
+
+def test_there_is_no_pressure_above_the_atmosphere_and_no_sample_of_a_height_that_is_none():
+    with Fmu(fmu_path("Baro", 3)) as fmu:
+        fmu.set("baro.noise_pa", 1e-9)
+        fmu.set("baro.colour_pa", 0.0)
+        fmu.set("baro.offset_sigma_pa", 0.0)
+        fmu.initialise()
+        fmu.set("truth.height", 1e300)
+        fmu.do_step(0.0, 1.0)
+        assert fmu.get("baro.sample") == 0 and fmu.get("baro.pressure") == 0
+        fmu.set("truth.height", 1e6)
+        fmu.do_step(1.0, 1.0)
+        assert abs(fmu.get("baro.pressure")) < 1e-6
+
+
+@pytest.mark.parametrize(
+    "name, period", [("Gnss", "gnss.period_s"), ("ImuMagSensor", "gyro.period_s"), ("Vehicle", ""), ("Pendulum", "")]
+)
+def test_a_step_of_years_is_refused_at_once(name, period):
+    with Fmu(fmu_path(name, 3)) as fmu:
+        if period:
+            fmu.set(period, 1e-6)
+        fmu.initialise()
+        fmu.do_step(0.0, 1e-3)
+        with pytest.raises(HnavError, match="take a shorter one"):
+            fmu.do_step(1e-3, 1e8)

@@ -578,6 +578,7 @@ def test_a_token_of_another_version_is_turned_away(version):
     shutil.rmtree(fmu._folder, ignore_errors=True)
     broken = Fmu.__new__(Fmu)
     broken.description, broken.fmi3, broken.messages = description, version == 3, messages
+    broken.model_exchange = broken._events = False
     broken.variables, broken._folder = {}, fmpy.extract(str(fmu_path(MODEL, version)))
     kind = type(fmu.fmu)
     broken.fmu = kind(guid="{other}", unzipDirectory=broken._folder, modelIdentifier=MODEL, instanceName="x")

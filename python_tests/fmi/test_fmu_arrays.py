@@ -120,13 +120,13 @@ def test_model_exchange_gives_the_same_derivatives_directional_and_adjoint_ones_
     assert found[0] == found[1] and any(found[0][2])
 
 
-def test_sizes_that_do_not_fit_and_elements_by_themselves_are_refused():
+def test_sizes_that_do_not_fit_and_references_of_no_variable_are_refused():
     with Fmu(fmu_path(ARRAYS, 3)) as fmu:
         reference = fmu.variables["gyro.rate"].valueReference
         with pytest.raises(HnavError, match="variables of 3 elements go with 2 values"):
             fmu.call(fmu.fmu.setFloat64, [reference], [0.0, 0.0])
         with pytest.raises(HnavError, match="no variable with value reference"):
-            fmu.call(fmu.fmu.setFloat64, [reference + 1], [])
+            fmu.call(fmu.fmu.setFloat64, [len(fmu.variables) + 1], [])
         with pytest.raises(HnavError, match=r"start\.start_q_nb\[2\]"):
             fmu.call(fmu.fmu.setFloat64, [fmu.variables["start.start_q_nb"].valueReference], [1.0, 7.0, 0.0, 0.0])
 

@@ -217,13 +217,16 @@ class Fmu:
 
     def initialise(self, start_s: float = 0.0, stop_s: float | None = None) -> None:
         """Parameters set before this take effect here."""
+        self.enter_initialization(start_s, stop_s)
+        self.call(self.fmu.exitInitializationMode)
+
+    def enter_initialization(self, start_s: float = 0.0, stop_s: float | None = None) -> None:
         f = self.fmu
         if self.fmi3:
             self.call(lambda: f.enterInitializationMode(startTime=start_s, stopTime=stop_s))
         else:
             self.call(lambda: f.setupExperiment(startTime=start_s, stopTime=stop_s))
             self.call(f.enterInitializationMode)
-        self.call(f.exitInitializationMode)
 
     def update_discrete_states(self) -> float | None:
         """In event mode: the next event time, None if there is none."""
