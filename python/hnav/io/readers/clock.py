@@ -14,6 +14,7 @@ SURELY_NOT_SECONDS = 2.0
 MOST_WRONG = 0.02
 """Share of the stamps that may be wrong: with more, nothing is left to go by."""
 FEWEST_WRONG = 3
+FEWEST_ROWS = 8  # to know the usual interval by
 LONGEST_RUN = 50
 """Rows of one stamp: a clock of 1 s at 50 Hz."""
 NEIGHBOURS = 3.5
@@ -46,10 +47,10 @@ def mended(t_s: np.ndarray) -> tuple[np.ndarray, str] | None:
     One stamp that does not fit its neighbours lies between them; rows of one stamp are spread to the next; after a clock that was
     set back, time goes on by the usual interval.
     """
-    t_s, unknown = _filled(t_s)
-    spread = _spread(t_s) if t_s is not None else None
-    if t_s is None or spread is None:
+    filled, unknown = _filled(t_s)
+    if filled is None or len(t_s) < FEWEST_ROWS or (spread := _spread(filled)) is None:
         return None
+    t_s = filled
     shared = int((np.diff(t_s) == 0).sum())
     usual_s = float(np.median(np.diff(spread)[np.diff(spread) > 0]))
     single, wrong = _between_neighbours(spread, usual_s)

@@ -135,9 +135,8 @@ class LongTable:
             raise _NotPlain
         raw = raw_of(str(self._path), table_by(str(self._path), frame, self._plan), self._wishes)
         units = {"time": raw.time_unit, **{stream.sensor: stream.unit for stream in raw.streams}}
-        return replace(
-            self._wishes, **{f"{name}_unit": unit.name for name, unit in units.items() if unit.source.startswith("by its")}
-        )
+        said: dict[str, Any] = {f"{name}_unit": unit.name for name, unit in units.items() if unit.source.startswith("by its")}
+        return replace(self._wishes, **said)
 
     def _recording(self, frame: pd.DataFrame, before: int) -> Recording:
         """before: rows of the pieces before this one."""

@@ -169,7 +169,7 @@ def unbatched(frame: pd.DataFrame) -> pd.DataFrame:
     """Samples that share a record's time, the newest at that time, at equal steps since the record before."""
     if PLACE not in frame:
         return frame
-    time = next((column for column in frame if column.startswith(BATCH)), None)
+    time = next((str(column) for column in frame if str(column).startswith(BATCH)), None)
     if time is None:
         return frame.drop(columns=[PLACE, LENGTH])
     stamps = frame[time].to_numpy(float)
