@@ -76,8 +76,8 @@ def test_files_that_are_none_are_named(csv, tmp_path):
     for name in ("broken.hdf5", "broken.mat"):
         with pytest.raises(RecordingError, match=name):
             read(csv("nothing of the kind", name=name))
-    with pytest.raises(RecordingError, match="mag_unit = mT"):
-        read(csv(HEADER, ROW), mag_unit="mT")
+    with pytest.raises(RecordingError, match="mag_unit = stone"):
+        read(csv(HEADER, ROW), mag_unit="stone")
     with pytest.raises(RecordingError, match="no BROAD trials"):
         find_trials(tmp_path)
     with pytest.raises(RecordingError, match="no such folder"):
