@@ -121,7 +121,8 @@ def shown(seconds: float) -> str:
 
 def draw(found: Sequence[Times]) -> Any:
     """Median time over the start's heading error, a panel for each claim; a filter whose median never converges ends its line."""
-    picture = figure(1100, 420)
+    picture = figure(1100, 440)
+    picture.set_layout_engine("constrained")
     axes = picture.subplots(1, len(CLAIMS_DEG), sharey=True)
     for ax, claim in zip(axes, CLAIMS_DEG):
         for name in FILTERS:
@@ -138,7 +139,7 @@ def draw(found: Sequence[Times]) -> Any:
         ax.set(title=f"claimed {claim:g} deg", xlabel="heading error of the start, deg", yscale="log")
         ax.grid(alpha=0.3)
     axes[0].set_ylabel(f"median s until below {LIMIT_DEG:g} deg")
-    axes[-1].legend(fontsize=7)
+    picture.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=len(FILTERS), fontsize=7)
     return picture
 
 
