@@ -26,6 +26,8 @@ void LivePlant::enter(std::uint64_t token, const Way& way) {
     const SpinLock::Held held(guard);
     token_ = token;
     way_ = way;
+    passed_ = false;
+    for (const LivePlant* one = first; one; one = one->next_) passed_ |= one->token_ == token && one->passed_;
     next_ = first;
     first = this;
     listed_ = true;
@@ -35,6 +37,18 @@ bool LivePlant::lives(std::uint64_t token) {
     const SpinLock::Held held(guard);
     for (const LivePlant* one = first; one; one = one->next_)
         if (one->token_ == token) return true;
+    return false;
+}
+
+void LivePlant::pass(std::uint64_t token) {
+    const SpinLock::Held held(guard);
+    for (LivePlant* one = first; one; one = one->next_) one->passed_ |= one->token_ == token;
+}
+
+bool LivePlant::has_passed(std::uint64_t token) {
+    const SpinLock::Held held(guard);
+    for (const LivePlant* one = first; one; one = one->next_)
+        if (one->token_ == token && one->passed_) return true;
     return false;
 }
 

@@ -25,12 +25,15 @@ public:
     // Takes the answers of the way over, a block.
     void enter(std::uint64_t token, const Way& way);
     static bool lives(std::uint64_t token);
+    // Instances with this token have been found to leave each other alone; known while one of them lives.
+    static void pass(std::uint64_t token);
+    static bool has_passed(std::uint64_t token);
     // A copy of the way of one that has such a token and a way, its plan to plan: no answers if there is none, or no memory.
     static Way way_of(std::uint64_t token, Plan* plan);
 
 private:
     std::uint64_t token_ = 0;
-    bool listed_ = false;
+    bool listed_ = false, passed_ = false;
     Way way_;
     LivePlant* next_ = nullptr;
 };

@@ -131,33 +131,16 @@ bool leave_each_other_alone(const char* folder, Plan& plan, const LivePlant::Way
     return agree(plan, way.answers, memory.numbers, why) && agree(plan, way.answers, memory.numbers + way.count, why);
 }
 
-// FMUs that have been found to leave each other alone, the newest ones.
-class Trials {
-public:
-    bool know(std::uint64_t token) const { return std::find(known_, known_ + count_, token) != known_ + count_; }
-    void add(std::uint64_t token) {
-        known_[next_] = token;
-        next_ = (next_ + 1) % most;
-        count_ = std::min(count_ + 1, most);
-    }
-
-private:
-    static constexpr int most = 64;
-    std::uint64_t known_[most] = {};
-    int count_ = 0, next_ = 0;
-};
-
 SpinLock one_at_a_time;
-Trials trials;
 
 // Before another is used beside one that lives.
 bool may_be_second(const char* folder, std::uint64_t token, Refusal& why) {
-    if (trials.know(token)) return true;
+    if (LivePlant::has_passed(token)) return true;
     auto* plan = make_object<Plan>();
     if (!plan) return why.refuse(Refusal::plant, "no memory for a plan");
     const LivePlant::Way way = LivePlant::way_of(token, plan);
     const bool may = !way.answers || leave_each_other_alone(folder, *plan, way, why);
-    if (may && way.answers) trials.add(token);
+    if (may && way.answers) LivePlant::pass(token);
     release_block(way.answers);
     destroy_object(plan);
     return may;
@@ -179,7 +162,7 @@ FmuPlant* open_beside_others(const char* folder, Plan& plan, double start_s, Ref
     FmuPlant* plant = FmuPlant::open(folder, plan, start_s, why);
     if (!plant) return nullptr;
     LivePlant::Way way;
-    if (is_first && !plan.once && !plan.never_freed && !trials.know(token)) {
+    if (is_first && !plan.once && !plan.never_freed) {
         way = {plant->plan(), start_s, nullptr, steps * Walk::numbers_of(plan.sizes)};
         way.answers = static_cast<double*>(take_block(way.count * sizeof(double)));
         if (way.answers) Walk(*plant, *way.plan, start_s, way.answers).go_to(steps);

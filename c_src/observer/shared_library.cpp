@@ -1,6 +1,5 @@
 #include "observer/shared_library.hpp"
 
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -141,10 +140,9 @@ bool SharedLibrary::open_alone(const char* path, char* why, std::size_t size) {
 }
 
 bool SharedLibrary::open_copy(const char* path, const char* folder, int length, const char* name) {
-    static std::atomic<unsigned long> copies{0};
     char why[64];
-    const int written = std::snprintf(copy_, sizeof copy_, "%.*s/hnav_%lu_%p_%lu_%s", length, folder, process_number(),
-                                      static_cast<void*>(&copies), ++copies, name);
+    const int written = std::snprintf(copy_, sizeof copy_, "%.*s/hnav_%lu_%p_%s", length, folder, process_number(),
+                                      static_cast<void*>(this), name);
     const bool fits = written > 0 && written < static_cast<int>(sizeof copy_);
     const bool loaded = fits && copy_file(path, copy_) && open(copy_, why, sizeof why);
 #ifndef _WIN32

@@ -10,7 +10,7 @@ import pytest
 
 from checkout import BUILD, TOP
 
-EXPECTED = "roll 20.0  pitch 5.0  yaw 30.0 deg"
+EXPECTED = "roll 20.0  pitch 5.0  heading 30.0 deg"
 
 
 def run(*command, **options) -> str:

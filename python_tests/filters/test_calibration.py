@@ -96,7 +96,7 @@ def test_a_file_of_before_the_gap_was_told_still_reads(tmp_path):
     (lambda f, a: ((np.where(f > 60, np.inf, f), a), {}), "non-finite", "field row"),
     (lambda f, a: ((f, a), {"no_such": 1}), "option", "no_such"),
     (lambda f, a: ((f, a), {"robust": 3}), "option", "robust"),
-    (lambda f, a: ((f, a), {"unit": "mT"}), "option", "mT"),
+    (lambda f, a: ((f, a), {"unit": "furlong"}), "option", "furlong"),
 ])  # fmt: skip
 def test_bad_input_is_named(change, status, named):
     arguments, options = change(*turned_about()[:2])
@@ -119,7 +119,7 @@ def test_a_file_that_is_no_calibration_is_named(tmp_path, text, named):
         read_calibration(path)
 
 
-ODD = [("offset", [1, 2]), ("matrix", [[1, 0, 0]] * 2), ("matrix", "one"), ("offset", [10**400, 0, 0]), ("offset", {}), ("unit", "mT"),
+ODD = [("offset", [1, 2]), ("matrix", [[1, 0, 0]] * 2), ("matrix", "one"), ("offset", [10**400, 0, 0]), ("offset", {}), ("unit", "furlong"),
        ("unit", ["T"]), ("unit", {}), ("fit", 3), ("fit", None), ("note", ["a"]), ("strength", 10**400), ("strength", "5"), ("samples", True),
        ("dip_rad", [1])]  # fmt: skip
 
@@ -175,7 +175,7 @@ def test_filter_with_the_calibration_equals_the_filter_on_the_corrected_field(tm
     corrected = write_csv(tmp_path / "corrected.csv", read_calibration(found).apply(field), force)
     tables = []
     for recording, more in ((tumbled, ["--calibration", found]), (corrected, []), (tumbled, [])):
-        done = hnav("filter", recording, "--mag-unit", "uT", "--out", tmp_path / "o.csv", *more)
+        done = hnav("filter", recording, "--mag-unit", "uT", "--force", "--out", tmp_path / "o.csv", *more)
         assert done.returncode == 0, done.stderr
         tables.append(pd.read_csv(tmp_path / "o.csv", comment="#").to_numpy())
     np.testing.assert_allclose(tables[0], tables[1], rtol=1e-6, atol=1e-6, equal_nan=True)
@@ -195,7 +195,7 @@ def test_yaw_alone_is_refused_and_hard_iron_only_says_so(tmp_path):
 
 @pytest.mark.parametrize("arguments, named", [
     (["calibrate", "nowhere.csv"], "nowhere.csv"),
-    (["calibrate", "TUMBLED", "--mag-unit", "mT"], "mT"),
+    (["calibrate", "TUMBLED", "--mag-unit", "furlong"], "furlong"),
     (["calibrate", "TUMBLED", "--out", "/nonexistent/c.json"], "/nonexistent/c.json"),
     (["calibrate", "TUMBLED", "--picture", "OUT.nothing"], "OUT.nothing"),
     (["calibrate", "BARE"], "no magnetometer"),

@@ -6,7 +6,8 @@ from scipy.linalg import expm
 
 import hnav
 from hnav.filters.observer import Observer
-from studies.observer.smooth import normalised, van_der_pol
+from hnav.systems.statistics import normalised_squares
+from studies.observer.smooth import van_der_pol
 
 POINTS = {"propagation": "sigma_points", "start_mode": "given"}
 
@@ -57,7 +58,7 @@ def test_the_oscillator_of_van_der_pol_has_errors_as_told():
             plan.state(name, start=float(value), start_sigma=1.0, noise=noise)
         plan.options = POINTS
         run = Observer(plan).run(0.05 * np.arange(1, 101), {"x0": y})
-        nees.append(normalised(truth - np.column_stack([run.x["x0"], run.x["x1"]]), run.covariance)[20:].mean())
+        nees.append(normalised_squares(truth - np.column_stack([run.x["x0"], run.x["x1"]]), run.covariance)[20:].mean() / 2)
     assert 0.6 < np.mean(nees) < 1.5
 
 

@@ -27,7 +27,7 @@ class WithoutErrors:
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
-    monkeypatch.setattr(motions, "InsOptions", lambda grade: WithoutErrors())
+    monkeypatch.setattr(motions, "Options", lambda filter, grade: WithoutErrors())
     made = motion(kind, seed)
     T = 1 / RATE_HZ
     # Of rates that are means over their intervals, with the coning of successive turns (two-sample algorithm), less the Earth's.

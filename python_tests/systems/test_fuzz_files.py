@@ -134,7 +134,7 @@ def test_times_that_no_machine_can_keep_are_one_line_of_the_command(system, tmp_
     make.mkdir()
     (make / "SystemStructure.ssd").write_text(ssd.replace('stopTime="1"', 'stopTime="1e308"'))
     recording = tmp_path / "x.csv"
-    recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,-9.81\n0.01,0,0,0,0,0,-9.81\n")
+    recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0.01,0,0,0,0,-9.81\n0.01,0,0.01,0,0,0,-9.81\n")
     filtered = ("filter", recording, "--engine", "fmi2-cs", "--out", tmp_path / "out.csv")
     for arguments, said in (
         (("simulate", make, "--out", tmp_path / "out"), "points need"),

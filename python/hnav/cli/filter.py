@@ -77,19 +77,17 @@ def command(
         )
         return
     navigation.refuse_gnss(gnss)
-    chosen = parse_settings(settings)
-    iron = None if calibration is None else read_calibration(calibration)
+    chosen, iron = parse_settings(settings), None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)
-    # What needs all rows at once is a page, hindsight, and the loop of an FMU.
-    table = None if report or smooth or engine != "c" or step else reading.long_table(recording, iron)
+    whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
+    table = None if whole else reading.long_table(recording, iron)
     if table is not None and out is not None:
         doubts = warnings_of(recording, table.findings, strict, force)
         chosen, note = with_frame(frame, chosen, next(iter(table)))
         outcome = filter_pieces(table, out, Options(filter, preset, **chosen), made)
     else:
         data = reading.read(recording)
-        if iron is not None:
-            data = iron.apply_to(data)
+        data = data if iron is None else iron.apply_to(data)
         found = reading.check(data)
         doubts = warnings_of(recording, found, strict, force)
         chosen, note = with_frame(frame, chosen, data)
@@ -99,9 +97,7 @@ def command(
         if report is not None:
             write_page(report, result, data, lines_of(found))
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
-    tell(outcome, engine, out, report)
-    for line in note:
-        say(line)
+    tell(outcome, engine, out, report, note)
     warn(doubts)
 
 
@@ -154,10 +150,10 @@ def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]
     return Outcome(table.rows, run.us_per_sample, run.counts, tally.findings())
 
 
-def tell(outcome: Outcome, engine: str, out: Path | None, report: Path | None) -> None:
+def tell(outcome: Outcome, engine: str, out: Path | None, report: Path | None, note: list[str]) -> None:
     say(summary(outcome, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
-    for warning in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts)]:
-        say(warning)
+    for line in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts), *note]:
+        say(line)
 
 
 def filtered(

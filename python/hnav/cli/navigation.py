@@ -103,12 +103,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
     iron = None if wanted.calibration is None else read_calibration(wanted.calibration)
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
     table = None if wanted.report or wanted.out is None or wanted.smooth else reading.long_table(wanted.recording, iron)
-    made = [
-        f"recording {wanted.recording}",
-        *([f"satellites {wanted.gnss}"] if wanted.gnss else []),
-        *([SMOOTHED] if wanted.smooth else []),
-        *([f"field corrected by {wanted.calibration}"] if wanted.calibration else []),
-    ]
+    made = made_by(wanted)
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
         doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict, wanted.force)
         told = Told()
@@ -130,6 +125,16 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
             write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
     say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
     warn([*doubts, *of_run(told, run)])
+
+
+def made_by(wanted: Wanted) -> list[str]:
+    """What the head of a table says of how it was made."""
+    said = {
+        f"satellites {wanted.gnss}": wanted.gnss is not None,
+        SMOOTHED: wanted.smooth,
+        f"field corrected by {wanted.calibration}": wanted.calibration is not None,
+    }
+    return [f"recording {wanted.recording}", *(text for text, holds in said.items() if holds)]
 
 
 def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:

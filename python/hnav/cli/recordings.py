@@ -98,7 +98,7 @@ def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool =
     alarms = [finding for finding in findings if finding.level != "note"]
     alarms.sort(key=lambda finding: finding.code not in MEANINGLESS)
     more = f" (and {len(alarms) - 1} more: hnav check {path})" if len(alarms) > 1 else ""
-    if any(finding.level == "error" or strict for finding in alarms):
+    if any((finding.level == "error" and finding.code not in MEANINGLESS) or strict for finding in alarms):
         raise UsageError(f"{path}: {told(min(alarms, key=lambda finding: finding.level != 'error'))}{more}")
     if alarms and alarms[0].code in MEANINGLESS and not force:
         raise UsageError(f"{path}: {told(alarms[0])}{more}; --force goes on in spite of it")

@@ -76,10 +76,19 @@ def _turning(
         return None
     unit = means / size
     angle = np.diff(_integral(gyro_s, rate, middles), axis=0)
-    turning = np.cross(unit[:-1], angle)  # small angles: dv = v x theta
+    # Small angles: dv = v x theta.
+    turning = np.cross(unit[:-1], angle)
     said = np.cross(unit[:-1], angle - np.median(rate, axis=0) * window_s)
-    seen = np.diff(unit, axis=0)
-    said_rms, seen_rms = (float(np.sqrt((v**2).sum(axis=1).mean())) for v in (said, seen))
+    return _by_turning(np.diff(unit, axis=0), turning, said, window_s, is_field)
+
+
+def _rms(vectors: np.ndarray) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
+
+
+def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_s: float, is_field: bool) -> Evidence | None:
+    """Of the changes of a unit vector over windows: seen, and as the rates say it in rad/s, with their mean and without."""
+    said_rms, seen_rms = _rms(said), _rms(seen)
     if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and said_rms > TURNED:
         return Evidence(
             "deg/s",
@@ -87,10 +96,9 @@ def _turning(
         )
     if seen_rms < LEAST_TURNING or not said_rms > 0:
         return None
-    if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * float(np.sqrt((turning**2).sum(axis=1).mean()))):
-        return Evidence(
-            "rad/s", "the field turns as fast"
-        )  # whatever its axes: in deg/s it would turn 57 times as fast as the body
+    if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * _rms(turning)):
+        # Whatever its axes: in deg/s the field would turn 57 times as fast as the body.
+        return Evidence("rad/s", "the field turns as fast")
     seen = seen - seen.mean(axis=0)  # as the rates are without theirs
     correlation = float((said * seen).sum() / (np.linalg.norm(said) * np.linalg.norm(seen)))
     scale = float((said * seen).sum() / (said**2).sum())

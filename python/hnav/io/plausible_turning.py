@@ -27,21 +27,26 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     time = codes.get(("time", "unit"))
     factor = si_per("time", time.value) / si_per("time", unit_name(recording, "time")) if time and time.argument else 1.0
     gravity_gone = ("accel", "gravity_removed") in codes
-    fits: dict[str, Fit | None] = {}
-    for sensor in ("mag", "accel"):
-        usable = "gyro" in live and sensor in live and not (sensor == "accel" and gravity_gone)
-        fits[sensor] = fit_of(live["gyro"], live[sensor], factor, offset=sensor == "mag") if usable else None
+    usable = {sensor for sensor in ("mag", "accel") if sensor in live and "gyro" in live} - ({"accel"} if gravity_gone else set())
+    fits = {
+        sensor: fit_of(live["gyro"], live[sensor], factor, offset=sensor == "mag") if sensor in usable else None
+        for sensor in ("mag", "accel")
+    }
     if time is not None and not time.argument:
         return
     yield from _scale(recording, fits, codes)
-    stay = stay_of(live["gyro"], live["accel"], factor) if "gyro" in live and "accel" in live and not gravity_gone else None
-    follows = any(fit is not None and fit.as_it_is >= SURE for fit in fits.values())
-    if "gyro" in live and not follows and not (stay and stay.tells and stay.as_it_is > HELD):
+    stay = stay_of(live["gyro"], live["accel"], factor) if "accel" in usable else None
+    if not _turns_as_the_rates_say(fits, stay):
         yield from _unit_of_rates(recording, live, codes, factor)
     wrong = _wrong_axes(fits, stay)
     yield from _axes(live, fits, stay, wrong, hemisphere)
     if not wrong:
         yield from _sign(live, codes, hemisphere, gravity_gone)
+
+
+def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -> bool:
+    follows = any(fit is not None and fit.as_it_is >= SURE for fit in fits.values())
+    return follows or bool(stay and stay.tells and stay.as_it_is > HELD)
 
 
 def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
@@ -78,7 +83,7 @@ def _unit_of_rates(
 ) -> Iterator[Finding]:
     """Where turning as such does not tell: rates that were taken for rad/s."""
     unit = recording.origin.units.get("gyro") if recording.origin else None
-    if ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
+    if "gyro" not in live or ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
         return
     evidence = unit_of_rates({sensor: one for sensor, one in live.items() if (sensor, "gravity_removed") not in codes}, factor)
     if evidence.unit == "deg/s":

@@ -142,24 +142,43 @@ def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
 
 def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, place: int, sensor: str | None) -> Column | None:
     tokens, including = _without_gravity_said(tokens)
-    before, axis, after = (tokens, axis, []) if axis else _around_axis(tokens)
-    if not before and not sensor:  # X_acc
-        before, after = after, []
+    before, axis, after = (tokens, axis, []) if axis else _words_around_axis(tokens, sensor)
     if axis is None or NOT_READ & {*before, *after}:
         return None
-    counts = [token for token in after if is_counts(token) and token not in FILLERS]
-    after = [token for token in after if token not in FILLERS and token not in counts]
+    after, counts = _without_counts(after)
     found, stated = _sensor_of(_bare(before), sensor)
     if found is None:
         return None
-    spelled = next(filter(None, (spelled_unit(found, text) for text in (unit, "".join(after), stated))), None)
+    spelled = _first_spelled(found, unit, "".join(after), stated)
     if after and not spelled and not sensor:
         return None
+    strange = "" if spelled else _strange_unit([unit, *counts])
     # Linear is without gravity of a phone; of ROS it is the whole.
-    strange = next((text for text in (unit, *counts) if not spelled and may_be_unit(text) and text.lower() not in DESCRIBED), "")
     rank = sum(WORSE.get(token, 0) for token in before) - including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
     sign = -1.0 if [*before] == OF_APPLE else 1.0
     return Column(found[0] + axis, name, place, spelled, rank, sign, strange)
+
+
+def _words_around_axis(tokens: list[str], sensor: str | None) -> tuple[list[str], str | None, list[str]]:
+    """As _around_axis; the words of X_acc stand behind its axis."""
+    before, axis, after = _around_axis(tokens)
+    return (before, axis, after) if before or sensor else (after, axis, [])
+
+
+def _without_counts(words: list[str]) -> tuple[list[str], list[str]]:
+    """What is left of the words behind an axis, and those that say that its numbers are counts of a chip."""
+    words = [word for word in words if word not in FILLERS]
+    return [word for word in words if not is_counts(word)], [word for word in words if is_counts(word)]
+
+
+def _first_spelled(sensor: str, *texts: str | None) -> str | None:
+    """The unit that the first of these that is one spells."""
+    return next(filter(None, (spelled_unit(sensor, text) for text in texts if text)), None)
+
+
+def _strange_unit(texts: list[str]) -> str:
+    """The first that may be a unit, and is not known; empty when none is."""
+    return next((text for text in texts if may_be_unit(text) and text.lower() not in DESCRIBED), "")
 
 
 def _without_gravity_said(tokens: list[str]) -> tuple[list[str], bool]:

@@ -34,13 +34,18 @@ def raw_of_frames(
         raw = raw_of(shown, whole, wishes, by_format, format)
         return raw if lonely else _with_more(raw, shown, tables, wishes, by_format)
     raw = _with_more(Raw(format, [], Unit("s", "by format")), shown, tables, wishes, by_format)
-    missing = [sensor for sensor in ("gyro", "accel") if sensor not in {stream.sensor for stream in raw.streams}]
-    if missing and not wishes.only_aids:
+    if not wishes.only_aids:
+        _refuse_missing(shown, frames, {stream.sensor for stream in raw.streams})
+    return raw
+
+
+def _refuse_missing(shown: str, frames: Mapping[str, pd.DataFrame], found: set[str]) -> None:
+    """Raises RecordingError, with the tables and columns that there are, where gyroscope or accelerometer are not."""
+    if missing := [sensor for sensor in ("gyro", "accel") if sensor not in found]:
         there = ", ".join(
             f"{name} ({', '.join(map(str, list(frame.columns)[:8]))})" for name, frame in list(frames.items())[:SHOWN]
         )
         raise RecordingError(f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {CURE}")
-    return raw
 
 
 CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz, and a line of these names"

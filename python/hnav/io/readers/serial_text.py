@@ -96,14 +96,30 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     if counted := COUNTS.match(body):
         numbers = [float(text) for text in re.findall(NUMBER, counted.group(1))]
         return {f"{'agm'[i // 3]}{'xyz'[i % 3]} (LSB)": number for i, number in enumerate(numbers)}, True
-    prefix = PREFIX.match(body)
-    sensor = prefix.group(1) if prefix else ""
     unit = behind.group(1) if (behind := UNIT_BEHIND.search(body)) else ""
+    found = _triples(body, unit) | _named_numbers(TRIPLE.sub("", body), PREFIX.match(body), unit)
+    roles = {name: column.role for name in found if (column := column_of(name, 0)) is not None}
+    return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit else name
+
+
+def _triples(body: str, unit: str) -> dict[str, float]:
+    """G: 0.1, 0.2, 0.3 deg/s"""
     found: dict[str, float] = {}
-    for name, *three in TRIPLE.findall(body):  # G: 0.1, 0.2, 0.3 deg/s
+    for name, *three in TRIPLE.findall(body):
         if not name.lower().startswith(NOT_SENSORS):
-            found |= {f"{name.strip()} {axis}{f' ({unit})' if unit else ''}": float(number) for axis, number in zip("xyz", three)}
-    for name, number in PAIR.findall(TRIPLE.sub("", body)):
+            found |= {_with_unit(f"{name.strip()} {axis}", unit): float(number) for axis, number in zip("xyz", three)}
+    return found
+
+
+def _named_numbers(body: str, prefix: re.Match[str] | None, unit: str) -> dict[str, float]:
+    """Accel X: 0.1, Y: 0.2; axes that stand alone belong to the sensor before them."""
+    sensor = prefix.group(1) if prefix else ""
+    found: dict[str, float] = {}
+    for name, number in PAIR.findall(body):
         name = name.strip(" |,\t")
         if prefix or (len(name) == 1 and sensor):
             name = f"{sensor} {name[-1]}"
@@ -112,9 +128,8 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
         if sensor.lower().startswith(NOT_SENSORS) and not _is_rate(sensor, unit):
             continue
         name = re.sub(r"(?i)^rotation", "gyro", name)
-        found[f"{name} ({unit})" if unit and name[-1:] in "xyzXYZ" else name] = float(number)
-    roles = {name: column.role for name in found if (column := column_of(name, 0)) is not None}
-    return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
+        found[_with_unit(name, unit) if name[-1:] in "xyzXYZ" else name] = float(number)
+    return found
 
 
 def _is_rate(sensor: str, unit: str) -> bool:

@@ -9,7 +9,7 @@ import csv
 import io
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -110,13 +110,19 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
     by_header = next((column.unit for column in columns if column.unit), None)
-    strange = next((column for column in columns if column.strange), None)
-    if strange is not None and by_header is None and getattr(wishes, f"{sensor}_unit") is None:
-        raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, strange.name.strip(), strange.strange)}")
+    if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
+        _refuse_strange_unit(shown, table, sensor, columns)
     unit = wishes.unit(sensor, by_header, by_format)
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
     return Stream(sensor, t_s, values, unit)
+
+
+def _refuse_strange_unit(shown: str, table: Table, sensor: str, columns: Sequence[Column]) -> None:
+    """Raises RecordingError for a unit of the header that is not understood."""
+    for column in columns:
+        if column.strange:
+            raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, column.name.strip(), column.strange)}")
 
 
 def _are_microteslas(field: np.ndarray) -> bool:
@@ -140,12 +146,19 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     t_s = told * si_per("time", unit.name)
     if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
         return t_s, unit, ()
-    back = ~np.isfinite(t_s) | (np.diff(t_s, prepend=-np.inf) <= 0)
-    if not back.any() or (np.isfinite(t_s).all() and (_stands_twice(table, np.flatnonzero(back) - 1) or _only_unordered(t_s))):
+    if _can_be_ordered(table, t_s):
         return t_s, unit, ()
     if done := mended(t_s):
         return done[0], unit, (done[1],)
     raise RecordingError(_fault_of_times(shown, table, t_s))
+
+
+def _can_be_ordered(table: Table, t_s: np.ndarray) -> bool:
+    """Whether times increase, or do when rows that came twice or late are put in order."""
+    back = ~np.isfinite(t_s) | (np.diff(t_s, prepend=-np.inf) <= 0)
+    if not back.any():
+        return True
+    return bool(np.isfinite(t_s).all()) and (_stands_twice(table, np.flatnonzero(back) - 1) or _only_unordered(t_s))
 
 
 def _only_unordered(t_s: np.ndarray) -> bool:

@@ -22,6 +22,7 @@ DEEPEST = 8
 KINDS = ("sensor", "name", "type", "topic", "sensorName", "sensor_name")
 """What says of a record which sensor it is of."""
 AXES = "xyz"
+MOST_COLUMNS = 32  # of a matrix of sensors
 MOST_TABLES = 200
 
 
@@ -90,16 +91,26 @@ def _columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
         return
     if matrix.ndim == 2 and min(matrix.shape) == 1:
         matrix = matrix.ravel()
-    if (matrix.ndim == 1 and matrix.dtype.kind in "fiubU") or (
-        matrix.ndim == 1 and matrix.dtype == object and not any(isinstance(v, (list, dict, np.ndarray)) for v in matrix[:3])
-    ):
+    if matrix.ndim == 1 and _holds_cells(matrix):
         yield name, matrix
     elif matrix.ndim == 2 and matrix.dtype.kind in "fiu":
-        matrix = matrix.T if matrix.shape[0] < matrix.shape[1] and matrix.shape[0] <= 32 else matrix
-        if matrix.shape[1] > 32:
-            return
-        named = matrix.shape[1] == 3 and column_of(f"{name}_x", 0) is not None
-        yield from ((f"{name}_{AXES[i] if named else i + 1}", matrix[:, i]) for i in range(matrix.shape[1]))
+        yield from _columns_of_matrix(name, matrix)
+
+
+def _holds_cells(vector: np.ndarray) -> bool:
+    """Numbers or texts; of mixed ones the first few tell."""
+    return vector.dtype.kind in "fiubU" or (
+        vector.dtype == object and not any(isinstance(v, (list, dict, np.ndarray)) for v in vector[:3])
+    )
+
+
+def _columns_of_matrix(name: str, matrix: np.ndarray) -> Iterator[tuple[str, Any]]:
+    if matrix.shape[0] < matrix.shape[1] and matrix.shape[0] <= MOST_COLUMNS:
+        matrix = matrix.T
+    count = matrix.shape[1]
+    named = count == 3 and column_of(f"{name}_x", 0) is not None
+    if count <= MOST_COLUMNS:
+        yield from ((f"{name}_{AXES[i] if named else i + 1}", matrix[:, i]) for i in range(count))
 
 
 def _of_records(records: Sequence[Mapping[str, Any]], name: str, depth: int) -> Iterator[tuple[str, dict[str, Any]]]:
