@@ -69,7 +69,7 @@ def test_frames_are_a_choice(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "--frame down"),
     (["filter", "FLIGHT", "--out", "OUT", "--preset", "best"], "preset"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
-    (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "mT"], "--mag-unit mT: choose one of T"),
+    (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),
     (["score", "nowhere"], "nowhere"),
     (["options", "--filter", "magic"], "magic: choose one of"),
 ])  # fmt: skip

@@ -172,6 +172,6 @@ def test_a_folder_of_results_is_never_overwritten_by_what_is_made_of_it(tmp_path
 
 def test_a_full_device_is_one_line(tmp_path):
     recording = tmp_path / "x.csv"
-    recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,-9.81\n0.01,0,0,0,0,0,-9.81\n")
+    recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0.01,0,0,0,0,-9.81\n0.01,0,0.01,0,0,0,-9.81\n")
     done = hnav("filter", recording, "--out", "/dev/full")
     assert (done.returncode, done.stderr) == (2, "hnav: cannot write /dev/full: no space left on device\n")
