@@ -202,13 +202,18 @@ def has_arrays(fmu: Path) -> bool:
     return any(v.dimensions for v in fmpy.read_model_description(str(fmu), validate=False).modelVariables)
 
 
+def has_clocks(fmu: Path) -> bool:
+    with zipfile.ZipFile(fmu) as archive:
+        return b"<Clock " in archive.read("modelDescription.xml")
+
+
 def comparable(dist: Path) -> list[tuple[int, Path]]:
-    """The FMUs of all versions but those with arrays: the tests compare these with their scalar twins, the program knows scalars.
-    Exits when there are none."""
+    """The FMUs of all versions but those with arrays or clocks: the tests compare these with their scalar twins, the program knows
+    scalars. Exits when there are none."""
     fmus = [(version, fmu) for version in (2, 3) for fmu in sorted((dist / f"fmi{version}").glob("*.fmu"))]
     if not fmus:
         sys.exit(f"trajectories: no FMU in {dist}")
-    return [(version, fmu) for version, fmu in fmus if not has_arrays(fmu)]
+    return [(version, fmu) for version, fmu in fmus if not has_arrays(fmu) and not has_clocks(fmu)]
 
 
 def main(dist: Path, programs: dict[str, Path]) -> None:
