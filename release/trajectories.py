@@ -203,8 +203,7 @@ def has_arrays(fmu: Path) -> bool:
 
 
 def has_clocks(fmu: Path) -> bool:
-    with zipfile.ZipFile(fmu) as archive:
-        return b"<Clock " in archive.read("modelDescription.xml")
+    return any(v.type == "Clock" for v in fmpy.read_model_description(str(fmu), validate=False).modelVariables)
 
 
 def comparable(dist: Path) -> list[tuple[int, Path]]:
