@@ -45,6 +45,7 @@ void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
     out->heading_second_rad = n.circle.second_rad;
     out->heading_second_share = n.circle.second_share;
     out->latency_s = s.latency;
+    ins_boundary::store(n.protection, out);
     out->sigma_latency_s = std::sqrt(std::fmax(0, s.P[ins::packed(ins::row_latency, ins::row_latency)]));
     out->tilt_ready = n.tilt_ready;
     out->heading_ready = n.heading_ready;
@@ -102,6 +103,12 @@ Told told(const InsObject* f) {
 
 namespace hnav::ins_boundary {
 
+void store(const ins::Protection& from, hnav_navigation* to) {
+    to->protection_m[0] = from.horizontal_m;
+    to->protection_m[1] = from.vertical_m;
+    to->protection_heading_rad = from.heading_rad;
+}
+
 bool is_missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
 hnav_status check_arrays(InsObject* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
@@ -131,6 +138,8 @@ void write_row(const hnav_navigation& n, const hnav_ins_run_output& out, std::si
     copy(n.gyro_bias_rad_s, 3, row(out.gyro_bias_rad_s, i, 3));
     copy(n.accel_bias_m_s2, 3, row(out.accel_bias_m_s2, i, 3));
     copy(&n.heading_second_rad, 2, row(out.heading_second, i, 2));
+    copy(n.protection_m, 2, row(out.protection_m, i, 2));
+    copy(&n.protection_heading_rad, 1, row(out.protection_heading_rad, i, 1));
     if (out.phase) out.phase[i] = static_cast<std::uint8_t>(n.phase);
     if (out.at_rest) out.at_rest[i] = n.at_rest != 0;
     if (!out.ready) return;
@@ -148,6 +157,7 @@ hnav_navigation navigation(const ins::Model& model, const ins::State& s, double 
         double* first = &out.latitude_rad;
         for (double* p = first; p <= &out.sigma_latency_s; ++p) *p = none;
         for (int i = 0; i < 3; ++i) out.gyro_scale[i] = out.sigma_gyro_scale[i] = none;
+        out.protection_m[0] = out.protection_m[1] = out.protection_heading_rad = none;
     }
     out.t_s = now_s;
     out.phase = static_cast<std::int32_t>(s.phase);

@@ -108,6 +108,8 @@ void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
         n.gyro_bias_rad_s[k] = smoothed.gyro_bias[k];
         n.accel_bias_m_s2[k] = smoothed.accel_bias[k];
     }
+    constexpr double none[2] = {0, 0};
+    store(ins::protection_of(from.sigma_position, from.sigma_rotation[2], 1, none), &n);
     for (int k = 0; k < 4; ++k) n.q_nb[k] = from.q_nb[k];
     n.phase = HNAV_INS_PHASE_NAVIGATING;
     n.tilt_ready = from.tilt_ready;

@@ -6,6 +6,7 @@
 //
 // A broken promise ends the program with its text; the last line before it names the seed.
 #include "attitude.hpp"
+#include "ins.hpp"
 #include "ins_error.hpp"
 
 #include <algorithm>
@@ -216,6 +217,111 @@ private:
     std::vector<unsigned char> state_;
 };
 
+// ------------------------------------------------------------------------------------------------ INS
+
+class InsStream {
+public:
+    InsStream(std::uint64_t seed, Total* total) : random_(seed), total_(total) {
+        hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(random_.choice(4)));
+        if (random_.once_in(2)) change_options(random_, "ins", &options);
+        char message[256] = "";
+        const hnav_status made = hnav_ins_create(&filter_, &options, message, sizeof message);
+        fuzz::answered(made, message); // some options exclude each other
+        HOLDS((filter_ != nullptr) == (made == HNAV_OK));
+        length_ = 500 + random_.choice(5000);
+    }
+    ~InsStream() { hnav_filter_destroy(filter_); }
+    InsStream(const InsStream&) = delete;
+
+    void live() {
+        for (int k = 0; filter_ && k < length_; ++k) {
+            const bool leaps = random_.once_in(500);
+            t_s_ += leaps ? random_.log_uniform(0.1, 1e5) : random_.uniform(0.005, 0.015);
+            move();
+            push_imu();
+            if (random_.once_in(10)) push_fix();
+            if (random_.once_in(40)) push_aid();
+            if (random_.once_in(400)) command();
+            if (random_.once_in(3)) advance();
+        }
+    }
+
+private:
+    void move() {
+        if (random_.once_in(200)) speed_ = random_.once_in(3) ? 0 : random_.log_uniform(0.1, 300);
+        if (random_.once_in(300)) turn_ = random_.once_in(2) ? 0 : random_.uniform(-1, 1);
+        north_m_ += 0.01 * speed_;
+    }
+    double spoilt(double value) {
+        if (!random_.once_in(400)) return value;
+        const double any[] = {0, NAN, std::numeric_limits<double>::infinity(), 1e7, -1e6, 1e3, 60, 1e-300};
+        return any[random_.choice(8)];
+    }
+    double stamp() { return random_.once_in(300) ? t_s_ + random_.uniform(-20, 20) : t_s_; }
+    void push_imu() {
+        if (random_.once_in(1000)) away_ = random_.choice(1000);
+        if (away_ > 0 && --away_ > 0) return;
+        double rate[3], force[3];
+        for (int i = 0; i < 3; ++i) {
+            rate[i] = spoilt((i == 2 ? turn_ : 0) + 0.01 * random_.normal());
+            force[i] = spoilt((i == 2 ? -9.8 : i == 1 ? speed_ * turn_ : 0) + 0.1 * random_.normal());
+        }
+        note(hnav_filter_push_imu(filter_, stamp(), rate, force));
+    }
+    double sigma() { return random_.once_in(50) ? random_.log_uniform(1e-6, 1e5) : 1; }
+    void push_fix() {
+        double velocity[3] = {spoilt(speed_ + 0.1 * random_.normal()), spoilt(0.1 * random_.normal()), spoilt(0)};
+        const double sigmas[3] = {0.1 * sigma(), 0.1 * sigma(), 0.1 * sigma()};
+        note(hnav_filter_push_velocity(filter_, stamp(), velocity, sigmas));
+        const double of[3] = {sigma(), sigma(), sigma()}, far = random_.once_in(100) ? random_.log_uniform(1e-5, 1) : 0;
+        note(hnav_filter_push_position(filter_, stamp(), spoilt(0.8 + far + north_m_ / 6.4e6), spoilt(0.2), spoilt(100), of));
+    }
+    void push_aid() {
+        switch (random_.choice(4)) {
+        case 0: note(hnav_filter_push_heading(filter_, stamp(), random_.uniform(-4, 4), 0.1 * sigma())); break;
+        case 1: note(hnav_filter_push_speed(filter_, stamp(), spoilt(speed_), 0.1 * sigma())); break;
+        case 2: note(hnav_filter_push_pressure(filter_, stamp(), spoilt(1e5), 10 * sigma())); break;
+        default: {
+            const double field[3] = {spoilt(2e-5), spoilt(1e-6), spoilt(4.3e-5)};
+            note(hnav_filter_push_mag(filter_, stamp(), field));
+        }
+        }
+    }
+    void note(hnav_status status) {
+        ++total_->calls;
+        fuzz::answered(status, hnav_filter_message(filter_));
+        ++(status == HNAV_OK ? total_->accepted : total_->refused);
+    }
+    void advance() {
+        const hnav_status status = hnav_filter_advance(filter_, t_s_);
+        ++total_->calls;
+        fuzz::answered(status, hnav_filter_message(filter_));
+        HOLDS(status == HNAV_OK || status == HNAV_ERROR_SOLVER);
+        total_->without_answer += status == HNAV_ERROR_SOLVER;
+        fuzz::look_at_ins(filter_);
+    }
+    void command() {
+        switch (random_.choice(3)) {
+        case 0: HOLDS(hnav_filter_reset(filter_) == HNAV_OK); break;
+        case 1:
+            state_ = fuzz::saved_ins(filter_);
+            saved_t_s_ = t_s_;
+            break;
+        default:
+            if (state_.empty()) return;
+            HOLDS(hnav_filter_load(filter_, state_.data(), state_.size()) == HNAV_OK);
+            t_s_ = saved_t_s_;
+        }
+    }
+
+    Random random_;
+    Total* total_;
+    hnav_filter* filter_ = nullptr;
+    double t_s_ = 0, saved_t_s_ = 0, speed_ = 10, turn_ = 0, north_m_ = 0;
+    int length_ = 0, away_ = 0;
+    std::vector<unsigned char> state_;
+};
+
 // ------------------------------------------------------------------------------------------------ INS errors
 
 void live_with_ins_errors(std::uint64_t seed, Total* total) {
@@ -266,6 +372,7 @@ int main(int count, char** arguments) {
         std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
         std::fflush(stdout);
         if (seed % 9 == 8) live_with_ins_errors(seed, &total);
+        else if (seed % 9 == 7) InsStream(seed, &total).live();
         else AttitudeStream(seed, &total).live();
     }
     std::printf(

@@ -99,14 +99,6 @@ void Model::gate_given_heading(const State& s, const Covariance& P, Measurement&
 
 namespace {
 
-// Of the tilt, one axis, if the biases of the accelerometers, which look like it, were known.
-double tilt_variance(const Covariance& P) {
-    const Matrix3 with_force = P.block(row_phi, row_accel);
-    const Matrix3 known =
-        P.block(row_phi, row_phi) - with_force * P.block(row_accel, row_accel).inverse() * with_force.transpose();
-    return std::fmax(0, 0.5 * (known(0, 0) + known(1, 1)));
-}
-
 // While a heading may be any, satellites tell nothing of the bias about the vertical: what they seem to tell comes of tilts and velocities
 // that were linearised about one heading after the other. Its variance stays, and what depends on it is corrected as ever (Schmidt).
 void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) {
@@ -147,23 +139,19 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     const auto by_u = [&on, &u](int row, const double* from) {
         return on.G[row][0] * (u[0] - from[0]) + on.G[row][1] * (u[1] - from[1]);
     };
-    const Vector3 otherwise(by_u(row_phi, s.u), by_u(row_phi + 1, s.u), by_u(row_phi + 2, s.u));
     double shift[errors] = {};
     for (int i = 0; i < P.n; ++i) {
         shift[i] = s.mean[i] + by_u(i, m);
         s.mean[i] -= shift[i];
     }
     apply(s, P, shift);
-    // With alpha all of the tilt has been otherwise since the start; of what samples say besides, the part that is no noise since then.
-    const double old = std::fmax(0, 1 - s.tilt_noise / tilt_variance(P));
-    turn_what_was_gathered(s, P, otherwise + old * (vec(shift + row_phi) - otherwise));
+    turn_what_was_gathered(s, P, vec(shift + row_phi));
 }
 
 // A correction where the heading is unknown.
 void Model::take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const {
     if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);
     for (int i = 0; i < errors; ++i) s.mean[i] += error[i];
-    s.tilt_noise *= std::fmin(1, tilt_variance(P) / tilt_variance(before));
     centre(s, P, is_absolute(m) || m.channel == ins::heading || m.channel == field);
 }
 
@@ -222,6 +210,7 @@ void Model::collapse(State& s, Covariance& P) const {
     s.u[0] = 1;
     s.u[1] = 0;
     s.phase = Phase::navigating;
+    for (Consistency& fit : s.fits) fit.begin(fit.noise);
     vec(s.earth_rate) = mat(s.axes).transpose() * Vector3(0, 0, earth::rate_rad_s);
     put_gravity(s);
 }
@@ -265,7 +254,6 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
         s.refused_in_row[channel] = 0;
         s.refused_since_s[channel] = nan;
     }
-    s.tilt_noise = 0;
     ++s.times_lost;
     put_gravity(s);
 }

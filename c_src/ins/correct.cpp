@@ -27,12 +27,16 @@ void add_error(const double* error, State& s) {
 }
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
-    // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise. Without it a tilt and the
-    // bias that looks like it would be told from each other by nothing but corrections.
-    const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
-    const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
+    const Vector3 turned_b = attitude(s).transpose() * vec(error + row_phi);
+    if (is_free(s)) {
+        // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise.
+        const Matrix3 turned = cross_matrix(turned_b);
+        const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
+    } else {
+        vec(s.turned_b) += turned_b;
+    }
     if (step_) step_->add(error);
     add_error(error, s);
     if (!is_free(s)) return;
@@ -54,7 +58,7 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     if (c.scale > 1) ++s.inflated[m.channel];
     for (int k = 0; k < m.rows; ++k) {
         i.value[k] = m.r[k];
-        i.variance[k] = m.R[k];
+        i.variance[k] = m.R[k] / m.scale; // as it was before a gate
         for (int a = 0; a < P.n; ++a) {
             if (m.H[k][a] == 0) continue;
             i.value[k] -= m.H[k][a] * mean[a];
@@ -67,6 +71,8 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
 
 // How well the satellites and rests fit.
 void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
+    const Innovation& i = s.innovation[m.channel];
+    if (m.channel != ins::rest) s.fit(m.channel).note(i.value, i.variance, m.rows, c.scale > 1, event.t_s);
     // A single fix that lies far off is the gate's, and says nothing of the others.
     if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
     note_strain(s, m.channel, c.nis / m.rows, event.t_s);
@@ -91,8 +97,15 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         P = prior;
         return;
     }
+    // A difference is known to the rounding of what it was taken from: no variance is called smaller.
+    constexpr double rounding = 1e-14;
+    for (int i = 0; i < P.n; ++i) P[i][i] = std::fmax(P[i][i], rounding * prior[i][i]);
     note_innovation(s, event, m, prior, mean, c);
     if (is_absolute(m)) note_fit(s, event, m, c);
+    if (c.scale > 1 && !is_free(s) && is_supported(s, m.channel, event.t_s)) {
+        P = prior;
+        return;
+    }
     if (is_free(s)) take_free(s, prior, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
@@ -106,6 +119,58 @@ void Model::widen(Covariance& P, int row, double variance) const {
     if (step_) step_->jumped(row, variance);
 }
 
+// Factor by which innovations that have a mean do not fit; 1: they do.
+double Model::misfit(const State& s, double now_s) const {
+    constexpr double fastest = 4, silent_s = 3, grows_s = 1, lasts_s = 2;
+    // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
+    // an unknown bias of the accelerometers, have a mean too: it counts by this part.
+    constexpr double begins = 20, ends = 3, long_part = 0.25;
+    // Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
+    const bool by_velocity = now_s - s.last_s[velocity] < silent_s && s.refused_in_row[velocity] == 0;
+    const bool doubted = now_s - s.doubted_s < lasts_s;
+    // Without a heading that is claimed there is nothing to take back, and the linearisation is coarse.
+    if (!doubted && !(now_s - s.heading_since_s > options_.ready_hold_s)) return 1;
+    const Consistency& fit = s.fit(by_velocity ? velocity : position);
+    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : begins);
+    if (misfit > 1) return std::fmin(fastest, misfit);
+    // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
+    const bool swallows =
+        vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && now_s - s.last_s[velocity] > silent_s;
+    return swallows ? 1 + s.window.length_s / grows_s : 1;
+}
+
+// Innovations that have a mean: something of the state is wrong, and its covariance too small. All that could explain it is known less well by
+// the factor by which they do not fit (fading memory, Zhou and Frank 1996), until they do: a heading that is lost so begins anew, a
+// tilt of which nothing is left is levelled.
+void Model::doubt(State& s, Covariance& P, double now_s) const {
+    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30; // what faults bring at the most: rad/s, m/s2, rad, m/s
+    // Once for each fix, at the event after it.
+    if (s.phase != Phase::navigating || std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) < s.last_correction_s) return;
+    const double factor = misfit(s, now_s);
+    if (!(factor > 1)) return;
+    const auto widen_to = [&](int row, int count, double most) {
+        for (int i = row; i < row + count; ++i) {
+            if (!(P[i][i] > 0)) continue;
+            const double by = std::sqrt(std::fmax(1, std::fmin(factor, most * most / P[i][i])));
+            P.scale(i, by);
+            if (step_) step_->scaled(i, by);
+        }
+    };
+    widen_to(row_v, 3, speed);
+    widen_to(row_phi, 3, angle);
+    widen_to(row_gyro, 3, gyro);
+    widen_to(row_accel, 3, accel);
+    for (Consistency& fit : s.fits) fit.widen(factor);
+    s.doubted_s = now_s;
+}
+
+// A velocity that is refused while positions fit is wrong itself.
+bool Model::is_supported(const State& s, int channel, double now_s) {
+    constexpr double fresh_s = 3, outliers = 4; // more in a row are none
+    return channel == velocity && now_s - s.last_s[position] < fresh_s && s.refused_in_row[position] < outliers &&
+           s.fit(position).bias() < usual_bias;
+}
+
 // What was refused for long is an error of the satellites' position, or a velocity that has really changed.
 void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
     const int row = m.channel == position ? row_colour : row_v;
@@ -113,6 +178,25 @@ void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
     if (m.channel == position) s.glide.jumped = s.drifted = 1;
     m.gated = false;
 }
+
+// No error of satellites is as large as some kilometres: such positions are another receiver's, or none.
+double Model::patience_s(const Measurement& m) const {
+    constexpr double far_m = 5e3, longer = 8;
+    const bool far = m.channel == position && vec(m.r).squaredNorm() > far_m * far_m;
+    return (far ? longer : 1) * options_.gate_longest_s;
+}
+
+namespace {
+
+// Factor on the stated variance: learnt by aid; before the heading is known, and for rests, by how well all of them fit.
+double noise_of(const State& s, int channel) {
+    if (channel == ins::rest) return widened(s);
+    const double learnt = s.fit(channel).noise;
+    constexpr double gross = 4; // innovations of a coarse linearisation differ by more than noise
+    return is_free(s) && learnt < gross ? widened(s) : learnt;
+}
+
+} // namespace
 
 // A jump that lasts is believed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
@@ -123,12 +207,12 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
         s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
-    if (std::isfinite(since_s) && event.t_s - since_s > options_.gate_longest_s) {
+    if (std::isfinite(since_s) && event.t_s - since_s > patience_s(m) && !is_supported(s, m.channel, event.t_s)) {
         believe_jump(s, P, m);
         since_s = nan;
         in_row = 0;
     }
-    for (double& r : m.R) r *= widened(s);
+    for (double& r : m.R) r *= noise_of(s, m.channel);
     if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
     const bool refused = s.innovation[m.channel].noise_scale > 1;
@@ -142,7 +226,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
 void Model::note_strain(State& s, int channel, double nis, double now_s) {
     constexpr double small = 4, largest = 10;
     const bool has_velocity = now_s - s.last_s[velocity] < 60;
-    if (channel == position && has_velocity) return;
+    if ((channel == position && has_velocity) || is_supported(s, channel, now_s)) return;
     s.strain += (std::fmin(nis, largest) - s.strain) / 20;
     if (!(s.strain > small)) s.strained_since_s = nan;
     else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
@@ -150,7 +234,15 @@ void Model::note_strain(State& s, int channel, double nis, double now_s) {
 
 void Model::begin_anew_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
-    if (!s.first_was_wrong && !(now_s - s.strained_since_s > patience_s)) return;
+    if (s.phase == Phase::navigating && at_rest(s, now_s)) s.strained_since_s = nan; // judged by itself
+    if (s.first_was_wrong || now_s - s.strained_since_s > patience_s) begin_all_anew(s, now_s);
+}
+
+// Heading, tilt and biases: of all that was learnt nothing is kept. Where that has not helped for long, biases may be larger than their priors.
+void Model::begin_all_anew(State& s, double now_s) const {
+    constexpr double soon_s = 120, wider = 5, widest = 100;
+    s.bias_doubt = now_s - s.anew_s < soon_s && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_doubt) : 1;
+    s.anew_s = now_s;
     ++s.times_lost;
     // Motion that did not fit is the better witness against a compass.
     constexpr double more = 1e4, most = 1e8, fresh_s = 60;
@@ -165,12 +257,23 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
         P.forget(row_gyro + i);
         P.forget(row_accel + i);
         P.forget(row_gyro_scale + i);
-        P[row_gyro + i][row_gyro + i] = options_.start_sigma_gyro_bias_rad_s * options_.start_sigma_gyro_bias_rad_s;
-        P[row_accel + i][row_accel + i] = options_.start_sigma_accel_bias_m_s2 * options_.start_sigma_accel_bias_m_s2;
+        P[row_gyro + i][row_gyro + i] = square(s.bias_doubt * options_.start_sigma_gyro_bias_rad_s);
+        P[row_accel + i][row_accel + i] = square(s.bias_doubt * options_.start_sigma_accel_bias_m_s2);
         P[row_gyro_scale + i][row_gyro_scale + i] = options_.start_sigma_gyro_scale * options_.start_sigma_gyro_scale;
     }
     P.keep(s);
+    for (double& x : s.x) x = 0;
+    s.x[6] = 1;
     begin_levelling(s);
+}
+
+// Variances that are finite and positive, and a tilt about which the model is linear.
+bool Model::is_sound(const State& s, const Covariance& P) const {
+    constexpr double largest_tilt = 1; // rad
+    bool sound = plausible(s) && std::isfinite(vec(s.x).sum() + vec(s.x + 3).sum());
+    for (int i = 0; i < P.n; ++i) sound = sound && P[i][i] >= 0 && std::isfinite(P[i][i]);
+    for (int i = 0; i < row_gyro; ++i) sound = sound && P[i][i] > 0;
+    return sound && std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) < largest_tilt * largest_tilt;
 }
 
 // Positions that drift away slowly drag the estimate along until their error is found to be too large for what they are: by about as much.
@@ -184,19 +287,29 @@ void Model::admit_drift(State& s, Covariance& P) const {
         for (int i = 0; i < 2; ++i) widen(P, row + i, off_m * off_m);
 }
 
+// What is known of biases was gathered in t axes: a tilt and the bias of the accelerometers that looks like it are one direction which nothing
+// but a turn of the body resolves. When corrections turn the estimate, that direction stays in t (as in observability-constrained filters, Huang
+// et al. 2010); were it to stay in the body, corrections would seem to observe what they do not.
+void Model::turn_biases(State& s, Covariance& P) {
+    const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
+    turn_rows(P, row_gyro, turn);
+    turn_rows(P, row_accel, turn);
+    vec(s.turned_b).setZero();
+}
+
 void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s);
     note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);
     propagate(s, P, s.mean);
-    if (is_free(s)) s.tilt_noise += turn_variance(s);
     const bool sees_field = wants_field(s, event);
     if (sees_field) begin_field(s, P, event);
     note_prediction(s, P);
     s.direction *= direction_kept(s);
-    for (int i = 0; i < 3; ++i) s.in_t.colour[i] *= colour.kept[i];
+    vec(s.in_t.colour) = Vector3(vec(s.in_t.colour).cwiseProduct(vec(colour.kept)));
     for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
     admit_drift(s, P);
+    doubt(s, P, event.t_s);
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);
@@ -206,14 +319,16 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, position)) correct_position(s, P, event);
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (sees_field) correct_field(s, P, event);
+    turn_biases(s, P);
     if (!is_free(s)) move_anchor(s, P);
-    put_gravity(s);
-    P.keep(s);
     s.last_correction_s = event.t_s;
     ++s.corrections;
+    if (!is_sound(s, P)) return begin_all_anew(s, event.t_s);
+    put_gravity(s);
+    P.keep(s);
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
     const double limit = options_.ready_heading_rad / contradicted(s, event.t_s);
-    const bool small = s.phase == Phase::navigating && sigma2 < limit * limit;
+    const bool small = s.phase == Phase::navigating && sigma2 < limit * limit && s.doubted_s < event.t_s;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
     begin_anew_if_wrong(s, event.t_s);

@@ -136,8 +136,7 @@ void carry(const Transition& t, Covariance& P, double* mean) {
 
 // A Gauss-Markov error keeps `share` of itself.
 void decay(Covariance& P, double* mean, int row, double share) {
-    for (int j = 0; j < P.n; ++j) P[row][j] *= share;
-    for (int j = 0; j < P.n; ++j) P[j][row] *= share;
+    P.scale(row, share);
     mean[row] *= share;
 }
 
@@ -178,14 +177,17 @@ void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
     for (int row = row_iron; row <= row_strength; ++row) P[row][row] += walk * walk * s.window.length_s;
 }
 
-// A heading that is being lost, by an unknown rate, turns the error of the tilt along: a product of two errors, here it is noise.
+// A heading that is being lost, by an unknown rate, turns the error of the tilt along: the mean over a Gaussian turn of this variance, exact
+// for the two axes, so that a tilt that is turned about for long does not grow.
 void Model::turn_tilt(Covariance& P, double lost) {
-    const double share = std::fmax(0, lost), a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1],
-                 c = P[row_phi][row_phi + 1];
-    P[row_phi][row_phi] += share * b;
-    P[row_phi + 1][row_phi + 1] += share * a;
-    P[row_phi][row_phi + 1] -= share * c;
-    P[row_phi + 1][row_phi] -= share * c;
+    if (!(lost > 0)) return;
+    const double a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1], c = P[row_phi][row_phi + 1];
+    const double kept = std::exp(-0.5 * lost), swapped = -0.5 * std::expm1(-2 * lost);
+    P.scale(row_phi, kept);
+    P.scale(row_phi + 1, kept);
+    P[row_phi][row_phi] = a + swapped * (b - a);
+    P[row_phi + 1][row_phi + 1] = b + swapped * (a - b);
+    P[row_phi][row_phi + 1] = P[row_phi + 1][row_phi] = (1 - 2 * swapped) * c;
 }
 
 // What a receiver states is mostly an error that stays for a while: averaging many fixes does not take it away. Who states a small part of
@@ -203,7 +205,8 @@ void Model::note_stated(State& s, const Event& event) const {
     constexpr double grows_s = 10;
     if (!has_new(s, event, position) || !(s.window.length_s > 0)) return;
     const double* sigma = event.value[position] + 3;
-    const double stated[] = {slow_sigma(std::fmax(sigma[0], sigma[1]), false), slow_sigma(sigma[2], true)};
+    const double larger = std::sqrt(s.fit(position).noise); // than stated, as is learnt
+    const double stated[] = {slow_sigma(larger * std::fmax(sigma[0], sigma[1]), false), slow_sigma(larger * sigma[2], true)};
     const double most = std::exp(s.window.length_s / grows_s);
     for (int i = 0; i < 2; ++i)
         s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], sharp * options_.position_colour_m[i]));

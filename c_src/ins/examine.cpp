@@ -3,6 +3,8 @@
 
 #include "maths/square.hpp"
 
+#include <algorithm>
+
 namespace hnav::ins {
 
 // By force, rate or velocity: what repeats a value meanwhile is at fault.
@@ -11,6 +13,17 @@ bool Model::moves(const State& s) const {
     const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
     return goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 ||
            (vec(s.held.rate) - vec(s.gyro_bias)).norm() > turning_rad_s;
+}
+
+// A fix that is the last one bit for bit, of a body that goes, is stale: a receiver or a logger repeats it.
+bool Model::repeats(State& s, const Event& event, int channel) const {
+    constexpr double goes_m_s = 1, sure = 5; // sigmas
+    double* last = s.fix[channel - velocity];
+    const bool equal = std::equal(last, last + 3, event.value[channel], [](double a, double b) { return a == b; });
+    std::copy_n(event.value[channel], 3, last);
+    const double speed2 = vec(s.x + 3).squaredNorm(),
+                 variance = std::fmax(s.P[packed(row_v, row_v)], s.P[packed(row_v + 1, row_v + 1)]);
+    return equal && s.phase == Phase::navigating && speed2 > square(goes_m_s) && speed2 > square(sure) * variance;
 }
 
 // Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as

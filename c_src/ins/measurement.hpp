@@ -33,17 +33,13 @@ struct Covariance {
         });
         return c;
     }
-    // What is no number must not stay: the engine looks at x and drops the event.
     void keep(State& s) const {
-        double sum = 0;
         with_rows(n, [&](auto rows) {
             double* upper = s.P;
             for (int j = 0; j < rows; ++j) {
                 for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
-                sum += P[j][j];
             }
         });
-        if (!std::isfinite(sum)) s.x[0] = nan;
         ++s.seldom_changes;
     }
     // More rows, of which nothing is unknown.
@@ -60,6 +56,10 @@ struct Covariance {
         return m;
     }
     Vector3 variances(int row) const { return {P[row][row], P[row + 1][row + 1], P[row + 2][row + 2]}; }
+    void scale(int row, double factor) {
+        for (int j = 0; j < n; ++j) P[row][j] *= factor;
+        for (int j = 0; j < n; ++j) P[j][row] *= factor;
+    }
     void forget(int row) {
         for (int j = 0; j < n; ++j) P[row][j] = P[j][row] = 0;
     }

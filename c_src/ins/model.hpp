@@ -30,10 +30,18 @@ struct Motion {
     Quaternion q_nb;
     Vector3 position_e, velocity_e;
 };
+// Bounds of the errors that are exceeded for less than 1e-3 of the time.
+struct Protection {
+    double horizontal_m, vertical_m, heading_rad;
+};
+// lie: factor on sigmas that do not fit; slow_m: horizontal and vertical, by which satellites have left what is usual.
+Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m);
+
 struct Navigation : Motion {
     Vector3 sigma_position, sigma_velocity, sigma_rotation;
     Circle circle;
     bool tilt_ready, heading_ready, velocity_ready, position_ready;
+    Protection protection;
 };
 
 // What a motion changes by along a direction of x.
@@ -105,10 +113,12 @@ public:
 private:
     // outputs.cpp
     void put_readiness(const State& s, double now_s, Navigation* n) const;
+    static void put_protection(const State& s, Navigation* n);
 
     // examine.cpp
     void examine(State& s, const Event& event) const;
     bool moves(const State& s) const;
+    bool repeats(State& s, const Event& event, int channel) const;
     void note_lost(State& s, double t_s, double interval_s) const;
     void note_knock(State& s, const Vector3& force, double interval_s) const;
     void widen_after_clock_jump(State& s) const;
@@ -132,6 +142,7 @@ private:
     void note_mean_force(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
     static constexpr double usual_colour = 3; // sigmas that the slow error of the satellites may have
+    static constexpr double usual_bias = 8; // of an aid's consistency: 2e-5 of chi square of three over three lie beyond
     // The slow error of the satellites: its sigma in m by what a fix states, and north, east, down the share that stays and the variance
     // that comes.
     double slow_sigma(double stated_m, bool vertical) const;
@@ -186,12 +197,19 @@ private:
     void widen(Covariance& P, int row, double variance) const;
     static void note_gain(State& s, int channel, const Spread& before, const Spread& after);
     void admit_drift(State& s, Covariance& P) const;
+    double patience_s(const Measurement& m) const;
+    double misfit(const State& s, double now_s) const;
+    void doubt(State& s, Covariance& P, double now_s) const;
+    static bool is_supported(const State& s, int channel, double now_s);
     void believe_jump(State& s, Covariance& P, Measurement& m) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
+    static void turn_biases(State& s, Covariance& P);
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
     static void note_strain(State& s, int channel, double nis, double now_s);
     void begin_anew_if_wrong(State& s, double now_s) const;
+    void begin_all_anew(State& s, double now_s) const;
+    bool is_sound(const State& s, const Covariance& P) const;
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;

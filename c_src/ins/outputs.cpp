@@ -16,9 +16,19 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
     return is_free(s) ? given_circle(now, P) : P;
 }
 
+namespace {
+
+// The inertial sensor is there, and for some time nothing has contradicted the estimate.
+bool is_consistent(const State& s, double now_s) {
+    constexpr double silent_s = 1, consistent_for_s = 2;
+    return s.started() && now_s - s.last_s[imu] <= silent_s && now_s - s.doubted_s > consistent_for_s;
+}
+
+} // namespace
+
 void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
-    constexpr double fresh_s = 60, silent_s = 1;
-    const bool alive = s.started() && now_s - s.last_s[imu] <= silent_s;
+    constexpr double fresh_s = 60;
+    const bool alive = is_consistent(s, now_s);
     const double fixed_s = std::fmax(s.last_s[position], std::fmax(s.last_s[velocity], s.last_s[ins::rest]));
     const bool fixed = alive && (now_s - fixed_s < fresh_s || at_rest(s, now_s));
     const double tilt = std::fmax(n->sigma_rotation[0], n->sigma_rotation[1]);
@@ -32,9 +42,24 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     // Satellites that have moved away from where the velocities lead are not relied upon.
     constexpr double far = 5;
     const double off = vec(s.in_t.colour).head<2>().norm();
-    const bool agree = off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
+    const bool agree = s.fit(position).bias() < usual_bias && off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
     n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
                         (place_given(options_) || is_earned(s.information_position, options_.ready_position_m));
+}
+
+Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m) {
+    constexpr double sigmas = 5; // errors are not quite Gaussian: 1e-3 of them lie beyond 4.3 sigmas, not 3.3
+    return {sigmas * lie * sigma_position.head<2>().maxCoeff() + slow_m[0], sigmas * lie * sigma_position[2] + slow_m[1],
+            std::fmin(M_PI, sigmas * lie * sigma_heading)};
+}
+
+void Model::put_protection(const State& s, Navigation* n) {
+    double misfit = std::fmax(1, s.nis_mean);
+    for (const Consistency& fit : s.fits) misfit = std::fmax(misfit, fit.bias() / usual_bias);
+    const Vector3 colour = vec(s.in_t.colour);
+    const double slow_m[] = {std::fmax(0, colour.head<2>().norm() - usual_colour * s.slow_m[0]),
+                             std::fmax(0, std::fabs(colour[2]) - usual_colour * s.slow_m[1])};
+    n->protection = protection_of(n->sigma_position, n->sigma_rotation[2], std::sqrt(misfit), slow_m);
 }
 
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {
@@ -100,6 +125,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     if (is_free(s)) n.circle.second_rad = wrap_angle(n.circle.mode_rad + s.circle.second_rad - s.circle.mode_rad);
 
     put_readiness(s, now_s, &n);
+    put_protection(s, &n);
     return n;
 }
 

@@ -52,6 +52,7 @@ void Model::begin_levelling(State& s) const {
     s.gates.velocity_s = s.gates.position_s = nan;
     s.rest = {};
     s.heading_since_s = s.strained_since_s = nan;
+    for (Consistency& fit : s.fits) fit.begin(fit.noise);
     s.strain = 1;
     for (int c = 0; c < channel_count; ++c) {
         s.refused_in_row[c] = 0;
@@ -71,6 +72,9 @@ void Model::begin(State& s) const {
     s.last_event_s = s.last_correction_s = s.field_used_s = -std::numeric_limits<double>::infinity();
     s.held.begin();
     s.speed_known_s = nan;
+    s.doubted_s = s.anew_s = -std::numeric_limits<double>::infinity();
+    s.bias_doubt = 1;
+    for (Consistency& fit : s.fits) fit.begin(1);
     s.nis_mean = s.heading_doubt = 1;
     s.circle = any;
     if (place_given(options_))
@@ -312,7 +316,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
         s.gates.velocity_s = event.t_s;
         vec(s.gates.velocity) = vec(event.value[velocity]);
     }
-    s.information_tilt = s.information_heading = s.information_velocity = s.information_position = s.tilt_noise = 0;
+    s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
     put_gravity(s);
     s.in_t.mean_force[0] = nan;
     s.mean_force2 = 0;

@@ -5,6 +5,7 @@
 //   d  displacement from the anchor
 #pragma once
 
+#include "estimation/consistency.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/glide.hpp"
@@ -159,9 +160,13 @@ struct State {
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
+    Consistency fits[2]; // of velocity and position
+    double turned_b[3];  // by the corrections of the present event, body axes
+    double fix[2][3];    // the last velocity and position as they came
+    double doubted_s;    // time at which the state was last found not to fit
+    double anew_s, bias_doubt; // of the last start with new biases; factor on the sigmas of their priors
     double heading_doubt; // variances of headings from elsewhere are larger by it
     double nis_mean;
-    double tilt_noise; // variance of the tilt by noise since the search for the heading began, as far as it is not corrected
     double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // about the heading, by channel
@@ -173,6 +178,8 @@ struct State {
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }
+    Consistency& fit(int channel) { return fits[channel - velocity]; }
+    const Consistency& fit(int channel) const { return fits[channel - velocity]; }
     bool has(const Event& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
 };
 

@@ -32,6 +32,8 @@ struct Step {
         mat(axes) = mat(axes_then);
         for (double& c : change) c = 0;
     }
+    // A row is known less well by this factor on its sigma, as are those that depend on it.
+    void scaled(int row, double factor) { before.scale(row, factor); }
     // The state itself has changed, by so much or more.
     void jumped(int row, double variance) { before[row][row] += variance; }
     void add(const double* error) {

@@ -1,8 +1,11 @@
-// Laws of gates and of readiness.
+// Laws of gates, of consistency and of readiness.
+#include "estimation/consistency.hpp"
 #include "estimation/gate.hpp"
 #include "estimation/readiness.hpp"
 
 #include <gtest/gtest.h>
+
+#include <random>
 
 using namespace hnav;
 
@@ -18,6 +21,54 @@ TEST(Gate, FewerRowsHaveAsRareALimit) {
     EXPECT_NEAR(gate_for_rows(1, limit), 10.83, 0.15);
     EXPECT_NEAR(gate_for_rows(2, limit), 13.82, 0.15);
     EXPECT_EQ(gate_for_rows(3, limit), limit);
+}
+
+Consistency after(int samples, double interval_s, double sigma, double mean, bool gated = false) {
+    std::mt19937_64 engine(3);
+    std::normal_distribution<double> normal;
+    Consistency fit;
+    fit.begin(1);
+    for (int i = 0; i < samples; ++i) {
+        const double noise = fit.noise; // what the filter has learnt of it
+        const double r[3] = {mean + sigma * normal(engine), sigma * normal(engine), sigma * normal(engine)};
+        const double variance[3] = {noise, noise, noise};
+        fit.note(r, variance, 3, gated, i * interval_s);
+    }
+    return fit;
+}
+
+TEST(Consistency, InnovationsAsPredictedChangeNothing) {
+    for (const double interval_s : {0.1, 0.2, 1.0}) {
+        EXPECT_LT(after(1000, interval_s, 1, 0).bias(), 5) << interval_s;
+        EXPECT_LT(after(1000, interval_s, 1, 0).noise, 1.5) << interval_s;
+    }
+}
+
+TEST(Consistency, NoiseBeyondWhatIsStatedIsLearntAndForgotten) {
+    const Consistency fit = after(300, 0.2, 10, 0);
+    EXPECT_NEAR(fit.noise, 100, 50);
+    EXPECT_LT(fit.bias(), 8);
+    Consistency later = fit;
+    const double one[3] = {1, 1, 1};
+    for (int i = 0; i < 3000; ++i) {
+        const double r[3] = {i % 2 ? 0.1 : -0.1, 0, 0};
+        later.note(r, one, 3, false, 60 + 0.2 * i);
+    }
+    EXPECT_EQ(later.noise, 1); // what is stated is a floor
+}
+
+TEST(Consistency, AMeanIsAWrongStateAndNoNoise) {
+    const Consistency fit = after(100, 0.2, 1, 2);
+    EXPECT_GT(fit.bias(), 8);
+    EXPECT_LT(fit.noise, 1.5);
+}
+
+TEST(Consistency, ASingleOutlierIsNeither) {
+    Consistency fit = after(100, 0.2, 1, 0);
+    const double before = fit.bias(), noise = fit.noise, far[3] = {50, 50, 50}, one[3] = {1, 1, 1};
+    fit.note(far, one, 3, true, 20.2);
+    EXPECT_EQ(fit.bias(), before);
+    EXPECT_EQ(fit.noise, noise);
 }
 
 TEST(Readiness, ASmallSigmaHasToBeEarned) {

@@ -45,7 +45,8 @@ Ins made(double latitude_rad, double longitude_rad, hnav_solver solver = HNAV_SO
 // A sample at k times the interval; beside some of them a fix between two samples, off from where the body is taken to be.
 void push(hnav_filter* ins, int k) {
     const double t = k * interval_s;
-    const double rate[3] = {0.3 * std::sin(3 * t), -0.2 * std::cos(2 * t), 0.4}, sigma[3] = {0.2, 0.2, 0.3};
+    const double rate[3] = {0.3 * std::sin(3 * t), -0.2 * std::cos(2 * t), 0.4},
+                 sigma[3] = {2, 2, 3}; // the body does not keep it
     const double force[3] = {1 + std::sin(t), 0.5 * std::cos(4 * t), -9.8}, velocity[3] = {30, 20.5, 0.2};
     ASSERT_EQ(hnav_filter_push_imu(ins, t, rate, force), HNAV_OK);
     if (k % 20 == 19) {

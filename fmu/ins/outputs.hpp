@@ -80,10 +80,12 @@ private:
         n->phase = now.phase;
         n->at_rest = now.at_rest;
         n->q_nb[0] = 1;
+        n->protection_heading_rad = M_PI;
         for (int i = 0; i < 3; ++i) {
             n->sigma_position_m[i] = anywhere_m;
             n->sigma_velocity_m_s[i] = any_speed_m_s;
             n->sigma_rotation_rad[i] = M_PI;
+            if (i < 2) n->protection_m[i] = anywhere_m;
             n->sigma_gyro_bias_rad_s[i] = n->sigma_accel_bias_m_s2[i] = any_bias;
         }
     }
@@ -148,6 +150,9 @@ private:
                                                 output("align.heading_second", "rad", "deg", "The strongest other heading"));
         navigation_.add<&N::heading_second_share>(
             table, output("align.heading_second_share", "", "", "Its probability; 0: there is none"));
+        show<&N::protection_m>(table, "nav.protection", "m", "",
+                               "Bounds of the horizontal and vertical error, exceeded for less than 1e-3 of the time");
+        show<&N::protection_heading_rad>(table, "att.heading_protection", "rad", "deg", "Such a bound of the heading");
     }
 
     void describe_observed(Table& table) {

@@ -65,6 +65,9 @@ typedef struct hnav_navigation {
     int32_t tilt_ready, heading_ready, velocity_ready, position_ready;
     int32_t at_rest;
     double gyro_scale[3], sigma_gyro_scale[3]; /* how much more than the rate each gyroscope shows, in parts of it */
+    /* Protection levels: bounds that the horizontal and vertical position and the heading exceed for less than 1e-3 of the time,
+     * from sigmas and from how well the satellites fit. A spoofed position that drifts slowly is not covered. */
+    double protection_m[2], protection_heading_rad;
 } hnav_navigation;
 /* Errors: SIZE. */
 HNAV_API hnav_status hnav_ins_navigation(const hnav_filter* filter, hnav_navigation* navigation);
@@ -109,6 +112,8 @@ typedef struct hnav_ins_run_output {
     double* gyro_bias_rad_s; /* x 3 */
     double* accel_bias_m_s2; /* x 3 */
     double* heading_second; /* x 2: heading in rad, share */
+    double* protection_m; /* x 2: horizontal, vertical */
+    double* protection_heading_rad;
     uint8_t* phase;
     uint8_t* ready; /* x 4: tilt, heading, velocity, position */
     uint8_t* at_rest;

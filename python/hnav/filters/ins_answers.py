@@ -80,6 +80,10 @@ class Navigation(Record):
     """3, body axes: how much more than the rate each gyroscope shows, in parts of it."""
     sigma_gyro_scale: Array
     """3."""
+    protection_m: Array
+    """2: bounds that the horizontal and the vertical error of the position exceed for less than 1e-3 of the time."""
+    protection_heading_rad: float
+    """That of the heading."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +130,10 @@ class InsRun(RunBase):
     """n x 3, body axes."""
     heading_second: Array
     """n x 2: the strongest other heading in rad and its probability."""
+    protection_m: Array
+    """n x 2: bounds that the horizontal and the vertical error of the position exceed for less than 1e-3 of the time."""
+    protection_heading_rad: Array
+    """n: that of the heading."""
     phase: ByteArray
     """n: places in PHASES."""
     ready: BoolArray
@@ -161,6 +169,7 @@ class InsRun(RunBase):
     def columns(self) -> dict[str, np.ndarray]:
         """Those of the table; phase as a word."""
         columns = {name: getattr(self, array)[:, i] for array, names in _COLUMNS.items() for i, name in enumerate(names)}
+        columns["protection_heading_rad"] = self.protection_heading_rad
         return {**columns, "phase": np.array(PHASES)[self.phase], "at_rest": self.at_rest}
 
 
@@ -176,6 +185,7 @@ _COLUMNS = {
     "gyro_bias_rad_s": tuple(f"gyro_bias_{axis}_rad_s" for axis in "xyz"),
     "accel_bias_m_s2": tuple(f"accel_bias_{axis}_m_s2" for axis in "xyz"),
     "heading_second": ("heading_second_rad", "heading_second_share"),
+    "protection_m": ("protection_horizontal_m", "protection_vertical_m"),
     "ready": tuple(f"{name}_ready" for name in READY),
 }
 
@@ -184,6 +194,7 @@ _COLUMNS = {
 INS_RUN_ARRAYS = {
     "t_s": (), "place": (3,), "velocity_n_m_s": (3,), "q_nb": (4,), "sigma_position_m": (3,), "sigma_velocity_m_s": (3,),
     "sigma_rotation_rad": (3,), "gyro_bias_rad_s": (3,), "accel_bias_m_s2": (3,), "heading_second": (2,),
+    "protection_m": (2,), "protection_heading_rad": (),
     "phase": (), "ready": (4,), "at_rest": (),
 }  # fmt: skip
 _BYTES = {"phase": np.uint8, "ready": bool, "at_rest": bool}

@@ -34,6 +34,8 @@ def columns(run: InsRun) -> dict[str, np.ndarray]:
         (("at_rest",), run.at_rest[:, None].astype(np.uint8)),
         (("heading_second",), second[:, None]),
         (("heading_second_share",), run.heading_second[:, 1:]),
+        (("protection_horizontal", "protection_vertical"), run.protection_m),
+        (("protection_heading",), np.degrees(run.protection_heading_rad)[:, None]),
         ([f"gyro_bias_{axis}" for axis in "xyz"], np.degrees(run.gyro_bias_rad_s)),
         ([f"accel_bias_{axis}" for axis in "xyz"], run.accel_bias_m_s2),
         (("q0", "q1", "q2", "q3"), run.q_nb),
@@ -49,6 +51,7 @@ def comments(run: InsRun, more: Sequence[str] = ()) -> list[str]:
         *option_lines(run.options),
         "lat, lon in deg, alt in m above the ellipsoid; vn, ve, vd in m/s; roll, pitch, heading in deg, heading clockwise from north",
         "sigma_north, east, down in m, sigma_vn, ve, vd in m/s, sigma_about_north, about_east, heading in deg; biases in deg/s and m/s2",
+        "protection: bounds of the errors in m and deg, exceeded for less than 1e-3 of the time",
         "q: scalar first, body to north-east-down; ready, at_rest: 1 or 0",
         f"phase: {', '.join(f'{number} {name}' for number, name in enumerate(PHASES))}",
     ]

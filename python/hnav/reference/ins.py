@@ -24,7 +24,6 @@ ERRORS = 33
 ALIKE_S = 5.0
 SLOW_GROWS_S = 10.0
 SHARP = 0.1
-BY_CHANCE = 1.3
 IRON_WALK = 1e-3
 STRENGTH_BY_PLACE = 0.1
 ANY_DIRECTION = 1.0
@@ -52,6 +51,30 @@ def turned(x: Array) -> tuple[Array, Array, Array]:
     return np.eye(3) + a * X + b * X @ X, np.eye(3) + b * X + c * X @ X, np.eye(3) / 2 + c * X + d * X @ X
 
 
+class Consistency:
+    """What an aid's noise is by the differences of its successive normalised innovations; c_src/estimation/consistency.hpp."""
+
+    MEMORY, LARGEST, AT_ONCE, SLOW_S, LONGEST_S = 20.0, 25.0, 2.0, 30.0, 20.0
+
+    def __init__(self) -> None:
+        self.noise, self.successive = 1.0, 1.0
+        self.last: tuple[Array, float] | None = None
+
+    def note(self, r: Array, variance: Array, t_s: float) -> None:
+        """An innovation that lies within its gate, after others that do."""
+        if self.last is not None:
+            before, before_s = self.last
+            change2 = min(0.5 * float(np.mean((r - before) ** 2 / variance)), self.LARGEST)
+            self.successive += (change2 - self.successive) / self.MEMORY
+            if self.successive > self.AT_ONCE:
+                self.noise *= self.successive
+                self.successive = 1.0
+            else:
+                since_s = min(t_s - before_s, self.LONGEST_S)
+                self.noise = max(1.0, self.noise * float(np.exp(since_s / self.SLOW_S * (self.successive - 1))))
+        self.last = r, t_s
+
+
 class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
@@ -68,7 +91,9 @@ class InsReference:
         self.R = np.eye(3) + 2 * w * X + 2 * X @ X
         self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
-        self.latency, self.nis_mean, self.steady_rate = 0.0, 1.0, np.zeros(3)
+        self.latency, self.steady_rate = 0.0, np.zeros(3)
+        self.turned_b = np.zeros(3)
+        self.velocity_fit, self.position_fit = Consistency(), Consistency()
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
@@ -233,8 +258,13 @@ class InsReference:
         askew = o.gyro_scale**2 * T / ALIKE_S * (turns2.sum() - turns2)
         P[GYRO, GYRO] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * one + np.diag(askew)
         P[ACCEL, ACCEL] += o.accel_bias_walk_m_s2_per_sqrt_s**2 * T * one
-        a, b, c = P[6, 6], P[7, 7], P[6, 7]
-        P[6:8, 6:8] += max(0.0, P[8, 8] - heading) * np.array([[b, -c], [-c, a]])
+        lost = max(0.0, P[8, 8] - heading)
+        (a, c), (_, b) = P[6:8, 6:8]
+        kept, swapped = np.exp(-0.5 * lost), -0.5 * np.expm1(-2 * lost)
+        P[6:8] *= kept
+        P[:, 6:8] *= kept
+        both = np.array([[a + swapped * (b - a), (1 - 2 * swapped) * c], [(1 - 2 * swapped) * c, b + swapped * (a - b)]])
+        P[6:8, 6:8] = both
         self.P = P
 
     def slow_sigma(self, stated_m: float) -> Array:
@@ -279,7 +309,7 @@ class InsReference:
         """All corrections of one event."""
         if place is not None:
             most = np.exp(self.length_s / SLOW_GROWS_S) * np.maximum(self.slow_before, SHARP * self.usual_colour())
-            self.slow = np.minimum(self.slow_sigma(sigma_m), most)
+            self.slow = np.minimum(self.slow_sigma(sigma_m * self.position_fit.noise**0.5), most)
         kept, _ = self.colour_of()
         self.propagate()
         self.slow_before = self.slow
@@ -294,16 +324,25 @@ class InsReference:
             H, noise = self.late(a)
             H[:, V] = np.eye(3)
             z = self.T.T @ earth.axes_at(place) @ velocity_n
-            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise)
+            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise, self.velocity_fit)
             tau = self.latency
             H, noise = self.late(self.v - tau * a)
             H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
-            self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise)
+            self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit)
         if field_b is not None:
             self.correct_field(field_b)
+        self.turn_biases()
         self.put_gravity()
         self.corrected_s = self.t_s
+
+    def turn_biases(self) -> None:
+        """What is known of them stays in the axes T while corrections turn the attitude."""
+        turn = turned(-self.turned_b)[0]
+        for rows in (GYRO, ACCEL):
+            self.P[rows] = turn @ self.P[rows]
+            self.P[:, rows] = self.P[:, rows] @ turn.T
+        self.turned_b = np.zeros(3)
 
     def late(self, change: Array) -> tuple[Array, Array]:
         """Rows with what the latency does to what changes so fast, and the noise of the vertical, which is late by itself."""
@@ -370,20 +409,18 @@ class InsReference:
         noise = o.field_noise**2 + max(self.P[6, 6], self.P[7, 7]) * left**2
         slow = max(1.0, o.field_colour_s / (self.t_s - self.field_s))
         self.field_s = self.t_s
-        self.use(H, north + iron[:2] - self.strength * measured[:2], noise * slow, of_satellites=False)
+        self.use(H, north + iron[:2] - self.strength * measured[:2], noise * slow)
 
-    def use(self, H: Array, r: Array, variance: float | Array, of_satellites: bool = True) -> None:
-        """One measurement; variance: of each value, or of all."""
-        widened = max(1.0, self.nis_mean / BY_CHANCE) if of_satellites else 1.0
-        S = H @ self.P @ H.T + widened * np.diag(np.broadcast_to(variance, len(r)))
+    def use(self, H: Array, r: Array, variance: float | Array, fit: Consistency | None = None) -> None:
+        """One measurement; variance: of each value, or of all; fit: of the satellites' aid, which learns its noise."""
+        S = H @ self.P @ H.T + (fit.noise if fit else 1.0) * np.diag(np.broadcast_to(variance, len(r)))
         K = np.linalg.solve(S, H @ self.P).T
         error = K @ r
         self.P = self.P - K @ H @ self.P
         self.P = 0.5 * (self.P + self.P.T)
-        if of_satellites:
-            self.nis_mean += (min(float(r @ np.linalg.solve(S, r)), 30.0) / 3 - self.nis_mean) / 20
-        X = cross_matrix(self.R.T @ error[PHI])
-        self.P[ACCEL, ACCEL] += X @ self.P[ACCEL, ACCEL] @ X.T
+        if fit:
+            fit.note(r, np.diag(S), self.t_s)
+        self.turned_b = self.turned_b + self.R.T @ error[PHI]
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
         self.memory_field, self.memory_R = turned(error[PHI])[0] @ self.memory_field, turned(error[PHI])[0] @ self.memory_R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]

@@ -44,6 +44,8 @@ def view_of(run: Run) -> View:
         gyro_bias_rad_s=shown("bias.gyro", 3),
         accel_bias_m_s2=shown("bias.accel", 3),
         heading_second=np.column_stack([run[f"{name}.align.heading_second{end}"] for end in ("", "_share")]),
+        protection_m=shown("nav.protection", 2),
+        protection_heading_rad=run[f"{name}.att.heading_protection"],
         phase=run[f"{name}.align.phase"].astype(np.uint8),
         ready=np.column_stack([run[f"{name}.align.{what}_ready"] > 0.5 for what in READY]),
         at_rest=run[f"{name}.rest.detected"] > 0.5,

@@ -1,0 +1,86 @@
+// Whether the innovations of one aid are what their covariance predicts. A filter whose state and noises are right has white innovations of
+// unit variance, once they are divided by their sigma (Kailath 1968). Two departures are told from each other:
+//
+//   wrong noise   successive innovations differ by too much: the mean square successive difference (von Neumann 1941) sees noise and is
+//                 blind to whatever changes slowly. It scales the stated variance: up at once, down slowly, never below what is stated
+//   wrong state   innovations have a mean. Its square, by the variance of a mean over a window, is 1 by chance: a short window for faults,
+//                 a long one for errors of the model
+#pragma once
+
+#include "maths/square.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hnav {
+
+// Part of a filter's state: doubles only.
+struct Consistency {
+    static constexpr int windows = 2, most_rows = 3;
+    static constexpr double window_s[windows] = {2, 20};
+    static constexpr double far = 10; // sigmas; a sample beyond is a jump, which the gate and its patience treat
+    static constexpr double memory = 20; // samples, of the successive differences
+    static constexpr double largest = 25; // one difference counts at most as much
+    static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly
+
+    double mean[windows][most_rows], share[windows]; // of the normalised innovations; share of the newest in it
+    double successive; // mean square of successive differences over twice the variance: 1 by chance
+    double last[most_rows], last_s, last_gated; // innovation
+    double noise; // factor on the stated variance
+
+    void begin(double noise_kept) {
+        *this = {};
+        successive = 1;
+        noise = noise_kept;
+        last_s = -HUGE_VAL;
+    }
+    // r: innovations, with their variances. gated: this one lies beyond the gate. One that does, alone among others, is an outlier.
+    void note(const double* r, const double* variance, int rows, bool gated, double t_s) {
+        const double since_s = std::fmin(t_s - last_s, window_s[windows - 1]);
+        double change2 = 0, size2 = 0, y[most_rows] = {};
+        for (int i = 0; i < rows; ++i) {
+            y[i] = r[i] / std::sqrt(variance[i]);
+            change2 += 0.5 * square(r[i] - last[i]) / variance[i] / rows;
+            size2 += square(y[i]) / rows;
+        }
+        const bool alike = gated == (last_gated > 0);
+        if (alike && std::isfinite(last_s)) note_noise(change2, since_s);
+        if ((alike || !gated) && size2 < far * far) note_mean(y, rows, since_s);
+        std::copy(r, r + rows, last);
+        last_s = t_s;
+        last_gated = gated ? 1 : 0;
+    }
+    // Square of the mean innovation of a window by its variance: 1 by chance.
+    double bias(int window) const {
+        if (!(share[window] > 0)) return 0;
+        double size2 = 0;
+        for (const double m : mean[window]) size2 += m * m;
+        return size2 * (2 - share[window]) / share[window] / most_rows;
+    }
+    // The larger of the windows.
+    double bias() const { return std::fmax(bias(0), bias(1)); }
+    // The covariance of the state has been multiplied by so much.
+    void widen(double factor) {
+        for (auto& window : mean)
+            for (double& m : window) m /= std::sqrt(factor);
+    }
+
+private:
+    void note_noise(double change2, double since_s) {
+        successive += (std::fmin(change2, largest) - successive) / memory;
+        if (successive > at_once) {
+            noise *= successive;
+            successive = 1;
+        } else {
+            noise = std::fmax(1, noise * std::exp(since_s / slow_s * (successive - 1)));
+        }
+    }
+    void note_mean(const double* y, int rows, double since_s) {
+        for (int w = 0; w < windows; ++w) {
+            share[w] = since_s / (window_s[w] + since_s);
+            for (int i = 0; i < rows; ++i) mean[w][i] += share[w] * (y[i] - mean[w][i]);
+        }
+    }
+};
+
+} // namespace hnav
