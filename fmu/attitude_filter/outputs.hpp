@@ -111,8 +111,8 @@ private:
 
     void describe_posterior(Table& table) {
         using namespace rows;
-        posterior_.add<&hnav_posterior::t_s>(table,
-                                             output("post.t", "s", "", "Time of the newest sample used; the start before the first"));
+        posterior_.add<&hnav_posterior::t_s>(
+            table, output("post.t", "s", "", "Time of the newest sample used; the start before the first"));
         posterior_.add<&hnav_posterior::q_nb>(
             table, output("post.q", "", "", "Attitude just after that sample, body to navigation, scalar first"));
         posterior_.add<&hnav_posterior::gyro_bias_rad_s>(
