@@ -1,5 +1,5 @@
 """Triggered clocks of FMI 3: a sensor's sample is a tick, not a held value. The estimates are those of the archives whose samples
-are told by counters, bit for bit."""
+are marked by counters, bit for bit."""
 
 import math
 
