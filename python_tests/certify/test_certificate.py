@@ -20,7 +20,7 @@ from hnav.certify.certificate import (
     printed_theorem,
     spectral_radii,
 )
-from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, record_gains
+from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, body_axes, body_maps, held_turns, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.certify.run import Thinning, attenuation_of, certify_run
 from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
@@ -33,7 +33,7 @@ from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
 
 
 def solver():
-    pytest.importorskip("cvxpy", reason="cvxpy is not installed")
+    pytest.importorskip("clarabel", reason="clarabel is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,39 @@ def record(turntable) -> GainRecord:
     return record_gains(
         turntable.recording, Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
     )
+
+
+@pytest.mark.parametrize("rate_rad_s", [0.0, 1e-7, 0.02, 3.0, 40.0])
+def test_held_turns_equal_matrix_exponentials(rate_rad_s):
+    u, T = rate_rad_s * np.array([0.6, -0.48, 0.64]), 0.5
+    generator = np.zeros((6, 6))
+    generator[:3, :3] = np.cross(np.eye(3), u)
+    generator[:3, 3:] = np.eye(3)
+    both = expm(generator * T)
+    turn, path = held_turns(u[None], T)
+    np.testing.assert_allclose(turn[0], both[:3, :3], atol=1e-13)
+    np.testing.assert_allclose(path[0], both[:3, 3:], atol=1e-13)
+
+
+@pytest.mark.parametrize("turn_rad", [0.001, 1.0, 20.0])
+def test_noise_of_an_interval_equals_van_loans_integral(turn_rad):
+    T, Q_b = 0.2, np.array([[3, 1, 0], [1, 2, -1], [0, -1, 4]]) * 1e-3
+    watched = WatchedReference(Options("hrekf", "paper", solver="closed_form"))
+    watched.rate, watched.b, watched.Q_b = turn_rad / T * np.array([0.36, 0.48, -0.8]), np.zeros(3), Q_b
+    watched.q = q = np.array([0.8, 0.36, -0.48, 0.0])
+    watched.flow(T)
+
+    generator, noise = np.zeros((7, 7)), np.zeros((7, 7))
+    generator[1:4, 1:4] = np.cross(np.eye(3), -watched.rate)
+    generator[1:4, 4:] = -0.5 * np.eye(3)
+    noise[:4, :4] = watched.options.quaternion_noise_per_sqrt_s**2 * np.eye(4)
+    noise[1:4, 1:4] += 0.25 * watched.options.gyro_noise_rad_per_sqrt_s**2 * np.eye(3)
+    noise[4:, 4:] = Q_b
+    V = expm(np.block([[-generator, noise], [np.zeros((7, 7)), generator.T]]) * T)
+    Phi, after = V[7:, 7:].T, body_axes(watched.q)
+    np.testing.assert_allclose(body_maps(watched.rate, np.array([T]))[0], Phi, atol=1e-13)
+    np.testing.assert_allclose(watched.Phi, after @ Phi @ body_axes(q).T, atol=1e-13)
+    np.testing.assert_allclose(watched.Q, after @ Phi @ V[:7, 7:] @ after.T, atol=1e-12 * np.abs(watched.Q).max())
 
 
 def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) -> GainRecord:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hnav.certify.gain_record import Correction, GainRecord
+from hnav.certify.gain_record import Correction, GainRecord, quaternion_exp
 from hnav.reference.hrekf import C_bn
 
 
@@ -23,12 +23,6 @@ class BoundaryStarts:
     worst_ratio: float  # largest V(k) e^{2 sigma T} / V(k-1) at a correction; the certificate says at most 1
     V: np.ndarray  # starts x (corrections + 1), over the level
     final_share: float  # largest V at the end, over the level
-
-
-def quaternion_exp(half_turn: np.ndarray) -> np.ndarray:
-    """n x 4, from n x 3 half rotation vectors."""
-    angle = np.linalg.norm(half_turn, axis=1, keepdims=True)
-    return np.hstack([np.cos(angle), half_turn * np.sinc(angle / np.pi)])
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -174,11 +174,10 @@ PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more w
 def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
     """Decay, region, noise floor, dwell and verdict of a record; starts: simulated errors on the boundary of the region.
 
-    Raises HnavError when cvxpy or its solver Clarabel is not installed, and for records of fewer than two corrections.
+    Raises HnavError when the solver Clarabel is not installed, and for records of fewer than two corrections.
     """
     try:
         import clarabel  # noqa: F401
-        import cvxpy  # noqa: F401
     except ImportError as error:
         raise HnavRuntimeError(
             "unsupported", f"the certificate needs {error.name}: python -m pip install {error.name} (the extra 'certify')"

@@ -7,7 +7,8 @@ Error of x = (q, b) in coordinates that turn little while the body moves, an ort
     e = (e_q (x) q*, R_nb e_b)
 With e_q = q(t) (x) s the flow of the error has constant coefficients while the rate u is held,
     s' = 1/2 (s (x) (0, u) - (0, u) (x) s) - 1/2 (0, e_b),   e_b' = 0,
-so one matrix exponential gives Phi exactly, and Van Loan's form of it the noise (IEEE TAC 23(3), 1978).
+so Phi is a turn and its integral (Rodrigues), and the noise Q = integral of Phi(t) Qc Phi(t)' by Gauss and Legendre, exact
+to rounding for turns of less than four revolutions in an interval.
 """
 
 from __future__ import annotations
@@ -17,17 +18,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import expm
 
 from hnav.errors import HnavRuntimeError
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
-from hnav.reference.hrekf import C_bn, Numbers, Omega, ReferenceFilter, Xi, product
+from hnav.reference.hrekf import C_bn, Numbers, ReferenceFilter, Xi, left_multiplication, product, right_multiplication
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
 VECTOR_PART = np.eye(4)[:, 1:]  # (0, v) = VECTOR_PART v
+NODES, WEIGHTS = (0.5 * a for a in np.polynomial.legendre.leggauss(24))  # of an interval: from -1/2 to 1/2
 
 
 @dataclass(frozen=True)
@@ -88,14 +89,26 @@ class GainRecord:
         return replace(self, corrections=[replace(c, K=factor * c.K) for c in self.corrections])
 
 
-def left_multiplication(p: np.ndarray) -> np.ndarray:
-    """4 x 4: p (x) q = left_multiplication(p) q."""
-    return np.stack([product(p, e) for e in np.eye(4)], axis=1)
+def quaternion_exp(half_turn: np.ndarray) -> np.ndarray:
+    """n x 4, from n x 3 half rotation vectors."""
+    angle = np.linalg.norm(half_turn, axis=1, keepdims=True)
+    return np.hstack([np.cos(angle), half_turn * np.sinc(angle / np.pi)])
 
 
-def right_multiplication(p: np.ndarray) -> np.ndarray:
-    """4 x 4: q (x) p = right_multiplication(p) q."""
-    return np.stack([product(e, p) for e in np.eye(4)], axis=1)
+def held_turns(rate: np.ndarray, interval_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """exp([w]x T) and its integral over the interval, m x 3 x 3 each, for rates w (m x 3, rad/s) and T (s, or m of them): Rodrigues."""
+    T = np.broadcast_to(interval_s, len(rate))[:, None, None]
+    length = np.linalg.norm(rate, axis=1)[:, None, None]
+    x, y, z = (rate / np.maximum(length[:, 0], np.finfo(float).tiny)).T
+    zero = np.zeros_like(x)
+    axis = np.moveaxis(np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]), -1, 0)
+    twice = axis @ axis
+    angle = length * T
+    turn = np.eye(3) + np.sin(angle) * axis + 2 * np.sin(0.5 * angle) ** 2 * twice
+    # (1 - cos a) / a and 1 - sin a / a, without loss of digits at small angles.
+    across = 0.5 * angle * np.sinc(0.5 * angle / np.pi) ** 2
+    along = np.where(angle < 1e-2, angle**2 / 6 * (1 - angle**2 / 20), 1 - np.sinc(angle / np.pi))
+    return turn, T * (np.eye(3) + across * axis + along * twice)
 
 
 def navigation_axes(q: np.ndarray) -> np.ndarray:
@@ -113,6 +126,14 @@ def body_axes(q: np.ndarray) -> np.ndarray:
     return T
 
 
+def body_maps(u: np.ndarray, t_s: np.ndarray) -> np.ndarray:
+    """n x 7 x 7: what the error (s, e_b), see above, becomes in each time t_s under the rate u."""
+    maps = np.broadcast_to(np.eye(7), (len(t_s), 7, 7)).copy()
+    maps[:, 1:4, 1:4], path = held_turns(np.broadcast_to(-u, (len(t_s), 3)), t_s)
+    maps[:, 1:4, 4:] = -0.5 * path
+    return maps
+
+
 class WatchedReference(ReferenceFilter):
     """The reference, its flow in closed form, that keeps what passed since the last correction."""
 
@@ -127,20 +148,17 @@ class WatchedReference(ReferenceFilter):
     def flow(self, interval_s: float) -> None:
         o = self.options
         u = np.zeros(3) if self.rate is None else self.rate - self.b
-        F, noise = np.zeros((7, 7)), np.zeros((7, 7))
-        F[:4, :4] = Omega(u) - 0.5 * left_multiplication(np.r_[0, u])
-        F[:4, 4:] = -0.5 * VECTOR_PART
+        noise = np.zeros((7, 7))
         noise[:4, :4] = (
             0.25 * o.gyro_noise_rad_per_sqrt_s** 2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s** 2 * np.eye(4)
         )
         noise[4:, 4:] = self.Q_b
-        V = expm(np.block([[-F, noise], [np.zeros((7, 7)), F.T]]) * interval_s)
         self.turns.append((C_bn(self.q).T @ u, interval_s))
-        q_next = expm(Omega(u) * interval_s) @ self.q
+        q_next = product(self.q, quaternion_exp(0.5 * interval_s * u[None])[0])
         before, after = body_axes(self.q), body_axes(q_next)
-        Phi = after @ V[7:, 7:].T @ before.T
-        Q = after @ V[7:, 7:].T @ V[:7, 7:] @ after.T
-        Q = 0.5 * (Q + Q.T)
+        maps = body_maps(u, np.r_[interval_s, interval_s * (0.5 + NODES)])
+        Phi = after @ maps[0] @ before.T
+        Q = after @ np.einsum("n,nij,jk,nlk->il", interval_s * WEIGHTS, maps[1:], noise, maps[1:]) @ after.T
         self.q, self.P = q_next, Phi @ self.P @ Phi.T + Q
         self.Phi, self.Q = Phi @ self.Phi, Phi @ self.Q @ Phi.T + Q
         self.q_minus = q_next

@@ -40,14 +40,13 @@ that fail join the constraints (cutting planes).
 from __future__ import annotations
 
 import copy
-import warnings
 from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.sparse import csc_matrix
 
-from hnav.certify.gain_record import GainRecord
+from hnav.certify.gain_record import GainRecord, held_turns
 from hnav.certify.windows import windows_of
 
 N = 6  # of e
@@ -56,7 +55,9 @@ FORCE, FIELD = slice(0, 3), slice(3, 6)  # rows of H
 R, S, ALONG = slice(6, 12), slice(12, 15), slice(15, 18)  # of z, after e: r, s, n
 Z = 18
 MULTIPLIERS = 9  # tau: of D (11, 22, 12), of the equalities (11, 22, 12), of s and n; last kappa
-FIRST_VERTICES, NEW_VERTICES, PASSES = 25, 12, 8
+FIRST_VERTICES, NEW_VERTICES, PASSES = 10, 8, 12
+ACTIVE = 2.0  # times the margin: a constraint whose smallest eigenvalue is below
+MOST_ITERATIONS = 100  # of the solver; a question that can be answered takes 15 to 40, one at the limit of the rate up to 100
 CHECKED_AT_ONCE = 1000  # corrections, so that long records fit into memory
 LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
 
@@ -68,6 +69,15 @@ def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
     x, y, z = rate_n
     A[BIAS, BIAS] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return A
+
+
+def flow_maps(rate_n: np.ndarray, interval_s: float) -> np.ndarray:
+    """m x 6 x 6: exp(flow_matrix T) for every rate (m x 3)."""
+    maps = np.zeros((len(rate_n), N, N))
+    maps[:, ATTITUDE, ATTITUDE] = np.eye(3)
+    maps[:, BIAS, BIAS], path = held_turns(rate_n, interval_s)
+    maps[:, ATTITUDE, BIAS] = -0.5 * path
+    return maps
 
 
 Bounds = tuple[np.ndarray, np.ndarray]  # alpha and beta, one for each correction
@@ -139,32 +149,47 @@ def with_signs(tau: np.ndarray) -> np.ndarray:
 Block = tuple[np.ndarray, np.ndarray, float]
 
 
+def cone_rows(blocks: list[Block], unknowns: int) -> tuple[csc_matrix, np.ndarray, list[int]]:
+    """(A, b, sizes) with b - A x = the upper triangles, by columns, of F x - margin I for each block.
+
+    Elements off the diagonal are multiplied by sqrt(2), which makes the scalar product of two triangles that of the matrices.
+    """
+    values, row_of, column_of, b, first = [], [], [], [], 0
+    for F, used, margin in blocks:
+        column, row = np.tril_indices(len(F))  # the upper triangle by columns is the lower one by rows
+        triangle = -np.where(row == column, 1, np.sqrt(2))[:, None] * F[row, column]
+        at, unknown = np.nonzero(triangle)
+        values.append(triangle[at, unknown])
+        row_of.append(first + at)
+        column_of.append(used[unknown])
+        b.append(np.where(row == column, -margin, 0.0))
+        first += len(row)
+    entries = (np.concatenate(values), (np.concatenate(row_of), np.concatenate(column_of)))
+    return csc_matrix(entries, shape=(first, unknowns)), np.concatenate(b), [len(F) for F, *_ in blocks]
+
+
 def smallest(cost: np.ndarray, blocks: list[Block]) -> np.ndarray | None:
     """x of the least cost'x for which F x[unknowns] >= margin I for each block, F symmetric; None when the solver finds
     none. What comes out is good to its tolerance only.
     """
-    import cvxpy as cp
+    import clarabel
 
-    x = cp.Variable(len(cost))
-    constraints = []
-    for F, unknowns, margin in blocks:
-        n = len(F)
-        constraints.append(cp.reshape(F.reshape(n * n, -1) @ x[unknowns], (n, n), order="C") >> margin * np.eye(n))
-    problem = cp.Problem(cp.Minimize(cost @ x), constraints)
+    A, b, sizes = cone_rows(blocks, len(cost))
+    settings = clarabel.DefaultSettings()
+    # The cost is needed roughly, the constraints well. For blocks of this size faer takes half the time of the default, and
+    # more threads gain nothing.
+    settings.verbose, settings.max_threads, settings.direct_solve_method = False, 1, "faer"
+    settings.tol_gap_abs = settings.tol_gap_rel = 1e-3
+    settings.tol_feas, settings.max_iter = 1e-8, MOST_ITERATIONS
+    good = (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
     # Clarabel's scaling of rows and columns is faster for one place, and breaks down at the first step for many.
-    for equilibrate in (True, False):
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of inaccurate solutions: what comes out is checked in any case
-                # The cost is wanted roughly, the constraints well; for blocks of this size faer takes half the time of the
-                # default, and more threads gain nothing.
-                problem.solve(
-                    solver=cp.CLARABEL, tol_gap_abs=1e-3, tol_gap_rel=1e-3, tol_feas=1e-8, max_threads=1,
-                    direct_solve_method="faer", equilibrate_enable=equilibrate,
-                )  # fmt: skip
-        except cp.SolverError:
-            continue
-        return x.value if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else None
+    for settings.equilibrate_enable in (True, False):
+        cones = [clarabel.PSDTriangleConeT(n) for n in sizes]
+        answer = clarabel.DefaultSolver(csc_matrix((len(cost), len(cost))), cost, A, b, cones, settings).solve()
+        if answer.status in good:
+            return np.array(answer.x)
+        if answer.status in (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.DualInfeasible):
+            return None
     return None
 
 
@@ -211,7 +236,7 @@ class SampledDataInequality:
         """Each correction interval_s after the one before, its gain unchanged and the rate held that it had just before."""
         changed = copy.copy(self)
         changed.T = np.full(len(self.T), interval_s)
-        changed.Phi = expm(np.stack([flow_matrix(c.turns[-1][0]) for c in self.record.corrections]) * interval_s) @ self.to_e
+        changed.Phi = flow_maps(np.stack([c.turns[-1][0] for c in self.record.corrections]), interval_s) @ self.to_e
         changed.vertices = list(self.vertices)
         return changed
 
@@ -301,9 +326,11 @@ class SampledDataInequality:
             least = self.smallest_eigenvalues(P, tau, sigma, rho)
             failing = np.flatnonzero(least < 0)
             if len(failing) == 0 and np.linalg.eigvalsh(P).min() > 0 and (rho == 0 or multipliers_bound(P, tau)):
-                # The next question is alike: the corrections that were nearest to failing are where to begin with it.
-                nearest = sorted(self.vertices, key=lambda k: least[k])[:FIRST_VERTICES]
-                self.vertices = sorted({*nearest, *self._first_of_each_step(least)})
+                # The next question is alike: the corrections that were nearest to failing are where to begin with it, all whose
+                # constraint is active and not too few, for the solver breaks down at programs that leave P almost free.
+                nearest = sorted(self.vertices, key=lambda k: least[k])
+                active = sum(least[k] < ACTIVE * margin for k in nearest)
+                self.vertices = sorted({*nearest[: max(active, FIRST_VERTICES)], *self._first_of_each_step(least)})
                 return P, tau, float(least.min())
             worst = {*failing[np.argsort(least[failing])][:NEW_VERTICES].tolist()}
             worst |= {k for k in self._first_of_each_step(least) if least[k] < 0}

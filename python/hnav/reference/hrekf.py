@@ -56,29 +56,43 @@ def Xi(q: Numbers) -> Numbers:
     return np.stack([0.5 * product(q, np.r_[0, e]) for e in np.eye(3)], axis=1)
 
 
+def left_multiplication(p: Numbers) -> Numbers:
+    """4 x 4: p (x) q = left_multiplication(p) q."""
+    w, x, y, z = p
+    return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+
+
+def right_multiplication(p: Numbers) -> Numbers:
+    """4 x 4: q (x) p = right_multiplication(p) q."""
+    w, x, y, z = p
+    return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+
+
 def Omega(u: Numbers) -> Numbers:
     """4 x 4: Omega(u) q = 1/2 q (x) (0, u)."""
-    return np.stack([0.5 * product(e, np.r_[0, u]) for e in np.eye(4)], axis=1)
+    return 0.5 * right_multiplication(np.r_[0, u])
 
 
 def C_bn(q: Numbers) -> Numbers:
     """3 x 3, navigation to body, quadratic in q."""
-    w, v = q[0], q[1:]
-    v_cross = np.cross(np.eye(3), v)  # v_cross @ x = v cross x
-    turned: Numbers = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) - 2 * w * v_cross
-    return turned
+    w, x, y, z = q
+    return np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)],
+            [2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)],
+            [2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
 
 
 def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
     """A navigation vector as the body sees it, and its 3 x 4 Jacobian; both exact for any q."""
 
-    def h(p: Numbers) -> Numbers:
-        conjugate = p * [1, -1, -1, -1]
-        return product(product(conjugate, np.r_[0, reference_n]), p)[1:]
-
-    # h is quadratic, so its polarisation is its derivative: h(q + e) - h(q) - h(e) = H e.
-    H = np.stack([h(q + e) - h(q) - h(e) for e in np.eye(4)], axis=1)
-    return h(q), H
+    conjugate, m = np.array([1, -1, -1, -1]), np.r_[0, reference_n]
+    turned = product(q * conjugate, m)
+    # h is quadratic: h(q + e) - h(q) - h(e) = q* (x) m (x) e + e* (x) m (x) q.
+    H = left_multiplication(turned) + right_multiplication(product(m, q)) * conjugate
+    return product(turned, q)[1:], H[1:]
 
 
 # --------------------------------------------------------------------------------------------- as printed
