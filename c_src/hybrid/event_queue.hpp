@@ -5,7 +5,10 @@
 // solution from its place onward back, so a late sample costs the events behind it and nothing else.
 #pragma once
 
+#include "base/instant.hpp"
 #include "hybrid/sizes.hpp"
+
+#include <algorithm>
 
 namespace hnav {
 
@@ -60,28 +63,31 @@ public:
 
     void mark_solved() { ++solved_; }
 
-    // Puts a sample into the event of time t_s, or opens one. Events before `from` are closed. Null: no room.
+    // Puts a sample into the event of its instant, or opens one; an event bears the earliest stamp of its samples, so that their
+    // order does not matter. Events before `from` are closed. Null: no room.
     Event* insert(const typename Event::Sample& sample, double t_s, int from) {
+        const double near_s = sample_instant_s(t_s);
         // What almost every sample is: the companion of the newest, in the only event of its time.
         if (size_ > from && solved_ < size_) {
             Event& newest = event(size_ - 1);
-            if (newest.t_s == t_s && !newest.has(sample.channel) && event(size_ - 2).t_s < t_s) {
+            if (newest.t_s == t_s && !newest.has(sample.channel) && event(size_ - 2).t_s < t_s - near_s) {
                 newest.add(sample);
                 return &newest;
             }
         }
         // Search from the newest end.
         int place = size_;
-        while (place > from && event(place - 1).t_s > t_s) --place;
-        // A second sample of a channel at one time opens another event behind, so the first event that lacks it is it.
+        while (place > from && event(place - 1).t_s > t_s + near_s) --place;
+        // A second sample of a channel in one instant opens another event behind, so the first event that lacks it is it.
         int earliest = place;
-        for (int i = place - 1; i >= from && event(i).t_s == t_s && !event(i).has(sample.channel); --i) earliest = i;
+        for (int i = place - 1; i >= from && event(i).t_s >= t_s - near_s && !event(i).has(sample.channel); --i) earliest = i;
         if (earliest < place) {
             place = earliest;
+            event(place).t_s = not_before(place, std::min(event(place).t_s, t_s));
         } else {
             if (full()) return nullptr;
             open(place);
-            Sizes::clear(event(place), t_s);
+            Sizes::clear(event(place), not_before(place, t_s));
         }
         event(place).add(sample);
         if (solved_ > place) solved_ = place;
@@ -129,6 +135,9 @@ private:
     }
 
     int index(int i) const { return (first_ + i) & last_place_; }
+
+    // The time of an event at this place, which the one before it bounds.
+    double not_before(int place, double t_s) const { return place > 0 ? std::max(event(place - 1).t_s, t_s) : t_s; }
 
     // Moves pointers, never slots.
     void open(int place) {

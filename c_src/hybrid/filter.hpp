@@ -7,6 +7,7 @@
 // The mathematics is the model's; model_concept.hpp lists what a model is.
 #pragma once
 
+#include "base/instant.hpp"
 #include "base/memory.hpp"
 #include "base/rare.hpp"
 #include "base/saved_state.hpp"
@@ -99,12 +100,12 @@ public:
     // Takes a sample in. It acts at the next advance that reaches its time.
     Outcome push(const Sample& sample) {
         if constexpr (!has_fixed_size<Model>)
-            if (sample.t_s == stamps_.last_s(sample.channel) && has_again(sample)) return Outcome::ok;
+            if (same_instant(sample.t_s, stamps_.last_s(sample.channel)) && has_again(sample)) return Outcome::ok;
         const auto newest_s = [this] { return std::fmax(now_, queue_.event(queue_.size() - 1).t_s); };
         const auto placed = stamps_.place(sample.channel, sample.t_s, now_, late_limit_, settings_.time_jump_limit_s, newest_s);
         using Place = typename decltype(stamps_)::Place;
         if (placed.how == Place::left_out) return Outcome::ok;
-        if (placed.t_s < late_limit_) {
+        if (placed.t_s < late_limit_ - sample_instant_s(late_limit_)) {
             ++refused.late;
             stamps_.note_late(sample.channel, newest_s());
             return Outcome::late;
@@ -119,7 +120,8 @@ public:
     bool push_event(const Event& event) {
         static_assert(has_fixed_size<Model>);
         const double t_s = event.t_s + stamps_.offset_s();
-        const bool newest = t_s > queue_.event(queue_.size() - 1).t_s && t_s >= late_limit_ && !queue_.full();
+        const bool newest =
+            t_s - sample_instant_s(t_s) > queue_.event(queue_.size() - 1).t_s && t_s >= late_limit_ && !queue_.full();
         if (!newest || !stamps_.place_together(event.present, event.t_s, now_, settings_.time_jump_limit_s)) return false;
         queue_.append();
         Event& taken = queue_.event(queue_.size() - 1);
@@ -229,13 +231,13 @@ public:
         if constexpr (may_cross<Model>) {
             bool any = !model_.crosses();
             if (!any && !model_.have_events_of_plant(state, t_s, &any)) return Outcome::diverged;
-            if (!any && !(waiting() && queue_.event(1).t_s <= t_s)) {
+            if (!any && !(waiting() && queue_.event(1).t_s <= through(t_s))) {
                 std::memmove(x_plus, x_minus, nx() * sizeof(double));
                 return Outcome::ok;
             }
         }
         int used = 0;
-        while (used < waiting() && queue_.event(1 + used).t_s <= t_s) {
+        while (used < waiting() && queue_.event(1 + used).t_s <= through(t_s)) {
             const Event& event = queue_.event(1 + used);
             // The integrator did not know this event: inputs that act on the interval before it are put in now.
             if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
@@ -549,12 +551,16 @@ private:
         return true;
     }
 
+    // The end of the instant of t_s: what is stamped up to it has come by t_s.
+    static double through(double t_s) { return t_s + sample_instant_s(t_s); }
+    static bool same_instant(double a_s, double b_s) { return std::fabs(a_s - b_s) <= sample_instant_s(a_s); }
+
     // A row that comes twice is no burst.
     bool has_again(const Sample& sample) const {
         const double t_s = sample.t_s + stamps_.offset_s();
-        for (int i = queue_.size() - 1; i >= 0 && queue_.event(i).t_s >= t_s; --i) {
+        for (int i = queue_.size() - 1; i >= 0 && queue_.event(i).t_s >= t_s - sample_instant_s(t_s); --i) {
             const Event& event = queue_.event(i);
-            if (event.t_s == t_s && event.has(sample.channel) &&
+            if (same_instant(event.t_s, t_s) && event.has(sample.channel) &&
                 std::memcmp(event.value(sample.channel), sample.value, event.values * sizeof(double)) == 0)
                 return true;
         }
@@ -646,12 +652,12 @@ private:
     bool runs_back(double t_s) const {
         const bool comes_back =
             settings_.time_jump_limit_s > 0 && now_ - t_s > settings_.time_jump_limit_s && t_s >= newest_time_s();
-        return t_s < now_ && !comes_back;
+        return through(t_s) < now_ && !comes_back;
     }
 
     Outcome solve_to(double t_s) {
         Outcome outcome = Outcome::ok;
-        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= t_s) {
+        while (queue_.solved() < queue_.size() && queue_.event(queue_.solved()).t_s <= through(t_s)) {
             if (solve(queue_.solved()) != Outcome::ok) outcome = Outcome::diverged;
             if constexpr (Queue::has_ring)
                 if (queue_.solved() == Sizes::states) close_oldest();

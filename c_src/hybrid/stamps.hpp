@@ -12,6 +12,8 @@
 // Of a plant of any pace samples may come once a minute: what is far ahead is then learnt from the intervals of its sensors.
 #pragma once
 
+#include "base/instant.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -61,7 +63,7 @@ public:
         Channel& c = channel_[channel];
         const double t_s = stamp_s + offset_s_, since_s = stamp_s - c.last_s;
         // What almost every sample is.
-        if (is_next(c, since_s) && (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
+        if (is_next(c, stamp_s, since_s) && (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
             c.interval_s = since_s;
             c.last_s = stamp_s;
             last_ = Place::stamped;
@@ -75,7 +77,7 @@ public:
     bool place_together(std::uint64_t present, double stamp_s, double shown_s, double limit_s) {
         if (limit_s > 0 && !(stamp_s + offset_s_ - shown_s < far_limits * limit_s)) return false;
         for (int c = 0; c < channels; ++c)
-            if ((present >> c) & 1u && !is_next(channel_[c], stamp_s - channel_[c].last_s)) return false;
+            if ((present >> c) & 1u && !is_next(channel_[c], stamp_s, stamp_s - channel_[c].last_s)) return false;
         for (int c = 0; c < channels; ++c) {
             if (!((present >> c) & 1u)) continue;
             channel_[c].interval_s = stamp_s - channel_[c].last_s;
@@ -102,8 +104,8 @@ private:
     };
 
     // The next one after its usual interval, alone at its stamp.
-    static bool is_next(const Channel& c, double since_s) {
-        return c.alone && since_s > 0 && since_s < max_spread * c.interval_s;
+    static bool is_next(const Channel& c, double stamp_s, double since_s) {
+        return c.alone && since_s > sample_instant_s(stamp_s) && since_s < max_spread * c.interval_s;
     }
 
     explicit Stamps(int) : offset_s_(0), ahead_s_(0), jumps_(0), last_(Place::stamped), channel_{} {}
@@ -114,9 +116,9 @@ private:
             ++c.left_out;
             return {stamp_s, last_ = Place::left_out};
         }
-        const double since_s = stamp_s - c.last_s;
-        if (since_s > 0) begin_stamp(c, stamp_s, since_s);
-        else if (since_s == 0) c.count += 1;
+        const double since_s = stamp_s - c.last_s, same_s = sample_instant_s(stamp_s);
+        if (since_s > same_s) begin_stamp(c, stamp_s, since_s);
+        else if (since_s >= -same_s) c.count += 1;
         else if (limit_s > 0 && since_s < -limit_s && stamp_s + offset_s_ < newest_s - limit_s)
             return begin_time_base(c, stamp_s, newest_s);
         else return {stamp_s + offset_s_, last_};

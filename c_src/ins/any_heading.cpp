@@ -286,7 +286,7 @@ bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
     const double since_s = event.t_s - g.position_s;
     const Vector3 moved = earth::position_of({z[0], z[1], z[2]}) - vec(g.position);
     const Vector3 off = mat(s.fix_axes).transpose() * moved - since_s * vec(g.velocity);
-    const bool fresh = event.t_s - g.velocity_s < 1.1;
+    const bool fresh = is_within(event.t_s - g.velocity_s, 1.1);
     const bool bad =
         fresh && off.head<2>().norm() > 6 * z[3] + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s;
     g.position_in_row = bad ? g.position_in_row + 1 : 0;

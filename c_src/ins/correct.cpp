@@ -203,11 +203,12 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     double& since_s = s.refused_since_s[m.channel];
     constexpr double believed_when_free = 3, fresh_s = 10;
     double& in_row = s.refused_in_row[m.channel];
-    if (is_free(s) && m.channel != ins::rest && in_row >= believed_when_free && event.t_s - s.last_s[position] < fresh_s) {
+    if (is_free(s) && m.channel != ins::rest && in_row >= believed_when_free &&
+        is_within(event.t_s - s.last_s[position], fresh_s)) {
         s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
-    if (std::isfinite(since_s) && event.t_s - since_s > patience_s(m) && !is_supported(s, m.channel, event.t_s)) {
+    if (std::isfinite(since_s) && has_passed(event.t_s - since_s, patience_s(m)) && !is_supported(s, m.channel, event.t_s)) {
         believe_jump(s, P, m);
         since_s = nan;
         in_row = 0;
@@ -225,7 +226,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
 // sigmas.
 void Model::note_strain(State& s, int channel, double nis, double now_s) {
     constexpr double small = 4, largest = 10;
-    const bool has_velocity = now_s - s.last_s[velocity] < 60;
+    const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
     if ((channel == position && has_velocity) || is_supported(s, channel, now_s)) return;
     s.strain += (std::fmin(nis, largest) - s.strain) / 20;
     if (!(s.strain > small)) s.strained_since_s = nan;
@@ -235,7 +236,7 @@ void Model::note_strain(State& s, int channel, double nis, double now_s) {
 void Model::begin_anew_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
     if (s.phase == Phase::navigating && at_rest(s, now_s)) s.strained_since_s = nan; // judged by itself
-    if (s.first_was_wrong || now_s - s.strained_since_s > patience_s) begin_all_anew(s, now_s);
+    if (s.first_was_wrong || has_passed(now_s - s.strained_since_s, patience_s)) begin_all_anew(s, now_s);
 }
 
 // Heading, tilt and biases: of all that was learnt nothing is kept. Where that has not helped for long, biases may be larger than their priors.
@@ -247,7 +248,7 @@ void Model::begin_all_anew(State& s, double now_s) const {
     // Motion that did not fit is the better witness against a compass.
     constexpr double more = 1e4, most = 1e8, fresh_s = 60;
     const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
-    if (!s.first_was_wrong && now_s - compass_s < fresh_s) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
+    if (!s.first_was_wrong && is_within(now_s - compass_s, fresh_s)) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
     s.first_was_wrong = 0;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();

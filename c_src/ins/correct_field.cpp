@@ -12,7 +12,7 @@ namespace hnav::ins {
 bool Model::wants_field(const State& s, const Event& event) const {
     if (!event.has(field) || !s.started()) return false;
     const double half_s = 0.5 * s.usual_interval_s;
-    return event.t_s - s.field_used_s + half_s >= options_.correction_interval_s;
+    return has_lasted(event.t_s - s.field_used_s + half_s, options_.correction_interval_s);
 }
 
 // The first sample makes the unit: its horizontal part is about 1.
@@ -46,7 +46,7 @@ double Model::direction_kept(const State& s) const { return std::exp(-s.window.l
 // A body that has taken iron on board, or has come to where the field is another: until that is over it tells of turns, not of north.
 void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     double& since_s = s.refused_since_s[field];
-    if (!std::isfinite(since_s) || !(now_s - since_s > options_.gate_longest_s)) return;
+    if (!std::isfinite(since_s) || !has_passed(now_s - since_s, options_.gate_longest_s)) return;
     const double iron2 = options_.start_sigma_iron * options_.start_sigma_iron;
     for (int row = row_iron; row <= row_strength; ++row) widen(P, row, iron2);
     constexpr double any_direction2 = 1;

@@ -7,11 +7,11 @@ namespace hnav::ins {
 // it is fresh, else the own one while it is known. A body whose place was given and that no aid speaks of stands, even if it sways.
 bool Model::at_rest(const State& s, double now_s) const {
     constexpr double slow_m_s = 0.3, slowest_m_s = 0.6, fresh_s = 2, known_m_s = 1;
-    if (now_s - s.last_s[ins::rest] < fresh_s) return true;
+    if (is_within(now_s - s.last_s[ins::rest], fresh_s)) return true;
     const bool alone = place_given(options_) && s.used[velocity] + s.used[position] + s.used[speed] == 0;
     if (alone) return s.rest.sways(options_);
     if (!s.rest.still(options_) || s.glide.found > 0) return false;
-    if (now_s - s.speed_known_s < fresh_s)
+    if (is_within(now_s - s.speed_known_s, fresh_s))
         return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
     if (!s.started()) return false;
     const double variance = std::fmax(s.P[packed(row_v, row_v)], s.P[packed(row_v + 1, row_v + 1)]);
@@ -24,7 +24,7 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(options_)) return;
     const double stood_s = now_s - s.glide.began_s, moved_m = (vec(s.in_t.colour) - vec(s.in_t.colour_at_rest)).head<2>().norm();
-    const bool alone = !(now_s - s.last_s[velocity] < silent_s) && s.glide.jumped == 0;
+    const bool alone = !is_within(now_s - s.last_s[velocity], silent_s) && s.glide.jumped == 0;
     double speed = 0, way = 0;
     if (s.glide.always.shows()) {
         speed = s.glide.always.speed_m_s();

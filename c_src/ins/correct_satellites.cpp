@@ -87,7 +87,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
-        const bool known = event.t_s - s.speed_known_s < 2;
+        const bool known = is_within(event.t_s - s.speed_known_s, 2.0);
         const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
         for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * speed2;
     } else {

@@ -50,7 +50,7 @@ bool Model::remembers_field(State& s, const Covariance& P, const Event& event) c
     const double over_s = options_.field_colour_s, since_s = event.t_s - s.field_until_s;
     const bool refused = std::isfinite(s.refused_since_s[field]);
     const Vector3 measured = attitude(s) * (s.field_unit * vec(event.value[field]));
-    if (std::isnan(since_s) || (!refused && since_s > over_s)) {
+    if (std::isnan(since_s) || (!refused && has_passed(since_s, over_s))) {
         vec(s.in_t.field) = measured;
         axes_then(s) = attitude(s);
         s.field_until_s = event.t_s;

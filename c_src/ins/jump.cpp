@@ -54,7 +54,7 @@ void Model::note(State& s, const Event& event) const {
 
 void Model::try_start(State& s, const Event& event) const {
     const bool has_place = event.has(position) || (place_given(options_) && s.has(event, imu));
-    const bool has_inertial = s.has(event, imu) || event.t_s - s.last_s[imu] <= options_.longest_gap_s;
+    const bool has_inertial = s.has(event, imu) || !has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s);
     if (s.phase != Phase::levelling || !has_place || !has_inertial) return;
     Tilt tilt;
     if (state_given(options_) || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
@@ -77,8 +77,8 @@ void Model::jump(State& s, const Event& event) const {
     if (!holds_backward(options_) && has_new(s, event, imu)) hold(s, event);
     if (s.started()) {
         const double half_s = s.has(event, imu) ? 0.5 * s.usual_interval_s : 0;
-        if (has_aid(event) || wants_field(s, event) || event.t_s - s.last_correction_s + half_s >= options_.correction_interval_s)
-            correct(s, event);
+        const double since_s = event.t_s - s.last_correction_s + half_s;
+        if (has_aid(event) || wants_field(s, event) || has_lasted(since_s, options_.correction_interval_s)) correct(s, event);
     } else {
         try_start(s, event);
     }

@@ -104,7 +104,7 @@ void Model::before_flow(State& s, const Event& event) const {
                stale = event.has(position) && repeats(s, event, position);
     if (stale) s.rejected |= std::uint64_t{1} << position;
     if (stale && fast) s.rejected |= std::uint64_t{1} << velocity;
-    s.gap_too_long = event.t_s - s.last_s[imu] > options_.longest_gap_s && std::isfinite(s.last_s[imu]);
+    s.gap_too_long = has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s) && std::isfinite(s.last_s[imu]);
     if (!holds_backward(options_) || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.
     const double went_on_s = s.last_event_s - s.last_s[imu];

@@ -15,6 +15,7 @@
 // The functions are defined in the files named beside them.
 #pragma once
 
+#include "base/instant.hpp"
 #include "ins/measurement.hpp"
 #include "ins/state.hpp"
 #include "ins/step.hpp"

@@ -21,7 +21,7 @@ namespace {
 // The inertial sensor is there, and for some time nothing has contradicted the estimate.
 bool is_consistent(const State& s, double now_s) {
     constexpr double silent_s = 1, consistent_for_s = 2;
-    return s.started() && now_s - s.last_s[imu] <= silent_s && now_s - s.doubted_s > consistent_for_s;
+    return s.started() && !has_passed(now_s - s.last_s[imu], silent_s) && has_passed(now_s - s.doubted_s, consistent_for_s);
 }
 
 } // namespace
@@ -30,11 +30,11 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     constexpr double fresh_s = 60;
     const bool alive = is_consistent(s, now_s);
     const double fixed_s = std::fmax(s.last_s[position], std::fmax(s.last_s[velocity], s.last_s[ins::rest]));
-    const bool fixed = alive && (now_s - fixed_s < fresh_s || at_rest(s, now_s));
+    const bool fixed = alive && (is_within(now_s - fixed_s, fresh_s) || at_rest(s, now_s));
     const double tilt = std::fmax(n->sigma_rotation[0], n->sigma_rotation[1]);
     const double lie = std::sqrt(std::fmax(1, s.nis_mean));
     n->tilt_ready = alive && tilt * lie < options_.ready_tilt_rad && is_earned(s.information_tilt, options_.ready_tilt_rad);
-    n->heading_ready = alive && now_s - s.heading_since_s >= options_.ready_hold_s &&
+    n->heading_ready = alive && has_lasted(now_s - s.heading_since_s, options_.ready_hold_s) &&
                        n->sigma_rotation[2] * lie * contradicted(s, now_s) < options_.ready_heading_rad &&
                        is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&

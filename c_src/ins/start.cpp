@@ -38,7 +38,7 @@ struct OnCircle {
 bool wants_window(const Options& options, const Levelling& l, double now_s) {
     const double longest_s =
         std::fmax(2 * options.level_window_s, options.start_sigma_tilt_rad / options.start_sigma_gyro_bias_rad_s);
-    return std::isnan(l.first_velocity_s) || (l.count >= 2 && now_s - l.first_velocity_s > longest_s);
+    return std::isnan(l.first_velocity_s) || (l.count >= 2 && has_passed(now_s - l.first_velocity_s, longest_s));
 }
 
 } // namespace
@@ -118,7 +118,7 @@ void Model::begin_window(State& s, const Event& event) {
 void Model::level(State& s, const Event& event) const {
     Levelling& l = s.levelling;
     const double T = event.t_s - s.last_event_s;
-    if (std::isfinite(s.last_s[imu]) && T > 0 && T < options_.longest_gap_s) {
+    if (std::isfinite(s.last_s[imu]) && T > 0 && is_within(T, options_.longest_gap_s)) {
         const Vector3 w = turn_rate(s), f = specific_force(s);
         const Quaternion q = quat(l.q);
         const HeldTurn<double> turn(w, T);
@@ -129,7 +129,7 @@ void Model::level(State& s, const Event& event) const {
         quat(l.q) = multiply(q, turn.q).normalized();
         vec(l.force) = Vector3(rotation_matrix(turn.q).transpose() * vec(l.force));
         l.length_s += T;
-    } else if (T >= options_.longest_gap_s && std::isfinite(s.last_event_s)) {
+    } else if (has_lasted(T, options_.longest_gap_s) && std::isfinite(s.last_event_s)) {
         begin_levelling(s);
     }
     if (s.has(event, imu)) {
@@ -207,17 +207,18 @@ Model::Tilt Model::tilt_by_velocity(const State& s, double now_s) const {
 bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
     const Levelling& l = s.levelling;
     const double window_s = now_s - l.first_velocity_s;
-    if (l.count >= 2 && window_s >= options_.level_window_s) {
+    if (l.count >= 2 && has_lasted(window_s, options_.level_window_s)) {
         *tilt = tilt_by_velocity(s, now_s);
         // A straight acceleration ends, and its end tells the tilt.
         constexpr double wide_rad = 0.05, patience = 6;
-        return tilt->variance_b.trace() < wide_rad * wide_rad || now_s - l.since_s > patience * options_.level_window_s;
+        return tilt->variance_b.trace() < wide_rad * wide_rad ||
+               has_passed(now_s - l.since_s, patience * options_.level_window_s);
     }
     // A single velocity may be the last one.
     const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
     const double alone_s = now_s - (l.first_velocity_s > l.since_s ? l.first_velocity_s : l.began_s);
     const Vector3 force = vec(l.force);
-    if (l.count >= 2 || !(alone_s >= patience * options_.level_window_s) || !(force.norm() > 0)) return false;
+    if (l.count >= 2 || !has_lasted(alone_s, patience * options_.level_window_s) || !(force.norm() > 0)) return false;
     tilt->down_b = -force.normalized();
     return true;
 }

@@ -58,7 +58,7 @@ constexpr double defaults[] = {
     0.025, // local_declination_rad
     60, // local_declination_s
     1, // gyro_hold
-    0.035, // correction_interval_s
+    0.0347, // correction_interval_s
     0.1, // max_interval_s
     2, // gap_acceleration_m_s2
     2.5, // gap_turn_factor
@@ -188,7 +188,7 @@ const OptionRow rows[] = {
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"correction_interval_s", text("timing"), text("s"),
      text("Samples are gathered and corrected so often, at the sample nearest; heading aids at once"),
-     text("Slow beside the samples, so that a correction costs little, and fast beside the motion; twice as often gains nothing."),
+     text("Slow beside the samples, so that a correction costs little, and fast beside the motion; twice as often gains nothing. No usual rate from 25 to 1000 Hz has two samples equally near."),
      nullptr, nullptr, defaults + 11, offsetof(hnav_ahrs_options, correction_interval_s),
      0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"max_interval_s", text("timing"), text("s"),

@@ -89,7 +89,7 @@ constexpr double defaults[] = {
     5, // ready_position_m
     5, // ready_hold_s
     1, // gyro_hold
-    0.1, // correction_interval_s
+    0.0997, // correction_interval_s
     1, // longest_gap_s
     0, // horizon_s
     64, // queue_capacity
@@ -382,7 +382,7 @@ const OptionRow rows[] = {
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"correction_interval_s", text("timing"), text("s"),
      text("The covariance follows so often at the least, and at every aid"),
-     text("Short beside the turns of vehicles, long beside the samples."),
+     text("Short beside the turns of vehicles, long beside the samples. No usual rate from 25 to 1000 Hz has two samples equally near."),
      nullptr, nullptr, defaults + 61, offsetof(hnav_ins_options, correction_interval_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"longest_gap_s", text("timing"), text("s"),

@@ -5,6 +5,7 @@
 // wanders, and in one which the bias known so far cannot be (the filter's test).
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
 #include <cmath>
@@ -48,7 +49,7 @@ struct RestDetector {
 
     template <class Options>
     bool at_rest(const Options& o) const {
-        return still_s > R(o.rest_duration_s);
+        return has_passed(still_s, R(o.rest_duration_s));
     }
 
     // While it seems to be at rest; interval_s: since the last call.
@@ -95,12 +96,12 @@ struct Unrest {
 
     template <class Options>
     bool still(const Options& o) const {
-        return o.rest_rate_rad_s > 0 && still_s > o.rest_duration_s;
+        return o.rest_rate_rad_s > 0 && has_passed(still_s, o.rest_duration_s);
     }
     // The same with wider limits: on something that sways.
     template <class Options>
     bool sways(const Options& o) const {
-        return o.rest_rate_rad_s > 0 && swaying_s > o.rest_duration_s;
+        return o.rest_rate_rad_s > 0 && has_passed(swaying_s, o.rest_duration_s);
     }
 };
 

@@ -6,8 +6,8 @@
 namespace hnav {
 
 // Samples are missing when the time since the last is far above the usual; jitter and a single loss are not.
-// usual_s: 0 while it is not known.
-inline bool is_gap(double since_s, double usual_s) { return usual_s > 0 && since_s > 3 * usual_s; }
+// usual_s: 0 while it is not known. Two lost samples of an even sensor are the limit itself, and rounding does not decide of it.
+inline bool is_gap(double since_s, double usual_s) { return usual_s > 0 && since_s > (3 + 1e-3) * usual_s; }
 
 // The time since the sample before, or the usual one after a gap, within the limit. The first stands for none: it carries no
 // information, because its density has nothing to act over.

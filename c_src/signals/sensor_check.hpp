@@ -12,6 +12,7 @@
 // Almost every sample is well, and this is asked of each: what is rare stands in functions of its own.
 #pragma once
 
+#include "base/instant.hpp"
 #include "base/rare.hpp"
 #include "maths/rotation.hpp"
 
@@ -178,7 +179,7 @@ private:
     }
 
     bool is_stuck(int axis, R interval_s) const {
-        return run[axis] >= std::fmax(min_stuck, stuck_runs * usual_run) && run[axis] * interval_s >= min_stuck_s;
+        return run[axis] >= std::fmax(min_stuck, stuck_runs * usual_run) && has_lasted(run[axis] * interval_s, min_stuck_s);
     }
 
     void mark(int axis, SensorFault what) {

@@ -151,6 +151,25 @@ TEST(EventQueue, ASecondSampleOfAChannelFollowsTheFirst) {
     EXPECT_EQ(queue.event(1).value[0][0], 20);
 }
 
+TEST(EventQueue, StampsThatDifferInTheirLastBitsAreOneInstantOfTheEarliest) {
+    for (const double t_s : {0.01, 10.0, 1.7e9}) {
+        const double bits_s = std::fmax(1e-13, std::nextafter(t_s, 2 * t_s) - t_s);
+        std::vector<QueueSample> samples{{t_s + bits_s, 0, {}}, {t_s + 2 * bits_s, 0, {}}, {t_s, 1, {}}};
+        const auto by_channel = [](const QueueSample& a, const QueueSample& b) { return a.channel < b.channel; };
+        do {
+            Queue queue(8);
+            for (const QueueSample& s : samples) ASSERT_TRUE(queue.insert(s, s.t_s, 0));
+            ASSERT_EQ(queue.size(), 2); // channel 0 has two
+            EXPECT_EQ(queue.event(0).t_s, t_s);
+            EXPECT_EQ(queue.event(0).present, 3u);
+            EXPECT_TRUE(queue.event(1).has(0));
+            EXPECT_GE(queue.event(1).t_s, t_s);
+            ASSERT_TRUE(queue.insert({t_s + 1e-3, 1, {}}, t_s + 1e-3, 0)); // another one
+            EXPECT_EQ(queue.size(), 3);
+        } while (std::next_permutation(samples.begin(), samples.end(), by_channel));
+    }
+}
+
 TEST(EventQueue, SaysWhenItIsFullAndGoesOnAfterRemoval) {
     Queue queue(2);
     EXPECT_TRUE(queue.insert({1, 0, {}}, 1, 0));
@@ -455,9 +474,20 @@ TYPED_TEST(HybridFilter, AnIntervalThatCannotBeCrossedIsAnErrorWithoutAClosedFor
 TYPED_TEST(HybridFilter, AnIntervalOfNoLengthToSpeakOfIsCrossed) {
     typename TestFixture::F filter;
     ASSERT_EQ(filter.push({1e-4, 1, 0.5}), Outcome::ok);
-    ASSERT_EQ(filter.push({1e-4 + 1e-13, 0, 1.0}), Outcome::ok);
+    ASSERT_EQ(filter.push({1e-4 + 1e-13, 1, 0.4}), Outcome::ok); // of one sensor: another event
     EXPECT_EQ(filter.advance(0.1), Outcome::ok);
     EXPECT_EQ(filter.jumps(), 2);
+}
+
+TYPED_TEST(HybridFilter, StampsAndTimesThatDifferInTheirLastBitsAreOneInstant) {
+    typename TestFixture::F filter;
+    ASSERT_EQ(filter.push({1e-4 + 1e-13, 1, 0.5}), Outcome::ok);
+    EXPECT_EQ(filter.advance(1e-4), Outcome::ok); // it has come
+    EXPECT_EQ(filter.jumps(), 1);
+    ASSERT_EQ(filter.push({1e-4 - 1e-13, 0, 1.0}), Outcome::ok); // its companion is not late
+    EXPECT_EQ(filter.advance(1e-4 - 1e-13), Outcome::ok);        // and the time has not run back
+    EXPECT_EQ(filter.jumps(), 1);
+    EXPECT_EQ(filter.refused.late, 0u);
 }
 
 TYPED_TEST(HybridFilter, AClosedFormThatTheModelLacksIsRefused) {

@@ -230,7 +230,8 @@ void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimut
     s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
     // A place where the reference has changed before is asked for thrice as long.
     const R needed_s = R(options_.ready_undisturbed_s) * (s.field.changes > 0 ? 3 : 1);
-    if (s.undisturbed_s >= needed_s && s.field.heading_trust_s >= R(options_.ready_evidence_s)) s.heading_confirmed = 1;
+    if (has_lasted(s.undisturbed_s, needed_s) && has_lasted(s.field.heading_trust_s, R(options_.ready_evidence_s)))
+        s.heading_confirmed = 1;
 }
 
 } // namespace hnav

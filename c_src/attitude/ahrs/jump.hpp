@@ -23,7 +23,8 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         gather(s, event, rate_s);
         // At the sample nearest to the interval, whatever its jitter.
         const double since_s = event.t_s - s.last_correction_s;
-        if (since_s + 0.5 * double(rate_s) >= options_.correction_interval_s || has_aid(event)) correct(s, event);
+        const bool due = has_lasted(since_s + 0.5 * double(rate_s), options_.correction_interval_s);
+        if (due || has_aid(event)) correct(s, event);
     }
     for (int c = 0; c < channel_count; ++c)
         if ((usable >> c) & 1) s.note_time(c, event.t_s);

@@ -6,6 +6,7 @@
 // g and longer than g. One whose horizon is wrong feels gravity alone: its mean force is g long and upwards by less.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
 #include <cmath>
@@ -105,13 +106,13 @@ struct LastingMotion {
     // speaks for it, and the force is gathered anew.
     R wrong_horizon(R g) {
         constexpr R least_s = 3, longest_s = 20, min_ratio = R(0.5), velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
-        if (force_s < least_s) return 0;
+        if (!has_lasted(force_s, least_s)) return 0;
         const Vector3Of<R> f = Vector3Of<R>(force) / force_s;
         const R by_down = f[2] + g, by_length = f.norm() - g;
         const R variance = (down2 + velocity2) / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
         // A force of another length than gravity is explained by neither.
-        if (ratio > min_ratio && force_s <= longest_s && by_length * by_length < sigmas2 * variance) return ratio;
+        if (ratio > min_ratio && !has_passed(force_s, longest_s) && by_length * by_length < sigmas2 * variance) return ratio;
         forget_force();
         return 0;
     }

@@ -26,6 +26,7 @@
 #pragma once
 
 #include "attitude/ahrs/state.hpp"
+#include "base/instant.hpp"
 #include "maths/scalar.hpp"
 
 #include <cstddef>
@@ -158,7 +159,7 @@ private:
     // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
     // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
     bool heading_ready(const State& s) const {
-        return s.heading_confirmed != 0 && s.azimuth_rejected_s <= max_azimuth_rejected_s &&
+        return s.heading_confirmed != 0 && !has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s) &&
                angle_ready(s.P[packed(rotation + 2, rotation + 2)] + heading_doubt(s), s.information.heading,
                            R(options_.ready_heading_rad));
     }

@@ -148,7 +148,7 @@ void AhrsModelOf<R>::find_attitude(State& s, Correction& c) const {
     const R g = R(gravity_m_s2);
     const bool violent = !(sum.norm() < 2 * g * s.force_s); // a shock goes on
     const Vector3R up = gathered / s.level_s;
-    if (!violent && s.level_s < gathered_s) return;
+    if (!violent && is_within(s.level_s, gathered_s)) return;
     gathered.setZero();
     s.level_s = 0;
     if (violent || !(std::fabs(up.norm() - g) < R(0.4) * g)) return;

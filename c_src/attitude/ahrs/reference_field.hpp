@@ -11,6 +11,7 @@
 //   has gathered enough against the reference, it takes its place.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
 #include <cstdint>
@@ -58,7 +59,7 @@ struct MagneticReference {
             served_s += T;
             return FieldVerdict::accept;
         }
-        if (rejected_s < std::fmin(R(o.mag_gate_max_s), R(o.mag_gate_share) * served_s)) {
+        if (is_within(rejected_s, std::fmin(R(o.mag_gate_max_s), R(o.mag_gate_share) * served_s))) {
             rejected_s += T;
             return FieldVerdict::reject;
         }
@@ -92,7 +93,7 @@ struct MagneticReference {
     template <class Options>
     bool candidate_wins(const Options& o, R horizontal, R down) const {
         const R needed_s = std::fmax(R(o.candidate_first_s), R(o.candidate_share) * evidence_s);
-        return candidate_evidence_s > needed_s &&
+        return has_passed(candidate_evidence_s, needed_s) &&
                length(candidate_horizontal() - horizontal, candidate[2] - down) > R(o.mag_gate);
     }
 

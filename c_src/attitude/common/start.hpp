@@ -4,6 +4,7 @@
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/first_attitude.hpp"
 #include "attitude/common/frames.hpp"
+#include "base/instant.hpp"
 #include "hnav/options/shared.h"
 
 namespace hnav {
@@ -89,7 +90,7 @@ struct StartSamples {
             return true;
         }
         if (!has_field(settings)) {
-            if (!(event.t_s - first_s >= settings.field_wait_s)) return false;
+            if (!has_lasted(event.t_s - first_s, settings.field_wait_s)) return false;
             // Any heading is as likely as any other.
             *found = {level_with_heading<R>(force(), 0), R(M_PI / std::sqrt(3.0))};
             return true;

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "attitude/hrekf/state.hpp"
+#include "base/instant.hpp"
 #include "maths/scalar.hpp"
 #include "signals/sampling.hpp"
 

@@ -13,6 +13,7 @@
 // wrong q is left in a few windows and a right one is kept.
 #pragma once
 
+#include "base/instant.hpp"
 #include "maths/rotation.hpp"
 #include "maths/scalar.hpp"
 
@@ -55,11 +56,11 @@ struct AdaptationWindow {
     // window is full.
     bool add(double t_s, double interval_s, const Vector3Of<R>& bias_step, R change_of_trace) {
         if (std::isnan(settled_s)) settled_s = t_s + settling_s;
-        if (!(t_s - interval_s >= settled_s)) return false;
+        if (!(t_s - interval_s >= settled_s - instant_s(t_s, interval_s))) return false;
         elapsed_s += interval_s;
         for (int i = 0; i < 3; ++i) sum[i] += bias_step[i];
         change += change_of_trace;
-        return elapsed_s >= window_s;
+        return has_lasted(elapsed_s, double(window_s));
     }
 
     // The factor by which Q changes, of which q is the level; the window begins anew.

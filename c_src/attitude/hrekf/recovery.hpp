@@ -61,7 +61,7 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     constexpr R g = R(9.80665), still_m_s2 = R(0.5);
     constexpr double max_gap_s = 1;
     const double since_s = event.t_s - s.last_s[gyro];
-    if (is_gap(since_s, s.spacing_s) && since_s > max_gap_s) return true;
+    if (is_gap(since_s, s.spacing_s) && has_passed(since_s, max_gap_s)) return true;
     if (!s.has(event, accel)) return false;
     const R T = interval(s, accel, event.t_s);
     Eigen::Map<Vector3R> mean(s.mean_force);
@@ -79,7 +79,7 @@ void HrekfModelOf<R>::doubt_heading(State& s, R interval_s) {
     constexpr R far = R(0.5), max_far_s = 2; // of the reference's length: about 30 deg
     const bool is_far = Eigen::Map<const Vector3R>(s.innovation[mag].value).squaredNorm() > far * far;
     s.field_far_s = std::fmax(R(0), s.field_far_s + (is_far ? interval_s : -interval_s));
-    if (s.field_far_s > max_far_s) s.information.heading = 0;
+    if (has_passed(s.field_far_s, max_far_s)) s.information.heading = 0;
 }
 
 } // namespace hnav

@@ -40,6 +40,7 @@ from hnav.reference.ahrs_parts import (
 )
 from hnav.reference.hrekf import inflate, quaternion_of
 from hnav.reference.ins import cross_matrix, turned
+from hnav.reference.times import has_lasted, has_passed, is_within
 
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
@@ -131,7 +132,7 @@ class AhrsReference:
         else:
             self.gather(t_s, rate, force, field)
             half_s = 0.5 * self.gyro.interval(t_s) if rate is not None else 0
-            if t_s - self.corrected_s + half_s >= self.o.correction_interval_s or heading is not None:
+            if has_lasted(t_s - self.corrected_s + half_s, self.o.correction_interval_s) or heading is not None:
                 self.correct(t_s, rate is not None, heading)
         for times, sample in ((self.gyro, rate), (self.accel, force), (self.mag, field)):
             if sample is not None:
@@ -512,7 +513,9 @@ class AhrsReference:
         self.azimuth_rejected_s = float(np.clip(self.azimuth_rejected_s + (T if azimuth_is_far else -T), 0, 10))
         self.undisturbed_s = self.undisturbed_s + T if self.verdict == "accept" else max(0.0, self.undisturbed_s - 3 * T)
         needed_s = self.o.ready_undisturbed_s * (3 if self.field.changes > 0 else 1)
-        self.confirmed |= self.undisturbed_s >= needed_s and self.field.heading_trust_s >= self.o.ready_evidence_s
+        self.confirmed |= has_lasted(self.undisturbed_s, needed_s) and has_lasted(
+            self.field.heading_trust_s, self.o.ready_evidence_s
+        )
 
     def learn_field_noise(self, intensities: Array, innovations: Array, known2: float, turning: float) -> None:
         """Less noise of the place is information about its declination, that it is small; more takes some away."""
@@ -561,7 +564,7 @@ class AhrsReference:
         self.velocity, self.level_force = np.zeros(2), self.level_force + gathered
         self.level_s += self.force_s
         violent = not np.linalg.norm(gathered) < 2 * G_M_S2 * self.force_s
-        if not violent and self.level_s < 0.3:
+        if not violent and is_within(self.level_s, 0.3):
             return
         up = self.level_force / self.level_s if self.level_s > 0 else np.zeros(3)
         self.level_force, self.level_s = np.zeros(3), 0.0
@@ -612,4 +615,4 @@ class AhrsReference:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_heading_doubt()
         earned = variance < limit2 and self.information[1] > 1 / limit2
-        return bool(self.confirmed and self.azimuth_rejected_s <= 2 and earned)
+        return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)

@@ -11,6 +11,7 @@ import numpy as np
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ins import cross_matrix, turned
+from hnav.reference.times import has_lasted, has_passed, is_within
 
 G_M_S2 = 9.80665
 ANY_HEADING = math.pi**2 / 3
@@ -72,7 +73,7 @@ class SampleTimes:
         self.max_interval_s, self.last_s, self.usual_s = max_interval_s, math.nan, 0.0
 
     def is_gap(self, t_s: float) -> bool:
-        return self.usual_s > 0 and t_s - self.last_s > 3 * self.usual_s
+        return self.usual_s > 0 and t_s - self.last_s > (3 + 1e-3) * self.usual_s
 
     def interval(self, t_s: float) -> float:
         """The time since the last sample, or the usual time after a gap; the first sample stands for none."""
@@ -121,7 +122,7 @@ class FirstSamples:
         if not math.isnan(self.aid[0]):
             return level(force, self.aid[0]), self.aid[1]
         if field is None:
-            return (level(force, 0), math.sqrt(ANY_HEADING)) if t_s - self.first_s >= o.start_field_wait_s else None
+            return (level(force, 0), math.sqrt(ANY_HEADING)) if has_lasted(t_s - self.first_s, o.start_field_wait_s) else None
         R_bn = triad(force, field)
         if R_bn is None:
             self.force, self.field = [], []  # parallel: wait for better ones
@@ -189,7 +190,7 @@ class RestDetector:
         self.force_still = bool(np.linalg.norm(force - self.mean_force) <= self.o.rest_force_m_s2)
 
     def at_rest(self) -> bool:
-        return bool(self.still_s > self.o.rest_duration_s)
+        return has_passed(self.still_s, self.o.rest_duration_s)
 
     def note_wander(self, T: float) -> None:
         """What the mean rate departs from its own slow mean by: a turn of the body, not the bias."""
@@ -249,13 +250,13 @@ class LastingMotion:
 
     def wrong_horizon(self) -> float:
         """Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates."""
-        if self.force_s < 3:
+        if not has_lasted(self.force_s, 3):
             return 0.0
         f = self.force / self.force_s
         by_down, by_length = f[2] + G_M_S2, float(np.linalg.norm(f)) - G_M_S2
         variance = (self.down2 + 0.01) / self.force_s**2 + 0.0025
         ratio = float(by_down**2 - by_length**2) / (2 * variance)
-        if ratio > 0.5 and self.force_s <= 20 and by_length**2 < 9 * variance:
+        if ratio > 0.5 and not has_passed(self.force_s, 20) and by_length**2 < 9 * variance:
             return ratio
         self.force, self.force_s = np.zeros(3), 0.0
         return 0.0
@@ -301,7 +302,7 @@ class MagneticReference:
     def candidate_wins(self, reference: Array) -> bool:
         needed_s = max(self.o.candidate_first_s, self.o.candidate_share * self.evidence_s)
         away = np.linalg.norm(intensities_of(self.candidate) - reference)
-        return bool(self.candidate_evidence_s > needed_s and away > self.o.mag_gate)
+        return bool(has_passed(self.candidate_evidence_s, needed_s) and away > self.o.mag_gate)
 
     def distrust(self, heading_variance: float) -> float:
         """Share of the candidate's azimuth by which the heading is held to be wrong when the candidate wins."""
@@ -318,7 +319,7 @@ class MagneticReference:
         if deviation <= self.o.mag_gate:
             self.inflating, self.rejected_s, self.served_s = False, max(0.0, self.rejected_s - T), self.served_s + T
             return "accept"
-        if self.rejected_s < min(self.o.mag_gate_max_s, self.o.mag_gate_share * self.served_s):
+        if is_within(self.rejected_s, min(self.o.mag_gate_max_s, self.o.mag_gate_share * self.served_s)):
             self.rejected_s += T
             return "reject"
         if self.inflating:

@@ -27,6 +27,7 @@ from scipy.optimize import brentq
 
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
+from hnav.reference.times import has_lasted
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 
@@ -466,13 +467,13 @@ class ReferenceFilter:
             return
         if np.isnan(self.settled_s):
             self.settled_s = t_s + SETTLING_S
-        if t_s - interval_s < self.settled_s:
+        if t_s - interval_s < self.settled_s - 1e-9:
             return
         K0 = self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R)
         self.window_s += interval_s
         self.bias_sum += (K0 @ nu)[4:]
         self.change += np.trace(((np.eye(7) - K0 @ H) @ self.P - self.P_after)[4:, 4:])
-        if self.window_s < WINDOW_S:
+        if not has_lasted(self.window_s, WINDOW_S):
             return
         level = np.trace(self.Q_b) / 3
         estimate = (self.bias_sum @ self.bias_sum + self.change) / (3 * self.window_s)

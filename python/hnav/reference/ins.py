@@ -16,6 +16,7 @@ import numpy as np
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference import earth
+from hnav.reference.times import has_lasted, has_passed
 
 D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
 LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
@@ -298,10 +299,10 @@ class InsReference:
         self.note_vibration(T, np.array(rate, float), np.array(force, float))
         self.rate, self.force, self.t_s = np.array(rate, float), np.array(force, float), t_s
         half_s = 0.5 * self.interval_s
-        if t_s - self.field_s + half_s < self.o.correction_interval_s:
+        if not has_lasted(t_s - self.field_s + half_s, self.o.correction_interval_s):
             field_b = None
         given = velocity_n is not None or field_b is not None
-        if given or t_s - self.corrected_s + half_s >= self.o.correction_interval_s:
+        if given or has_lasted(t_s - self.corrected_s + half_s, self.o.correction_interval_s):
             self.correct(velocity_n, place, field_b, sigma_m)
         self.interval_s = self.interval_s + 0.1 * (T - self.interval_s) if self.interval_s > 0 else T
 
@@ -361,7 +362,7 @@ class InsReference:
         """In axes that the gyroscopes hold the field has not changed by itself, since the mean over the last while."""
         o, R, measured = self.o, self.R, self.R @ (self.field_unit * field_b)
         since_s, refused = self.t_s - self.memory_s, np.isfinite(self.refused_s)
-        if np.isnan(since_s) or (not refused and since_s > o.field_colour_s):
+        if np.isnan(since_s) or (not refused and has_passed(since_s, o.field_colour_s)):
             self.memory_field, self.memory_R, self.memory_s = measured, R, self.t_s
             return True
         before, by_turn = self.memory_field, R - self.memory_R
@@ -383,7 +384,7 @@ class InsReference:
 
     def believe_other_iron(self) -> None:
         """What has been another field for long is one."""
-        if not self.t_s - self.refused_s > self.o.gate_longest_s:
+        if not has_passed(self.t_s - self.refused_s, self.o.gate_longest_s):
             return
         self.P[IRON, IRON] += self.o.start_sigma_iron**2 * np.eye(3)
         self.P[STRENGTH, STRENGTH] += self.o.start_sigma_iron**2

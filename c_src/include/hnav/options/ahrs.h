@@ -63,8 +63,8 @@ typedef struct hnav_ahrs_options {
      * a sample. */
     int32_t gyro_hold;
     /* Samples are gathered and corrected so often, at the sample nearest; heading aids at once.
-     * (0, 1e3] s, default 0.035. Slow beside the samples, so that a correction costs little, and fast beside the motion;
-     * twice as often gains nothing. */
+     * (0, 1e3] s, default 0.0347. Slow beside the samples, so that a correction costs little, and fast beside the motion;
+     * twice as often gains nothing. No usual rate from 25 to 1000 Hz has two samples equally near. */
     double correction_interval_s;
     /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
      * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */

@@ -251,7 +251,8 @@ typedef struct hnav_ins_options {
      * sample. */
     int32_t gyro_hold;
     /* The covariance follows so often at the least, and at every aid.
-     * (0, 10] s, default 0.1. Short beside the turns of vehicles, long beside the samples. */
+     * (0, 10] s, default 0.0997. Short beside the turns of vehicles, long beside the samples. No usual rate from 25 to
+     * 1000 Hz has two samples equally near. */
     double correction_interval_s;
     /* After a longer gap without rate and force the start begins anew.
      * (0, 1e6] s, default 1. A vehicle turns by tens of degrees in a second. */
