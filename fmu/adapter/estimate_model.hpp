@@ -26,7 +26,7 @@ public:
         return std::fmin(memory_.model_exchange != 0 ? next_event_s() : no_bound, memory_.sampled.next_s());
     }
     bool can_hold() const final { return true; }
-    bool samples_inside() const final { return memory_.sampled.hold(); }
+    double next_sample_inside_s(double end_s) const final { return memory_.sampled.next_inside_s(end_s); }
 
     void get_states(double* x) const final { Calls::get_x(object_, x); }
     void get_nominals(double* nominals) const final { Calls::nominal_x(object_, nominals); }
@@ -52,11 +52,11 @@ protected:
     // Whether the simulation goes on after what a call of the object answered.
     virtual bool goes_on(hnav_status status, Message* why) { return this->done(status, why); }
 
-    virtual bool event_due(double t_s) const { return next_event_s() <= t_s; }
+    virtual bool event_due(double t_s) const { return next_event_s() <= t_s + time_tolerance(t_s, min_period_s); }
 
     // The input `reset`; true when it went up.
-    bool take_reset(double level) {
-        if (!rising(level, &memory_.reset_level)) return false;
+    bool take_reset(double level) { return rising(level, &memory_.reset_level) && begin_anew(); }
+    bool begin_anew() {
         Calls::reset(object_);
         memory_.was_reset = memory_.model_exchange;
         return true;

@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    told_lost_ = judged_ = false;
+    told_lost_ = told_mistaken_ = judged_ = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -264,28 +264,41 @@ bool Instance::take_samples(double t_s) {
         judged_ = model_->judge(&what);
         if (judged_ && what.text[0]) warn("%s", what.text);
     }
-    if (told_lost_) return taken;
+    say_what_was_lost(apart_s);
+    return taken;
+}
+
+// Once. At the level of an error, although the call succeeds: of other messages the defaults of importers show nothing, and the estimate is
+// not that of the samples which the user means.
+void Instance::say_what_was_lost(double apart_s) {
+    if (const char* by = told_mistaken_ ? nullptr : model_->mistaken()) {
+        told_mistaken_ = true;
+        fail(
+            "warning: %s changed for the first time after samples had been taken at the period of its sensor; they are forgotten, and "
+            "the counter tells of samples from now on: set sampling_mode = counter",
+            by);
+    }
+    if (told_lost_) return;
     const Lost lost = model_->lost();
     told_lost_ = lost.by != nullptr;
     if (lost.by && lost.period_s > 0)
-        warn(
-            "communication step %g s > %s = %g s: samples are lost, and counted by count.missed; take a step that divides the "
+        fail(
+            "warning: communication step %g s > %s = %g s: samples are lost, and counted by count.missed; take a step that divides the "
             "period, or another period%s",
-            apart_s, lost.by, lost.period_s, model_->can_hold() ? ", or sampling_mode = held" : "");
+            apart_s, lost.by, lost.period_s, model_->can_hold() ? ", or sampling_mode = auto" : "");
     else if (lost.by)
-        warn(
-            "%s rose by more than 1 within a communication step of %g s: samples are lost, and counted by count.missed; take "
+        fail(
+            "warning: %s rose by more than 1 within a communication step of %g s: samples are lost, and counted by count.missed; take "
             "shorter steps",
             lost.by, apart_s);
-    return taken;
 }
 
 // Inputs that are held over a step are a sample at each period inside it.
 bool Instance::sample_inside(double end_s, Message* why) {
     const double begin_s = time_s_;
     for (double n = 0; n <= max_samples_inside; ++n) {
-        const double due_s = model_->next_sample_s(values_);
-        if (!(due_s < end_s - time_tolerance(end_s, end_s - begin_s))) return true;
+        const double due_s = model_->next_sample_inside_s(end_s);
+        if (!(due_s < end_s)) return true;
         take_samples(due_s);
         if (!model_->advance(due_s, why)) return false;
     }
@@ -322,7 +335,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
         reply->early_return = true;
     }
     Message why;
-    if (model_->samples_inside() && !sample_inside(end_s, &why)) return fail("%s", why.text);
+    if (!sample_inside(end_s, &why)) return fail("%s", why.text);
     if (!model_->advance(end_s, &why)) return fail("%s", why.text);
     time_s_ = end_s;
     stale_ = ~0u;

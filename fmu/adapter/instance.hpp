@@ -145,6 +145,7 @@ private:
     void note(const char* format, ...) const __attribute__((format(printf, 2, 3)));
     void set_logging(bool on);
     bool take_samples(double t_s);
+    void say_what_was_lost(double apart_s);
     bool sample_inside(double end_s, Message* why);
     Status make_table();
     void index_table();
@@ -167,7 +168,7 @@ private:
     const double* rows_along(double* direction);
     // A clock is active from the tick that is counted in its row until the end of the iteration that has seen it.
     double* seen_ticks() const { return values_ + table_.size(); }
-    std::size_t value_count() const { return static_cast<std::size_t>(table_.size() + clock_count_); }
+    std::size_t value_count() const { return static_cast<std::size_t>(table_.size()) + static_cast<std::size_t>(clock_count_); }
     int clock_of(unsigned reference) const;
     Status any_clock_active(bool* active);
     Status end_ticks(bool* input_ticked);
@@ -201,7 +202,7 @@ private:
     std::uint64_t token_ = 0;      // of the table
     std::uint64_t parameters_ = 0; // hash of those that the model was made with
     bool logged_[3] = {};    // by status
-    bool told_lost_ = false, judged_ = false;
+    bool told_lost_ = false, told_mistaken_ = false, judged_ = false;
     double seen_s_ = 0;      // when inputs were looked at last
     unsigned stale_ = 0;     // groups whose rows are older than the model
     int first_state_ = -1, first_derivative_ = -1; // rows; states and derivatives stand together, in order

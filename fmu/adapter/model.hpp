@@ -94,12 +94,14 @@ public:
     virtual bool take_samples(double* values, double t_s) = 0;
     // The inputs of the first sensor that has lost a sample, and what it is sampled by; by is null when none has.
     virtual Lost lost() const { return {}; }
+    // The counter that first changed after samples had been taken at the period of its sensor; null when none has.
+    virtual const char* mistaken() const { return nullptr; }
     // What a user should know of the run so far, if anything, goes into what; false while it is too early to tell.
     virtual bool judge(Message* /*what*/) { return true; }
     // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.
     virtual double next_sample_s(const double* values) const = 0;
-    // Whether a step of Co-Simulation takes the held inputs again at each sample that is due inside it.
-    virtual bool samples_inside() const { return false; }
+    // When a step of Co-Simulation to end_s next takes held inputs for a sample inside it; infinity if it does not.
+    virtual double next_sample_inside_s(double /*end_s*/) const { return no_bound; }
     virtual bool can_hold() const { return false; } // by sampling_mode
 
     // Co-Simulation: brings the model to t_s.

@@ -88,13 +88,14 @@ inline Variable choice(const char* name, const Choices& choices, const char* tex
 // ------------------------------------------------------------------------------------------------ of sampled inputs
 
 inline Variable sampling_mode(const char* text) {
-    Variable v = choice("sampling_mode", {[](const void*, int k) { return sampling_modes[k]; }, nullptr, 3}, text);
+    Variable v = choice("sampling_mode", {[](const void*, int k) { return sampling_modes[k]; }, nullptr, 4}, text);
     v.basic = true;
+    v.start = automatic;
     return v;
 }
 
 inline Variable sample_counter(const char* name) {
-    return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode counter)");
+    return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode auto or counter)");
 }
 
 // Of a sensor: what tells that there is a new sample.
@@ -104,7 +105,7 @@ inline Variable sample_mark(const char* sensor) {
 }
 
 inline Variable sample_time(const char* name) {
-    return input(name, "s", "", 0, "Time at which the sample was measured (sampling_mode counter)");
+    return input(name, "s", "", 0, "Time at which the sample was measured (sampling_mode auto or counter)");
 }
 
 inline Variable reset_command() {

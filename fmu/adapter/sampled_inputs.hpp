@@ -32,6 +32,7 @@ struct SampledInputs {
     SamplingClock clock[most];
     double missed; // samples that were lost
     double first_missed; // the input that first lost one, counted from 1; 0 while none has
+    double first_mistaken; // likewise, the one whose counter first changed after samples at its period
 
     // Whether input i is a sample that counts at t_s. now, t_meas_s: as its clock has them.
     bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
@@ -41,7 +42,22 @@ struct SampledInputs {
             missed += sample->lost;
             if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;
         }
+        if (valid) clock[i].by_period = 1;
         return valid;
+    }
+
+    // Before samples are taken: those that were taken at the period of input i turn out to be none, because its counter changes.
+    bool begins_to_count(int i, double now) {
+        if (!clock[i].begins_to_count(now)) return false;
+        if (first_mistaken == 0) first_mistaken = i + 1;
+        for (SamplingClock& each : clock) each.by_period = 0;
+        return true;
+    }
+    template <int sensors>
+    bool begins_to_count(const SensorRows (&rows)[sensors], const double* values) {
+        bool any = false;
+        for (int s = 0; s < sensors; ++s) any |= begins_to_count(s, values[rows[s].sample]);
+        return any;
     }
 
     // The clocks of sensors, as their parameters have them; mode: the row of sampling_mode. A clock of FMI 3 counts its ticks. False:
@@ -78,7 +94,17 @@ struct SampledInputs {
         return next_s;
     }
 
-    bool hold() const { return clock[0].mode == held; }
+    double next_inside_s(double end_s) const {
+        double next_s = std::numeric_limits<double>::infinity();
+        for (const SamplingClock& each : clock) next_s = std::min(next_s, each.next_inside_s(end_s));
+        return next_s;
+    }
+
+    // What to say of the first mistake; null: there was none. name: as for lost.
+    template <class Name>
+    const char* mistaken(Name&& name) const {
+        return first_mistaken > 0 ? name(static_cast<int>(first_mistaken) - 1, true) : nullptr;
+    }
 
     // What to say of the first loss. name(i, by_counter): of the counter of input i, or of its period.
     template <class Name>

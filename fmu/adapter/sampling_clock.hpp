@@ -28,13 +28,16 @@ inline bool rising(double level, double* last) {
     return edge;
 }
 
-enum SamplingMode { periodic = 0, counter = 1, held = 2 };
+enum SamplingMode { periodic = 0, counter = 1, held = 2, automatic = 3 };
 constexpr Choice sampling_modes[] = {
     {"periodic", "Inputs are a sample at the first communication point at or after each period, stamped with its time"},
     {"counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"},
     {"held",
      "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they "
      "were constant"},
+    {"auto",
+     "As periodic, and a sample that a longer communication step would lose is taken inside it, of the held inputs; from the "
+     "first change of a sensor's counter on as counter"},
 };
 
 struct NewSample {
@@ -49,16 +52,23 @@ struct SamplingClock {
     double mode;     // SamplingMode
     double seen;     // counter of the newest sample
     double due;      // periods from the start until the next sample
+    double by_period = 0; // 1: samples were taken at the period, while the mode is automatic
 
     // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark one in counter mode.
     bool take(double t_s, double now, double t_meas_s, NewSample* sample) {
         sample->t_s = t_meas_s;
+        if (mode == automatic && now != seen) mode = counter;
         if (mode == counter) return counter_changed(now, &sample->lost);
         if (!period_elapsed(t_s, &sample->lost)) return false;
         // A held value is one of its period, whatever the rounding of the point that it is taken at.
-        sample->t_s = mode == held ? start_s + (due - 1) * period_s : t_s;
+        const double own_s = start_s + (due - 1) * period_s;
+        const bool on_time = mode == automatic && std::fabs(t_s - own_s) <= time_tolerance(t_s, period_s);
+        sample->t_s = mode == held || on_time ? own_s : t_s;
         return true;
     }
+
+    // The counter changes for the first time although samples were taken at the period: those were none.
+    bool begins_to_count(double now) const { return mode == automatic && by_period != 0 && now != seen; }
 
     // The first communication point at or after k periods takes sample k; points that come too late lose samples.
     bool period_elapsed(double t_s, double* lost) {
@@ -73,6 +83,14 @@ struct SamplingClock {
     // When the next sample is due; infinity when time does not tell.
     double next_s() const {
         return mode != counter && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
+    }
+
+    // The next sample that is taken inside a step to end_s; infinity if none is. An automatic clock takes the last one of a step at its
+    // end, where the inputs are new.
+    double next_inside_s(double end_s) const {
+        const double at_s = next_s(), near_s = time_tolerance(end_s, period_s);
+        const bool inside = mode == held ? at_s < end_s - near_s : mode == automatic && at_s + period_s <= end_s + near_s;
+        return inside ? at_s : std::numeric_limits<double>::infinity();
     }
 
 private:

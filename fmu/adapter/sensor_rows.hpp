@@ -26,7 +26,8 @@ struct SensorRows {
 
     void add_period(Table& table, const char* name, double usual_s) {
         if (model_info.clocks) return;
-        Variable v = rows::parameter(name, "s", usual_s, 0, 1e6, "Sampling period (sampling_mode periodic or held); 0: never");
+        Variable v =
+            rows::parameter(name, "s", usual_s, 0, 1e6, "Sampling period (sampling_mode auto, periodic or held); 0: never");
         v.display_unit = "ms";
         v.basic = true;
         period = table.add(v);

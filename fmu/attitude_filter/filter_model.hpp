@@ -53,7 +53,8 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool was_reset = take_reset(values[in_.reset]);
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         const bool was_realigned = rising(values[in_.realign], &memory_.realign_level);
         if (was_realigned) {
             hnav_filter_realign(object_);
@@ -64,9 +65,8 @@ public:
         return was_reset || was_realigned || taken;
     }
 
-    Lost lost() const override {
-        return memory_.sampled.lost([](int s, bool counted) { return counted ? Inputs::counters[s] : Inputs::periods[s]; });
-    }
+    Lost lost() const override { return memory_.sampled.lost(name_of); }
+    const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
 
     // A gamma that is infeasible from the first corrections on stays so.
     bool judge(Message* what) override {
@@ -119,6 +119,7 @@ public:
 
 private:
     static constexpr std::uint64_t judged_corrections = 100;
+    static const char* name_of(int s, bool counted) { return counted ? Inputs::counters[s] : Inputs::periods[s]; }
 
     hnav_status push(int s, double t_s, const double* value) {
         switch (s) {

@@ -38,16 +38,16 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool was_reset = take_reset(values[in_.reset]);
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         if (was_reset) memory_.has_force = 0;
         const bool taken = memory_.sampled.push_new(
             in_.sensor, values, t_s, [this](int s, double stamp_s, const double* value) { pushed(push(s, stamp_s, value)); });
         return was_reset || taken;
     }
 
-    Lost lost() const override {
-        return memory_.sampled.lost([](int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; });
-    }
+    Lost lost() const override { return memory_.sampled.lost(name_of); }
+    const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
 
     bool advance(double t_s, Message* why) override { return done(hnav_filter_advance(object_, t_s), why); }
 
@@ -61,6 +61,8 @@ public:
     void rows_along(const double* seed, double* rows) const override { out_.along(object_, seed, rows); }
 
 private:
+    static const char* name_of(int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; }
+
     // While the heading is unknown the axes are turned about the vertical by what is unknown.
     static void describe_states(StateRows& states) {
         for (const char* name : {"state.displacement[1]", "state.displacement[2]", "state.displacement[3]"})

@@ -15,6 +15,7 @@ struct FilterMemory {
     double newest_s, before_s; // times of the two newest samples
     double u[nu];
     double samples, missed, non_finite, failed;
+    double mistaken; // 1: the counter changed after samples at the period
 };
 
 class InsErrorFilter final : public LibraryModel<StatelessModel, FilterCalls, FilterMemory> {
@@ -47,13 +48,19 @@ public:
     // A step of the filter takes no time, so that nothing is left for advance and jump.
     bool take_samples(double* values, double t_s) override {
         bool taken = false;
-        if (rising(values[at_.reset], &memory_.reset_level)) {
+        const bool mistaken = memory_.clock.begins_to_count(values[at_.sample]);
+        if (mistaken) {
+            memory_.mistaken = 1;
+            memory_.clock.by_period = 0;
+        }
+        if (rising(values[at_.reset], &memory_.reset_level) || mistaken) {
             hnav_ins_error_filter_reset(object_);
             memory_.samples = memory_.missed = memory_.non_finite = memory_.failed = 0;
             taken = true;
         }
         NewSample sample;
         if (!memory_.clock.take(t_s, values[at_.sample], values[at_.t_meas], &sample)) return taken;
+        memory_.clock.by_period = 1;
         take_controls(values + at_.u);
         double z[nx];
         for (int i = 0; i < nx; ++i) {
@@ -72,7 +79,8 @@ public:
     double next_sample_s(const double*) const override { return memory_.clock.next_s(); }
 
     bool can_hold() const override { return true; }
-    bool samples_inside() const override { return memory_.clock.mode == held; }
+    double next_sample_inside_s(double end_s) const override { return memory_.clock.next_inside_s(end_s); }
+    const char* mistaken() const override { return memory_.mistaken != 0 ? "z.sample" : nullptr; }
 
     Lost lost() const override {
         if (memory_.missed == 0) return {};

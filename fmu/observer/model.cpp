@@ -75,7 +75,10 @@ public:
 
     // Inputs before sensors: an instant's sensor with feed-through sees the new input.
     bool take_samples(double* values, double t_s) override {
-        bool taken = take_reset(values[at_.row(reset_command)]);
+        bool mistaken = false;
+        for (int c = 0; c < channels(); ++c)
+            mistaken |= memory_.sampled.begins_to_count(c, at(values, c, input_sample, sensor_sample));
+        bool taken = (mistaken && begin_anew()) | take_reset(values[at_.row(reset_command)]);
         for (int c = 0; c < channels(); ++c) {
             const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
             NewSample sample;
@@ -89,11 +92,10 @@ public:
     }
 
     Lost lost() const override {
-        return memory_.sampled.lost([this](int c, bool counted) {
-            const int row = is_input(c) ? at_.row(counted ? input_sample : input_period, c)
-                                        : at_.row(counted ? sensor_sample : sensor_period, sensor(c));
-            return row < 0 ? "a period" : at_.name(row);
-        });
+        return memory_.sampled.lost([this](int c, bool counted) { return name_of(c, counted); });
+    }
+    const char* mistaken() const override {
+        return memory_.sampled.mistaken([this](int c, bool counted) { return name_of(c, counted); });
     }
 
     // What the plant answered when samples were dropped or the estimate was held, once.
@@ -173,6 +175,12 @@ public:
     }
 
 private:
+    const char* name_of(int c, bool counted) const {
+        const int row = is_input(c) ? at_.row(counted ? input_sample : input_period, c)
+                                    : at_.row(counted ? sensor_sample : sensor_period, sensor(c));
+        return row < 0 ? "a period" : at_.name(row);
+    }
+
     static bool is_snapshot(const void* saved, std::size_t bytes) {
         ObserverMemory memory{};
         if (bytes > sizeof memory) std::memcpy(&memory, saved, sizeof memory);

@@ -457,6 +457,7 @@ def test_event_mode_of_co_simulation_shows_the_sample_at_once(axis):
         f = fmu.fmu
         f.fmi3FreeInstance(f.component)
         f.instantiate(eventModeUsed=True, earlyReturnAllowed=True, logMessage=lambda *a: None)
+        fmu.set("sampling_mode", "periodic")
         fmu.initialise()
         deliver(fmu, axis, flight, 0)
         assert fmu.update_discrete_states() == pytest.approx(0.1)

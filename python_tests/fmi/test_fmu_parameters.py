@@ -237,18 +237,23 @@ def run_steps(fmu: Fmu, step_s: float, stop_s: float) -> None:
 @versions
 def test_lost_samples_are_said_once_with_step_period_and_cure(name, version):
     with Fmu(fmu_path(name, version)) as fmu:
-        fmu.initialise()
+
+        def initialise():
+            fmu.set("sampling_mode", "periodic")
+            fmu.initialise()
+
+        initialise()
         run_steps(fmu, 0.08, 4)
         assert fmu.get("count.missed") > 100
         assert len(fmu.messages) == 1
-        for word in ("0.08 s", "gyro.period = 0.01 s", "count.missed", "sampling_mode = held"):
+        for word in ("0.08 s", "gyro.period = 0.01 s", "count.missed", "sampling_mode = auto"):
             assert word in fmu.messages[0]
         fmu.call(fmu.fmu.reset)
-        fmu.initialise()
+        initialise()
         run_steps(fmu, 0.01, 0.5)
         assert len(fmu.messages) == 1  # nothing is lost, nothing is said
         fmu.call(fmu.fmu.reset)
-        fmu.initialise()
+        initialise()
         run_steps(fmu, 0.02, 0.5)
         assert len(fmu.messages) == 2  # a new simulation
 
@@ -268,6 +273,8 @@ def test_a_counter_that_runs_ahead_is_said_too(version):
 def test_the_filter_of_an_ins_and_the_sensors_say_it_too(version):
     for name, period in (("InsErrorFilterLateral", "interval = 0.1 s"), ("ImuMagSensor", "gyro.period_s = 0.01 s")):
         with Fmu(fmu_path(name, version)) as fmu:
+            if "sampling_mode" in fmu.variables:
+                fmu.set("sampling_mode", "periodic")
             fmu.initialise()
             for k in range(3):
                 fmu.do_step(0.5 * k, 0.5)
@@ -290,25 +297,69 @@ def test_a_gamma_that_is_raised_at_every_correction_is_said_once(name, version):
 
 
 @versions
-def test_the_default_call_of_fmpy_does_not_lose_samples_in_silence(version, capsys):
+def test_the_default_call_of_fmpy_loses_no_samples(version, capsys):
     # Without a logger of our own: fmpy keeps the last one given for every later FMU of the process, also when it is gone.
     result = fmpy.simulate_fmu(str(fmu_path("Ahrs", version)), stop_time=60, output=["count.missed"])
-    assert bool(result["count.missed"][-1]) == ("samples are lost" in capsys.readouterr().out)
+    assert result["count.missed"][-1] == 0 and "samples" not in capsys.readouterr().out
 
 
 @filters
 @versions
-def test_held_inputs_are_a_sample_at_each_period_inside_a_longer_step(name, version):
+@pytest.mark.parametrize("mode", ("held", "auto"))
+def test_held_inputs_are_a_sample_at_each_period_inside_a_longer_step(name, version, mode):
     """The same samples as at the period's own step, so the same bits."""
     found = []
     for step_s in (0.01, 0.08, 0.4, 2.0):
         with Fmu(fmu_path(name, version)) as fmu:
-            fmu.set("sampling_mode", "held")
+            fmu.set("sampling_mode", mode)
             fmu.initialise()
             run_steps(fmu, step_s, 2)
             assert fmu.get("count.missed") == 0 and fmu.messages == []
             found.append([fmu.get(v) for v in ("count.accel_used", *[f"post.q[{i}]" for i in range(1, 5)], "cov.P[1,1]")])
     assert found[0][0] == 200 and all(one == found[0] for one in found)
+
+
+SEEN = ("count.accel_used", *[f"post.q[{i}]" for i in range(1, 5)], "post.t", "cov.P[1,1]")
+
+
+@filters
+@versions
+def test_auto_takes_new_inputs_at_the_end_of_a_step_where_nothing_is_lost(name, version):
+    """Steps that are no longer than the period: as periodic, with the inputs of the point."""
+    found = []
+    for mode in ("periodic", "auto"):
+        with Fmu(fmu_path(name, version)) as fmu:
+            fmu.set("sampling_mode", mode)
+            fmu.initialise()
+            for k in range(400):
+                for variable, value in SAMPLE.items():
+                    fmu.set(variable, value * (1 + 1e-3 * math.sin(k)))
+                fmu.do_step(0.0035 * k, 0.0035 * (k + 1) - 0.0035 * k)
+            assert fmu.get("count.missed") == 0 and fmu.messages == []
+            found.append([fmu.get(v) for v in SEEN])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-12)
+
+
+@filters
+@versions
+def test_auto_goes_by_the_counter_from_its_first_change_on_and_forgets_what_was_no_sample(name, version):
+    found = []
+    for mode, late in (("counter", 0), ("auto", 0), ("auto", 3)):
+        with Fmu(fmu_path(name, version)) as fmu:
+            fmu.set("sampling_mode", mode)
+            fmu.initialise()
+            for k in range(-late, 200):
+                if k >= 0:
+                    for variable, value in SAMPLE.items():
+                        fmu.set(variable, value * (1 + 1e-3 * math.sin(k)))
+                    for sensor in ("gyro", "accel", "mag"):
+                        fmu.set(f"{sensor}.sample", k + 1)
+                        fmu.set(f"{sensor}.t_meas", 0.01 * (k + late))
+                fmu.do_step(0.01 * (k + late), 0.01)
+            assert len(fmu.messages) == (late > 0) and all("gyro.sample changed" in line for line in fmu.messages)
+            found.append([fmu.get(v) for v in SEEN if v != "post.t"])
+    assert found[0] == found[1]
+    np.testing.assert_allclose(found[2], found[0], rtol=1e-6)
 
 
 @versions
@@ -356,14 +407,16 @@ def test_logging_tells_events_when_it_is_on_and_errors_and_warnings_always(versi
     for on in (False, True):
         fmu, said = instance_with_log(version, on)
         with fmu:
+            fmu.set("sampling_mode", "periodic")
             fmu.initialise()
             run_steps(fmu, 0.08, 0.4)
             with pytest.raises(HnavError):
                 fmu.do_step(math.nan, 0.01)
             categories = [category for _, category, _ in said]
             assert ("logEvents" in categories) == on
-            assert categories.count("logStatusWarning") == 1 and categories[-1] == "logStatusError"
-            assert {status for status, category, _ in said if category == "logStatusWarning"} == {1}
+            # Samples that are lost, at a level that importers show by default, and the error.
+            assert categories.count("logStatusError") == 2 and categories[-1] == "logStatusError"
+            assert {status for status, category, _ in said if category == "logStatusError"} == {3}
 
 
 @versions
@@ -371,10 +424,12 @@ def test_categories_are_switched_by_name(version):
     fmu, said = instance_with_log(version, False)
     with fmu:
         switch = fmu.fmu.fmi3SetDebugLogging if fmu.fmi3 else fmu.fmu.fmi2SetDebugLogging
-        switch(fmu.fmu.component, 0, 1, (C.c_char_p * 1)(b"logStatusWarning"))
+        switch(fmu.fmu.component, 0, 1, (C.c_char_p * 1)(b"logStatusError"))
+        fmu.set("sampling_mode", "periodic")
         fmu.initialise()
         run_steps(fmu, 0.08, 0.4)
         assert said == []
+        switch(fmu.fmu.component, 1, 1, (C.c_char_p * 1)(b"logStatusError"))
         with pytest.raises(FMICallException):
             switch(fmu.fmu.component, 1, 1, (C.c_char_p * 1)(b"logAnything"))
         assert "logAnything" in said[-1][2]

@@ -418,6 +418,7 @@ def test_plants_of_others_are_exported(plants, tmp_path):
         assert_fits_the_standard(tmp_path / "o.fmu", 5 - version)
         observer = Observer(plan)
         with Fmu(tmp_path / "o.fmu") as fmu:
+            fmu.set("sampling_mode", "periodic")
             fmu.initialise()
             fmu.set("x0.value", 2.0)
             for k in range(50):

@@ -37,6 +37,10 @@ _MODES = (
         "held",
         "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant",
     ),
+    (
+        "auto",
+        "As periodic, and a sample that a longer communication step would lose is taken inside it, of the held inputs; from the first change of a sensor's counter on as counter",
+    ),
 )
 
 
@@ -154,9 +158,9 @@ def _unit(observer: Observer, name: str) -> str:
 
 def _sampled(kind: str, index: int, name: str) -> list[Row]:
     return [
-        Row(f"{kind}_sample", index, f"{name}.sample", "Sample counter: a change marks a new sample (sampling_mode counter)", "integer",
+        Row(f"{kind}_sample", index, f"{name}.sample", "Sample counter: a change marks a new sample (sampling_mode auto or counter)", "integer",
             "input"),
-        Row(f"{kind}_t_meas", index, f"{name}.t_meas", "Time at which the sample was measured (sampling_mode counter)",
+        Row(f"{kind}_t_meas", index, f"{name}.t_meas", "Time at which the sample was measured (sampling_mode auto or counter)",
             causality="input", unit="s"),
     ]  # fmt: skip
 
@@ -188,11 +192,11 @@ def _parameter(
 def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     plan, (starts, _) = observer.plan, observer.estimate()
     yield _parameter(
-        "sampling_mode", 0, "sampling_mode", "What makes held inputs a sample", 0, type="enumeration", choices=_MODES, max=2.0
+        "sampling_mode", 0, "sampling_mode", "What makes held inputs a sample", 3, type="enumeration", choices=_MODES, max=3.0
     )
     for kind, names in (("sensor", plan.sensors), ("input", plan.inputs)):
         for k, name in enumerate(names):
-            text = "Sampling period (sampling_mode periodic or held); 0: never"
+            text = "Sampling period (sampling_mode auto, periodic or held); 0: never"
             yield _parameter(f"{kind}_period", k, f"{name}.period", text, period_s, "s", max=1e6)
     known = {**plan.states, **plan.unknown_inputs, **plan.parameters}
     for k, (name, told) in enumerate(known.items()):
