@@ -23,7 +23,7 @@ from importing import ecos
 FOLDER = TOP / "models" / "systems"
 systems = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
 SHORT_S = 50.0
-OUTAGE = {"gnss.gnss.outage_start_s": "40", "gnss.gnss.outage_length_s": "8"}
+OUTAGE = {"gnss_receiver.gnss.outage_start_s": "40", "gnss_receiver.gnss.outage_length_s": "8"}
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_a_run_of_a_seed_is_the_same_again_and_another_seed_is_another(drives):
     with LoadedSystem(built_system("navigation")) as loaded:
         again = simulate(loaded, seed=2, stop_s=5.0)
     first, other = drives[1].run, drives[2].run
-    for name in ("ins.nav.latitude", "ins.att.q[4]", "gnss.gnss.latitude", "vehicle.truth.longitude"):
+    for name in ("ins.nav.latitude", "ins.att.q[4]", "gnss_receiver.gnss.latitude", "vehicle.truth.longitude"):
         np.testing.assert_array_equal(again[name], first[name][: len(again.t_s)])
         assert not np.array_equal(first[name], other[name])
 
@@ -115,7 +115,7 @@ def test_without_satellites_the_sigma_of_the_place_grows_and_holds_the_error():
     seen = navigators(run)[0]
     north_m = seen.sigma_m[:, 0]
     at = {t_s: int(np.searchsorted(run.t_s, t_s)) for t_s in (39.5, 47.9)}
-    assert not run["gnss.gnss.valid"][at[47.9]] and run["gnss.gnss.valid"][at[39.5]]
+    assert not run["gnss_receiver.gnss.valid"][at[47.9]] and run["gnss_receiver.gnss.valid"][at[39.5]]
     assert north_m[at[47.9]] > north_m[at[39.5]]
     assert np.hypot(*seen.off_m[at[47.9], :2]) < 3 * np.hypot(*seen.sigma_m[at[47.9], :2])
 
@@ -123,7 +123,8 @@ def test_without_satellites_the_sigma_of_the_place_grows_and_holds_the_error():
 def test_late_fixes_that_the_horizon_waits_for_cost_nothing():
     """The filter ends where it would have ended with punctual ones, but for the fix that is still under way."""
     prompt, late = (
-        {"gnss.gnss.latency_s": text, "ins.timing.horizon_s": "0.3", "gnss.gnss.stamp_error_s": "0"} for text in ("0", "0.2")
+        {"gnss_receiver.gnss.latency_s": text, "ins.timing.horizon_s": "0.3", "gnss_receiver.gnss.stamp_error_s": "0"}
+        for text in ("0", "0.2")
     )
     with LoadedSystem(built_system("navigation")) as loaded:
         runs = [simulate(loaded, settings=settings, seed=4, stop_s=30.19) for settings in (prompt, late)]

@@ -39,7 +39,7 @@ def test_the_reader_finds_what_the_archive_holds(ssp):
         assert system.parameters() == {"hekf.robust.gamma_mode": "off", "hrekf.robust.gamma_mode": "kl"}
         assert len(system.connections) == 18
         assert (system.start_s, system.stop_s) == (0.0, 10.0)
-        assert system.connectors["mag.field[1]"].unit == "T"
+        assert system.connectors["mag_field_1"].unit == "T"
 
 
 def test_an_unpacked_archive_goes_with_the_system(ssp):

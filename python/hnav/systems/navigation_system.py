@@ -35,23 +35,24 @@ OF_BODY = [
     "truth.latitude",
     *(f"truth.{name}[{i}]" for name, n in (("velocity", 3), ("q", 4), ("rate", 3)) for i in range(1, n + 1)),
 ]
-READ = {"gnss": [*OF_BODY, "truth.longitude", "truth.height"], "baro": ["truth.height"], "wheel": OF_BODY}
+# OMSimulator takes a name that begins with a component's for one of that component: none is called as a group of variables is.
+READ = {"gnss_receiver": [*OF_BODY, "truth.longitude", "truth.height"], "barometer": ["truth.height"], "wheel_sensor": OF_BODY}
 TOLD = {
-    "gnss": [
+    "gnss_receiver": [
         *("gnss.latitude", "gnss.longitude", "gnss.height"), *(f"gnssvel.velocity[{i}]" for i in (1, 2, 3)),
         *(f"{name}.sigma[{i}]" for name in ("gnss", "gnssvel") for i in (1, 2, 3)),
         *(f"{name}.{mark}" for name in ("gnss", "gnssvel") for mark in MARKS),
     ],
-    "baro": ["baro.pressure", "baro.sigma", *(f"baro.{mark}" for mark in MARKS)],
-    "wheel": ["wheel.speed", "wheel.sigma", *(f"wheel.{mark}" for mark in MARKS)],
+    "barometer": ["baro.pressure", "baro.sigma", *(f"baro.{mark}" for mark in MARKS)],
+    "wheel_sensor": ["wheel.speed", "wheel.sigma", *(f"wheel.{mark}" for mark in MARKS)],
 }  # fmt: skip
 INERTIAL_WIRES = [*(("vehicle", "sensor", name) for name in READ_BY_SENSOR), *(("sensor", "ins", name) for name in INERTIAL)]
 COMPONENTS = {
     "vehicle": ("Vehicle", "truth"),
     "sensor": ("ImuMagSensor", "samples of rate and force with counters and time stamps"),
-    "gnss": ("Gnss", "fixes of satellites"),
-    "baro": ("Baro", "pressure of the air"),
-    "wheel": ("Wheel", "speed by wheels"),
+    "gnss_receiver": ("Gnss", "fixes of satellites"),
+    "barometer": ("Baro", "pressure of the air"),
+    "wheel_sensor": ("Wheel", "speed by wheels"),
     "ins": ("Ins", "position, velocity and attitude, from any heading"),
 }
 # In every scenario, and not bound beside it: fmpy takes a scenario alone.
@@ -96,7 +97,7 @@ def _drive(
         "vehicle.place.longitude_rad": longitude_deg * DEG,
         "vehicle.motion.heading_rad": heading_deg * DEG,
         "vehicle.motion.heading_unknown_rad": unknown_deg * DEG,
-        "wheel.wheel.dropout": 0.0 if on_wheels else 1.0,
+        "wheel_sensor.wheel.dropout": 0.0 if on_wheels else 1.0,
         "ins.aiding.car_across_m_s": 0.1 if on_wheels else 0.0,
     }
 
@@ -106,14 +107,14 @@ def _satellites(
 ) -> Values:
     """A fix comes with the inertial sample of its stamp. An open sky, but for an outage from 80 s on, positions that are off to the north, fixes that come late."""
     return {
-        "gnss.gnss.stamp_error_s": STAMP_ERROR_S,
-        "gnss.gnss.outlier_probability": OUTLIERS,
-        "gnss.gnss.outage_start_s": 80.0,
-        "gnss.gnss.outage_length_s": outage_s,
-        "gnss.gnss.jump_start_s": jump_s[0],
-        "gnss.gnss.jump_stop_s": jump_s[1],
-        "gnss.gnss.jump_n_m[1]": jump_m,
-        "gnss.gnss.latency_s": latency_s,
+        "gnss_receiver.gnss.stamp_error_s": STAMP_ERROR_S,
+        "gnss_receiver.gnss.outlier_probability": OUTLIERS,
+        "gnss_receiver.gnss.outage_start_s": 80.0,
+        "gnss_receiver.gnss.outage_length_s": outage_s,
+        "gnss_receiver.gnss.jump_start_s": jump_s[0],
+        "gnss_receiver.gnss.jump_stop_s": jump_s[1],
+        "gnss_receiver.gnss.jump_n_m[1]": jump_m,
+        "gnss_receiver.gnss.latency_s": latency_s,
         "ins.timing.horizon_s": 0.3 if latency_s > PERIOD_S else 0.0,
     }
 

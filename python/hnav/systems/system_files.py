@@ -20,6 +20,18 @@ NOMINAL = "nominal"
 """The scenario that the structure binds."""
 
 
+MASTER_STEP_S = 0.01
+"""Of all systems, as hnav simulate steps them."""
+MASTER = (
+    '    <ssd:Annotations>\n      <ssc:Annotation type="org.openmodelica">\n'
+    '        <oms:Annotations xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd">\n'
+    "          <oms:SimulationInformation>\n"
+    f'            <oms:FixedStepMaster description="oms-ma" stepSize="{MASTER_STEP_S:g}" absoluteTolerance="0.0001" relativeTolerance="0.0001"/>\n'
+    "          </oms:SimulationInformation>\n        </oms:Annotations>\n      </ssc:Annotation>\n    </ssd:Annotations>\n"
+)
+"""What OMSimulator asks of a system: without it none is opened. The last element of ssd:System."""
+
+
 def _connector(variable: ScalarVariable, kind: str) -> str:
     """ssd:Connector of a variable."""
     element = variable.type if variable.type in ("Real", "Boolean") else "Integer"
@@ -76,7 +88,7 @@ class Definition:
         ]
         return (
             f"{self._head()}{components}    </ssd:Elements>\n    <ssd:Connections>\n{''.join(connections)}"
-            f"    </ssd:Connections>\n  </ssd:System>\n  <ssd:Units>\n{unit_elements(units, '    ')}  </ssd:Units>\n"
+            f"    </ssd:Connections>\n{MASTER}  </ssd:System>\n  <ssd:Units>\n{unit_elements(units, '    ')}  </ssd:Units>\n"
             f'  <ssd:DefaultExperiment startTime="0" stopTime="{self.stop_s:g}"/>\n</ssd:SystemStructureDescription>\n'
         )
 
