@@ -224,6 +224,30 @@ def test_parameters_can_be_read_before_initialization_and_nothing_else(version):
             fmu.get("z.beta")
 
 
+@pytest.mark.parametrize(
+    ("path", "model_exchange"),
+    [*(pytest.param(*a.values, False, id=f"{a.id}-cs") for a in ARCHIVES),
+     *(pytest.param(*a.values, True, id=f"{a.id}-me") for a in MODEL_EXCHANGE)],
+)  # fmt: skip
+def test_values_are_finite_before_the_first_sample_too(path: Path, model_exchange: bool):
+    """Importers take NaN for an error. A counter that is 0, or a flag, says that there is no sample yet."""
+    with Fmu(path, model_exchange) as fmu:
+        if "sampling_mode" in fmu.variables:
+            fmu.set("sampling_mode", "counter")
+        fmu.enter_initialization(5.0)
+        outputs = outputs_of(fmu)
+        assert np.isfinite(reals(fmu, outputs)).all()
+        fmu.call(fmu.fmu.exitInitializationMode)
+        assert np.isfinite(reals(fmu, outputs)).all()
+        if model_exchange:
+            fmu.update_discrete_states()
+        else:
+            fmu.do_step(5.0, 0.003)
+        assert np.isfinite(reals(fmu, outputs)).all()
+        if "post.t" in fmu.variables:
+            assert fmu.get("post.t") == 5.0
+
+
 @pytest.mark.parametrize("version", (2, 3))
 def test_initialization_mode_follows_parameters_as_they_change(version):
     with Fmu(fmu_path("Pendulum", version)) as fmu:
