@@ -27,7 +27,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, UnknownOptionError
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, PlausibilityWarning, UnknownOptionError
 
 if TYPE_CHECKING:
     from hnav.filters.attitude import Filter
@@ -67,6 +67,7 @@ __all__ = [
     "Options",
     "Plan",
     "Plant",
+    "PlausibilityWarning",
     "Recording",
     "Run",
     "UnknownOptionError",

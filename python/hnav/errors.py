@@ -51,6 +51,10 @@ class HnavRuntimeError(HnavError, RuntimeError):
     """The arguments are right, but the object's state, its solver or the memory does not let the call succeed."""
 
 
+class PlausibilityWarning(UserWarning):
+    """Samples cannot be what a filter takes them for, such as rates in deg/s or a force in g: its estimate would be meaningless."""
+
+
 def error_of(status: str, text: str, argument: str | None = None) -> HnavError:
     """The error for a status of the library."""
     return (HnavRuntimeError if status in _OF_THE_STATE else HnavValueError)(status, text, argument)

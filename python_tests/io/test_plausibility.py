@@ -1,12 +1,14 @@
 """The checks name every fault of the table with number and cure, and are silent about recordings without one."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hnav import HnavError, Recording, read
+from hnav import Filter, HnavError, Ins, PlausibilityWarning, Recording, read
+from hnav.io.aids import AidSamples
 from hnav.io.plausibility import check
 from hnav.io.recordings import Origin, Unit
 from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes, stay_of
@@ -106,6 +108,63 @@ def test_south_of_the_magnetic_equator_the_field_points_up(held):
     assert alarms(held, hemisphere="south") == ["accel sign"]
     with pytest.raises(HnavError, match="hemisphere = east: choose one of north, south"):
         held.check("east")
+
+
+HONEST = ("field in uT", "field in G", "field in nT", "field all zero", "hard iron of 200 uT", "rows repeated", "field held")
+"""Faults with which the AHRS is right, or states a heading sigma above 30 deg."""
+UNCERTAIN = (
+    "force negated",
+    "gap of 5 s",
+    "rates clipped",
+    "field stuck",
+    "an axis of the rates dead",
+    "force negated, no field",
+)
+"""Faults that a recording without a fault may look like: the south, a model, a body at rest."""
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_recording_is_meaningless_where_the_fault_is_certain_and_spoils_the_estimate(held, name):
+    found = FAULTS[name].make(held).check()
+    assert any(finding.is_meaningless for finding in found) == (name not in (*HONEST, *UNCERTAIN)), list(map(str, found))
+
+
+def test_the_sign_of_the_force_is_certain_where_the_hemisphere_is_known(held):
+    negated = replace(held, force_b_m_s2=-held.force_b_m_s2)
+    assert not any(finding.is_meaningless for finding in negated.check())
+    assert any(finding.is_meaningless for finding in negated.check("north")) and not alarms(negated, hemisphere="south")
+
+    def at(latitude_deg: float) -> Recording:
+        place = AidSamples(held.t_s[:1], np.array([[np.radians(latitude_deg), 0.1, 0.0]]), np.full((1, 3), np.nan))
+        return replace(negated, aids={"position": place})
+
+    assert not alarms(at(-30)) and any(finding.is_meaningless for finding in at(30).check())
+    assert alarms(at(5)) == ["accel sign"] and not any(finding.is_meaningless for finding in at(5).check())
+
+
+def test_arrays_in_deg_s_or_g_give_a_warning_at_the_line_that_runs_the_filter(held):
+    arrays = (held.t_s, held.rate_b_rad_s, held.force_b_m_s2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Filter("ahrs").run(*arrays, held.field_b_tesla)
+        Filter("hrekf").run(*arrays)
+        Ins().run(*arrays)
+        Filter("ahrs").run(held.t_s, np.degrees(held.rate_b_rad_s), held.force_b_m_s2 / 9.81, check=False)
+        Filter("ahrs").run_recording(FAULTS["force in g"].make(held))  # the recording's own check says it
+    for run in (Filter("ahrs").run, Ins().run):
+        with pytest.warns(PlausibilityWarning) as said:
+            run(held.t_s, np.degrees(held.rate_b_rad_s), held.force_b_m_s2 / 9.81)
+        assert {(str(one.message).partition(":")[0], one.filename) for one in said} == {("accel", __file__), ("gyro", __file__)}
+
+
+def test_axes_of_a_field_that_the_filter_does_not_use_spoil_nothing(held):
+    swapped = FAULTS["field axes swapped"].make(held)
+    assert not any(finding.is_meaningless for finding in FAULTS["field in G"].make(swapped).check())
+
+
+def test_a_body_that_turns_full_circles_between_windows_is_not_taken_for_one_that_stands_still(broad_trials):
+    for path in broad_trials.values():
+        assert not alarms(replace(read(path), field_b_tesla=None, origin=None)), path
 
 
 def test_counts_of_a_chip_are_told_from_units(held):

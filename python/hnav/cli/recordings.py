@@ -88,19 +88,14 @@ def lines_of(findings: list[Finding]) -> list[str]:
     return [f"{finding.level}: {told(finding)}" for finding in findings]
 
 
-MEANINGLESS = frozenset({"unit", "axes", "sign", "gravity_removed", "all_zero", "no_samples"})
-"""Codes of findings with which an estimate means nothing."""
-
-
 def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool = True) -> list[str]:
-    """A line for each warning; raises UsageError for an error, with strict for a warning, and without force for what makes an
-    estimate meaningless. A command without an estimate need not say force."""
-    alarms = [finding for finding in findings if finding.level != "note"]
-    alarms.sort(key=lambda finding: finding.code not in MEANINGLESS)
+    """A line for each warning. Raises UsageError with strict for any, and without force for one that makes an estimate meaningless.
+    A command without an estimate need not say force."""
+    alarms = sorted((f for f in findings if f.level != "note"), key=lambda finding: not finding.is_meaningless)
     more = f" (and {len(alarms) - 1} more: hnav check {path})" if len(alarms) > 1 else ""
-    if any((finding.level == "error" and finding.code not in MEANINGLESS) or strict for finding in alarms):
-        raise UsageError(f"{path}: {told(min(alarms, key=lambda finding: finding.level != 'error'))}{more}")
-    if alarms and alarms[0].code in MEANINGLESS and not force:
+    if strict and alarms:
+        raise UsageError(f"{path}: {told(alarms[0])}{more}")
+    if alarms and alarms[0].is_meaningless and not force:
         raise UsageError(f"{path}: {told(alarms[0])}{more}; --force goes on in spite of it")
     return [f"warning: {path.name}: {told(finding)}" for finding in alarms]
 

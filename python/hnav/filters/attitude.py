@@ -90,17 +90,23 @@ class Filter(FilterObject):
         field_b_tesla: npt.ArrayLike | None = None,
         only: tuple[str, ...] = (),
         smooth: bool = False,
+        check: bool = True,
     ) -> Run:
         """A whole recording: push and advance of row after row, bit for bit.
 
         t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample.
         only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself. smooth: with hindsight, as by
-        the method smooth.
+        the method smooth. check: whether samples that cannot be in these units give a PlausibilityWarning, which takes up to 20 ms.
 
         A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
         arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
-        return self._batch("smooth" if smooth else "run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+        made = self._batch("smooth" if smooth else "run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
+        if check:
+            from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
+
+            warn_of_meaningless(made.t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)
+        return made
 
     @with_arguments_of(run)
     def smooth(self, *samples: Any, **named: Any) -> Run:

@@ -86,13 +86,14 @@ class Ins(FilterObject):
         aids: Aids | None = None,
         every: int = 1,
         smooth: bool = False,
+        check: bool = True,
     ) -> InsRun:
         """A whole recording, bit for bit as sample by sample.
 
         t_s: n, not decreasing; rate and force n x 3 in sensor axes, NaN for a missing sample. every: a row of the result for
         each so many rows, the last of them. Aids that came after the last row are not used. A run goes on from where the
-        filter stands: reset it before it takes another recording. smooth: with hindsight, as the method smooth tells. Raises
-        HnavValueError for arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
+        filter stands: reset it before it takes another recording. smooth: with hindsight, as the method smooth tells. check: whether samples that
+        cannot be in these units give a PlausibilityWarning, which takes up to 20 ms. Raises HnavValueError for arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
         if every < 1:
             raise HnavValueError("option", f"every = {every}: it is at least 1", "every")
@@ -111,6 +112,10 @@ class Ins(FilterObject):
         else:
             self._do("hnav_ins_run", len(t), given, wanted, ffi.NULL)
         run.options, run.smoothed = self.options, smooth
+        if check:
+            from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
+
+            warn_of_meaningless(t, rate, force)
         return run
 
     @with_arguments_of(run)

@@ -113,9 +113,9 @@ class NavigationRun:
         self._waiting = arrived_within(self._waiting, end_s, np.inf)
         self._until_s = end_s
         begin = time.perf_counter()
-        run = self.ins.run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every)
+        run = self.ins.run(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every, check=False)
         if smooth:
-            run = self.ins.smooth(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every)
+            run = self.ins.smooth(recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, aids, every, check=False)
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(recording.t_s)
         return run
 

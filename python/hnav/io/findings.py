@@ -14,6 +14,15 @@ Samples = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Times and vectors by sensor."""
 
 
+MEANINGLESS = {
+    "unit": ("gyro", "accel", "time"), "axes": ("gyro", "accel", "mag"), "sign": ("accel",), "scale": ("gyro",), "gravity_removed": ("accel",),
+    "all_zero": ("accel",), "no_samples": ("gyro", "accel"),
+}  # fmt: skip
+"""By code the sensors whose fault leaves no attitude, or one whose sigma is far too small. On BROAD trials such recordings give errors
+of 14 to 180 deg with sigmas of 1 to 6 deg. A field of a wrong unit, of zeros or with hard iron gives sigmas that are right: 104 deg of
+heading."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """Something about a recording that is wrong, doubtful, or cannot be known."""
@@ -33,6 +42,13 @@ class Finding:
     """Its value."""
     advice: str = ""
     """What else may be done."""
+    certain: bool = False
+    """Whether the samples allow no other explanation."""
+
+    @property
+    def is_meaningless(self) -> bool:
+        """Whether no estimate from this recording can be used before the fault is mended."""
+        return self.certain and self.sensor in MEANINGLESS.get(self.code, ())
 
     @property
     def cure(self) -> str:
@@ -45,9 +61,11 @@ class Finding:
         return f"{self.level}: {self.sensor}: {self.message}" + (f"; {self.cure}" if self.cure else "")
 
 
-def warning(code: str, sensor: str, message: str, argument: str | None = None, value: str = "", advice: str = "") -> Finding:
+def warning(
+    code: str, sensor: str, message: str, argument: str | None = None, value: str = "", advice: str = "", certain: bool = False
+) -> Finding:
     """A finding that has a cure."""
-    return Finding("warning", code, sensor, message, argument, value, advice)
+    return Finding("warning", code, sensor, message, argument, value, advice, certain)
 
 
 def unit_name(recording: Recording, quantity: str) -> str:

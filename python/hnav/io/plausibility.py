@@ -8,11 +8,13 @@ data cannot tell, and why. What turning tells stands in hnav.io.plausible_turnin
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 
-from hnav.errors import HnavValueError
+from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.io.findings import Finding, Samples, unit_name, warning
 from hnav.io.plausible_turning import what_turning_tells
 from hnav.io.readers.clock import MENDED
@@ -21,10 +23,12 @@ from hnav.units import G_M_S2, SUSPECTED, si_per
 
 LEVELS = ("error", "warning", "note")
 HEMISPHERES = ("north", "south")
+MAGNETIC_EQUATOR_RAD = np.radians(20)  # it lies within 15 deg of the geographic one (WMM2025)
 
 FORCE_M_S2 = (7.8, 12.5)  # median of a body that moves; 9.8 at rest
 LEAST_COUNTS = 500.0  # of gravity, in a chip of 16 g and 16 bits 2048
 GRAVITY_GONE_M_S2 = 3.0
+LARGEST_FORCE_RATIO = 2.0  # of a median to gravity: an aircraft or a centrifuge may have this much, a range set wrong by 2 more
 FIELD_TESLA = (15e-6, 120e-6)  # the Earth's 22 to 67 uT, with room for hard iron
 EARTH_TESLA = (18e-6, 80e-6)  # where another unit would put it
 HARD_IRON_TESLA = 1e-3  # no hard iron of a device is as large
@@ -38,6 +42,7 @@ RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_r
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples to judge by
+WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
 
@@ -56,8 +61,16 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _strengths(recording, live)
     found += _clipped(live)
     found += _repeated(recording, live)
-    found += what_turning_tells(recording, live, found, hemisphere)
+    found += what_turning_tells(recording, live, found, hemisphere or _hemisphere(recording))
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
+
+
+def _hemisphere(recording: Recording) -> str | None:
+    """By the latitude of satellites, where the dip of the field has its sign."""
+    if "position" not in recording.aids:
+        return None
+    latitude_rad = float(np.median(recording.aids["position"].values[:, 0]))
+    return None if abs(latitude_rad) < MAGNETIC_EQUATOR_RAD else "north" if latitude_rad > 0 else "south"
 
 
 # --------------------------------------------------------------------------------------------- sensors that do not work
@@ -70,11 +83,14 @@ def _working(recording: Recording, samples: Samples) -> Iterator[Finding]:
         if n == 0 and getattr(recording, ARRAYS[sensor]) is None:
             yield Finding("note", "absent", sensor, "there is no magnetometer: heading counts from the start, and drifts")
         elif n == 0:
-            yield Finding("error", "no_samples", sensor, f"none of {len(recording.t_s)} rows has a sample", advice=NOTHING)
+            level = "warning" if sensor == "mag" else "error"
+            yield Finding(
+                level, "no_samples", sensor, f"none of {len(recording.t_s)} rows has a sample", advice=NOTHING, certain=True
+            )
         elif not values.any():
-            # A body at rest has no rate; without gravity, or without a field that is said to be there, nothing can be done.
-            level = "warning" if sensor == "gyro" else "error"
-            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING)
+            # A body at rest has no rate, and without a field the heading has a large sigma; without gravity there is no attitude.
+            level = "error" if sensor == "accel" else "warning"
+            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING, certain=True)
         elif n >= ENOUGH:
             yield from _stuck(sensor, values)
 
@@ -126,13 +142,13 @@ def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
         return
     shown = f"the median interval is {interval_s:.4g} s"
     if unit := _other_unit(recording, "time", interval_s, *USUAL_INTERVAL_S):
-        yield warning("unit", "time", f"{shown}: this looks like {unit}", "time_unit", unit)
+        yield warning("unit", "time", f"{shown}: this looks like {unit}", "time_unit", unit, certain=True)
     elif interval_s > INTERVAL_S[1]:
         yield warning(
             "unit", "time", f"{shown}: too long to follow a motion", advice="record at 20 Hz or more, or say the time_unit"
         )
     else:
-        yield warning("unit", "time", f"{shown}: no sensor is as fast", advice="say the time_unit or the rate_hz")
+        yield warning("unit", "time", f"{shown}: no sensor is as fast", advice="say the time_unit or the rate_hz", certain=True)
 
 
 def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
@@ -143,6 +159,7 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
             "gyro and accel are whole numbers, and large: these look like counts of the chip",
             advice="say what one count is, often gyro_unit='1/131 deg/s' and accel_unit='1/16384 g' (ranges of 250 deg/s and 2 g), "
             "or gyro_unit='1/16.4 deg/s' and accel_unit='1/2048 g' (2000 deg/s and 16 g)",
+            certain=True,
         )
         return
     if "accel" in live:
@@ -154,7 +171,7 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
         if fastest > FASTEST_RAD_S:
             shown = f"rates of {fastest:.0f} rad/s are more than a gyroscope reads"
             unit = {"rad/s": "deg/s", "deg/s": "mdeg/s"}.get(unit_name(recording, "gyro"))
-            yield warning("unit", "gyro", f"{shown}: this looks like {unit}", "gyro_unit", str(unit))
+            yield warning("unit", "gyro", f"{shown}: this looks like {unit}", "gyro_unit", str(unit), certain=True)
 
 
 def _are_counts(recording: Recording, live: Samples) -> bool:
@@ -174,13 +191,14 @@ def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
     shown = f"median |force| {median:.3g} m/s2"
     unit = _other_unit(recording, "accel", median, *FORCE_M_S2)
     if unit and low > 0.5 * median:
-        yield warning("unit", "accel", f"{shown}: this looks like {unit}", "accel_unit", unit)
+        yield warning("unit", "accel", f"{shown}: this looks like {unit}", "accel_unit", unit, certain=True)
     elif median < GRAVITY_GONE_M_S2:
         yield warning(
             "gravity_removed",
             "accel",
             f"{shown}, where a body at rest has 9.8: gravity was removed",
             advice="record the whole force: TotalAcceleration or AccelerometerUncalibrated, not linear or user acceleration",
+            certain=True,
         )
     else:
         yield warning(
@@ -188,6 +206,7 @@ def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
             "accel",
             f"{shown}, where a body at rest has 9.8",
             advice="see the unit, accel_unit, and the range that the driver sets",
+            certain=abs(np.log(median / G_M_S2)) > np.log(LARGEST_FORCE_RATIO),
         )
 
 
@@ -264,6 +283,24 @@ def _repeated(recording: Recording, live: Samples) -> Iterator[Finding]:
             rate_hz = (1 - repeats.mean()) / float(np.median(np.diff(t_s)))
             shown = f"{100 * repeats.mean():.0f} % of the samples repeat the one before: it measures at {rate_hz:.3g} Hz, and repeats count as news"
             yield warning("repeated", "mag", shown, "drop_repeats", "yes")
+
+
+def warn_of_meaningless(
+    t_s: np.ndarray, rate: npt.ArrayLike | None, force: npt.ArrayLike | None, field: npt.ArrayLike | None = None
+) -> None:
+    """A PlausibilityWarning, at the line that called the caller, for each finding in the first rows that makes an estimate meaningless.
+
+    t_s: n; the others n x 3, as a filter takes them. Without rates or force, as with few rows, nothing is said.
+    """
+    t_s = t_s[:WARNED_ROWS]
+    if rate is None or force is None or len(t_s) < ENOUGH or not (np.diff(t_s) > 0).all():
+        return
+    field = None if field is None else np.asarray(field, float)[: len(t_s)]
+    for finding in check(
+        Recording("arrays", t_s, np.asarray(rate, float)[: len(t_s)], np.asarray(force, float)[: len(t_s)], field)
+    ):
+        if finding.is_meaningless:
+            warnings.warn(f"{finding.sensor}: {finding.message}; {finding.cure}", PlausibilityWarning, stacklevel=3)
 
 
 def check_aids(recording: Recording) -> list[Finding]:

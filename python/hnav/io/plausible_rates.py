@@ -22,9 +22,9 @@ SURE = 0.85
 """Of the correlation of both."""
 LEAST_TURNING = 0.004
 """Rad over a window: what noise of gravity and field may look like."""
-STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, 0.03
-"""Share of the turning that the numbers say which was seen, with room for noise, and what they must say at least (rad), for a body
-that turned 57 times less."""
+STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, (0.03, 1.0)
+"""Share of the turning that the numbers say which was seen, with room for noise, and what they must say at least and at most (rad), for
+a body that turned 57 times less. A body that turns by more over a window may come back to where it was."""
 FIELD_TURNED, AS_FAST = 0.05, 0.3
 """Rad over a window, beyond what passing iron does, and the share of the turning that numbers say in rad/s."""
 LARGEST_BIAS = 0.35
@@ -89,7 +89,7 @@ def _rms(vectors: np.ndarray) -> float:
 def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_s: float, is_field: bool) -> Evidence | None:
     """Of the changes of a unit vector over windows: seen, and as the rates say it in rad/s, with their mean and without."""
     said_rms, seen_rms = _rms(said), _rms(seen)
-    if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and said_rms > TURNED:
+    if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and TURNED[0] < said_rms < TURNED[1]:
         return Evidence(
             "deg/s",
             f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +26,7 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     """What the turning of field and force tells of units and axes, and the dip of signs."""
     codes = {(finding.sensor, finding.code): finding for finding in found}
     time = codes.get(("time", "unit"))
-    factor = si_per("time", time.value) / si_per("time", unit_name(recording, "time")) if time and time.argument else 1.0
+    factor = _factor_of_times(recording, time)
     gravity_gone = ("accel", "gravity_removed") in codes
     usable = {sensor for sensor in ("mag", "accel") if sensor in live and "gyro" in live} - ({"accel"} if gravity_gone else set())
     fits = {
@@ -39,9 +40,15 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
     if not _turns_as_the_rates_say(fits, stay):
         yield from _unit_of_rates(recording, live, codes, factor)
     wrong = _wrong_axes(fits, stay)
-    yield from _axes(live, fits, stay, wrong, hemisphere)
+    used = ("mag", "unit") not in codes  # a field of a wrong unit is not, whatever its axes
+    yield from (replace(finding, certain=used or wrong != "mag") for finding in _axes(live, fits, stay, wrong, hemisphere))
     if not wrong:
         yield from _sign(live, codes, hemisphere, gravity_gone)
+
+
+def _factor_of_times(recording: Recording, unit: Finding | None) -> float:
+    """From the times as they were taken to those of the unit that was found."""
+    return si_per("time", unit.value) / si_per("time", unit_name(recording, "time")) if unit and unit.argument else 1.0
 
 
 def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -> bool:
@@ -67,6 +74,7 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
                     f"rates are {ratio:.0f} times too {how} for the turning of the {word}: this looks like {other}",
                     "gyro_unit",
                     other,
+                    certain=True,
                 )
                 return
         if sensor == "mag" and not SCALE[0] < fit.scale < SCALE[1]:
@@ -75,6 +83,7 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
                 "gyro",
                 f"the field turns {fit.scale:.2f} times as fast as the rates say",
                 advice="see the scale of the rates, and the times: rate_hz",
+                certain=True,
             )
 
 
@@ -83,14 +92,15 @@ def _unit_of_rates(
 ) -> Iterator[Finding]:
     """Where turning as such does not tell: rates that were taken for rad/s."""
     unit = recording.origin.units.get("gyro") if recording.origin else None
+    assumed = unit is None or unit.source == "assumed"
     if "gyro" not in live or ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
         return
     evidence = unit_of_rates({sensor: one for sensor, one in live.items() if (sensor, "gravity_removed") not in codes}, factor)
     if evidence.unit == "deg/s":
-        yield warning("unit", "gyro", f"{evidence.because}: this looks like deg/s", "gyro_unit", "deg/s")
-    elif evidence.unit is None and unit is not None and unit.source == "assumed":
+        yield warning("unit", "gyro", f"{evidence.because}: this looks like deg/s", "gyro_unit", "deg/s", certain=assumed)
+    elif evidence.unit is None and unit is not None and assumed:
         shown = f"the unit of the gyroscope is unknown: the file does not say it, and nothing decides it ({evidence.because})"
-        yield warning("unit", "gyro", shown, advice="say gyro_unit=deg/s or gyro_unit=rad/s")
+        yield warning("unit", "gyro", shown, advice="say gyro_unit=deg/s or gyro_unit=rad/s", certain=True)
 
 
 def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None:
@@ -172,7 +182,15 @@ def _sign(
     elif (middle < 0) == (hemisphere != "south"):
         points, side, other = ("up", "south", "south") if middle < 0 else ("down", "north", "north")
         shown = f"the field points {points} by {abs(dip_deg):.0f} deg as the force has it: right only {side} of the magnetic equator, else force or field is negated"
-        yield warning("sign", "accel", shown, "axes", "accel=-x,-y,-z", advice=f'or say hemisphere "{other}"')
+        yield warning(
+            "sign",
+            "accel",
+            shown,
+            "axes",
+            "accel=-x,-y,-z",
+            advice=f'or say hemisphere "{other}"',
+            certain=hemisphere is not None,
+        )
 
 
 def dip_sines(live: Samples) -> np.ndarray:
