@@ -4,7 +4,6 @@ HNAV_FUZZ_EXAMPLES=20000 tries harder than the default, --all a little.
 """
 
 import contextlib
-import importlib.util
 import json
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import devices
 import recorded
 from fuzzing import bounded, damaged, json_values, places
 from hnav.errors import HnavError
@@ -212,31 +212,32 @@ def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
 
 # --------------------------------------------------------------------------------------------- what devices and robots write
 
-PACKAGES = {"ulog": "pyulog", "ros 1": "rosbags", "mcap": "rosbags", "parquet": "pyarrow"}
+PACKAGES = {"ulog": "pyulog", "ros 1": "rosbags", "mcap": "rosbags", "parquet": "pyarrow", "ardupilot": "pymavlink", "ardupilot text": "pymavlink"}  # fmt: skip
+SHAPES = {**recorded.SHAPES, **devices.SHAPES}
+"""What a damaged file of each shape is made of: files, and the one file of a folder."""
 
 
 @pytest.fixture(scope="module")
-def written(folder) -> dict[str, tuple[Path, bytes]]:
-    """A small file of each shape, and its bytes."""
-    small = tilted_motion(0.08).recording
-    found = {}
-    for shape in ("semicolons", "tabs", "x-io", "xsens text", "sensor logger", *PACKAGES):
-        if importlib.util.find_spec(PACKAGES.get(shape, "numpy")):
-            path = recorded.SHAPES[shape](folder, small)
-            file = next(path.glob("*.mcap")).rename(folder / "alone.mcap") if shape == "mcap" else path
-            found[shape] = file, file.read_bytes()
-    return found
+def small() -> Recording:
+    return tilted_motion(0.08).recording
 
 
-@pytest.mark.parametrize("shape", ["semicolons", "tabs", "x-io", "xsens text", "sensor logger", *PACKAGES])
-@bounded_mat
-@given(seed=st.integers(0, 2**32))
-def test_a_damaged_file_of_any_shape_is_read_whole_or_refused(written, shape, seed):
-    if shape not in written:
-        pytest.skip(f"{PACKAGES[shape]} is not installed")
-    path, whole = written[shape]
-    path.write_bytes(damaged(whole, seed))
-    read_or_say_why(path)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_damaged_file_of_any_shape_is_read_whole_or_refused(tmp_path_factory, small, shape):
+    """HNAV_FUZZ_EXAMPLES=200 makes 50 files of each shape."""
+    if shape in PACKAGES:
+        pytest.importorskip(PACKAGES[shape])
+    path = SHAPES[shape](tmp_path_factory.mktemp("shape"), small)
+    file = path if path.is_file() else max((f for f in path.rglob("*") if f.is_file()), key=lambda f: f.stat().st_size)
+    whole = file.read_bytes()
+
+    @bounded_mat
+    @given(seed=st.integers(0, 2**32), cut=st.booleans())
+    def damage(seed, cut):
+        file.write_bytes(whole[: seed % len(whole)] if cut else damaged(whole, seed))
+        read_or_say_why(path)
+
+    damage()
 
 
 names = st.sampled_from(
