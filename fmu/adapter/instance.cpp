@@ -409,6 +409,14 @@ Status Instance::end_ticks(bool* input_ticked) {
     return Status::ok;
 }
 
+// The samples that were taken act: on the states of the importer, or on those of the model.
+Status Instance::process_samples(bool* states_changed) {
+    Message why;
+    const bool done = options_.interface == model_exchange ? model_->jump(time_s_, states_, states_changed, &why)
+                                                           : model_->advance(time_s_, &why);
+    return done ? Status::ok : fail("%s", why.text);
+}
+
 // Samples of one instant are one event, in however many iterations their clocks tick: while clocks tick samples are taken in, and
 // the first iteration without a tick processes them.
 Status Instance::update_discrete_states(Events* events) {
@@ -416,11 +424,7 @@ Status Instance::update_discrete_states(Events* events) {
     if (!allowed(Call::update_discrete_states)) return Status::error;
     take_samples(time_s_);
     if (end_ticks(&events->update_needed) != Status::ok) return Status::error;
-    Message why;
-    const bool done = events->update_needed                  ? true
-                      : options_.interface == model_exchange ? model_->jump(time_s_, states_, &events->states_changed, &why)
-                                                             : model_->advance(time_s_, &why);
-    if (!done) return fail("%s", why.text);
+    if (!events->update_needed && process_samples(&events->states_changed) != Status::ok) return Status::error;
     stale_ = ~0u;
     if (!events->update_needed && any_clock_active(&events->update_needed) != Status::ok) return Status::error;
     const double next = model_->next_sample_s(values_);

@@ -147,6 +147,7 @@ private:
     bool take_samples(double t_s);
     void say_what_was_lost(double apart_s);
     bool sample_inside(double end_s, Message* why);
+    Status process_samples(bool* states_changed);
     Status make_table();
     void index_table();
     Status set_up_check(const char* name, const char* token);

@@ -25,14 +25,8 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {HNAV_FMU_NAME,
-                                  "A barometer under changing weather: heights to samples with counters and time stamps",
-                                  Experiment{0.01, 60},
-                                  States{0, 0},
-                                  false,
-                                  false,
-                                  false,
-                                  HNAV_FMU_CLOCKS != 0};
+constexpr ModelInfo model_info = sensor_info(
+    HNAV_FMU_NAME, "A barometer under changing weather: heights to samples with counters and time stamps", HNAV_FMU_CLOCKS != 0);
 Model* make_model() { return new Baro; }
 
 } // namespace hnav::fmu

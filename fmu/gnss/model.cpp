@@ -39,15 +39,11 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {HNAV_FMU_NAME,
-                                  "A receiver of satellites, with slow errors, latency, outages and jumps: truth to fixes with "
-                                  "counters and time stamps",
-                                  Experiment{0.01, 60},
-                                  States{0, 0},
-                                  false,
-                                  false,
-                                  false,
-                                  HNAV_FMU_CLOCKS != 0};
+constexpr ModelInfo model_info =
+    sensor_info(HNAV_FMU_NAME,
+                "A receiver of satellites, with slow errors, latency, outages and jumps: truth to fixes with "
+                "counters and time stamps",
+                HNAV_FMU_CLOCKS != 0);
 Model* make_model() { return new Gnss; }
 
 } // namespace hnav::fmu

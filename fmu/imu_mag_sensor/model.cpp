@@ -144,16 +144,11 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {
-    HNAV_FMU_NAME,
-    "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
-    "samples with counters and time stamps",
-    Experiment{0.01, 60},
-    States{0, 0},
-    false,
-    false,
-    false,
-    HNAV_FMU_CLOCKS != 0};
+constexpr ModelInfo model_info =
+    sensor_info(HNAV_FMU_NAME,
+                "Gyroscope, accelerometer and magnetometer by their datasheets, with seeded noise and faults: truth to "
+                "samples with counters and time stamps",
+                HNAV_FMU_CLOCKS != 0);
 Model* make_model() { return new ImuMagSensor; }
 
 } // namespace hnav::fmu

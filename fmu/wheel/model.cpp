@@ -25,14 +25,9 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info = {HNAV_FMU_NAME,
-                                  "Speed by wheels of a size that nobody knows: truth to samples with counters and time stamps",
-                                  Experiment{0.01, 60},
-                                  States{0, 0},
-                                  false,
-                                  false,
-                                  false,
-                                  HNAV_FMU_CLOCKS != 0};
+constexpr ModelInfo model_info =
+    sensor_info(HNAV_FMU_NAME, "Speed by wheels of a size that nobody knows: truth to samples with counters and time stamps",
+                HNAV_FMU_CLOCKS != 0);
 Model* make_model() { return new Wheel; }
 
 } // namespace hnav::fmu
