@@ -36,10 +36,22 @@ def pair(ssp, tmp_path) -> Path:
 def test_the_reader_finds_what_the_archive_holds(ssp):
     with read_system(ssp) as system:
         assert list(system.components) == ["hekf", "hrekf"]
-        assert system.parameters() == {"hekf.robust.gamma_mode": "off", "hrekf.robust.gamma_mode": "kl"}
+        level = {"accel.force[3]": -9.80665, "mag.field[1]": 2e-5, "mag.field[3]": 4.5e-5}
+        modes = {"hekf": "off", "hrekf": "kl"}
+        expected = {f"{name}.{key}": value for name in modes for key, value in level.items()}
+        expected |= {f"{name}.robust.gamma_mode": mode for name, mode in modes.items()}
+        assert system.parameters() == expected
         assert len(system.connections) == 18
         assert (system.start_s, system.stop_s) == (0.0, 10.0)
         assert system.connectors["mag_field_1"].unit == "T"
+
+
+def test_an_input_of_the_system_sets_the_inputs_that_it_feeds(ssp):
+    with read_system(ssp) as system:
+        system.apply([Parameter("gyro_rate_2", "Real", "0.5", "rad/s")], "caller")
+        assert [system.parameters()[f"{name}.gyro.rate[2]"] for name in ("hekf", "hrekf")] == [0.5, 0.5]
+        with pytest.raises(HnavError, match=r"caller: hekf.gyro.rate\[2\] is in rad/s, not in deg/s"):
+            system.apply([Parameter("gyro_rate_2", "Real", "0.5", "deg/s")], "caller")
 
 
 def test_an_unpacked_archive_goes_with_the_system(ssp):

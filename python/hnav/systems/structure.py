@@ -117,10 +117,11 @@ class System:
         return replace(self, components=components, _folder=None)
 
     def apply(self, parameters: Sequence[Parameter], where: str) -> None:
-        """Sets parameters named component.parameter. Raises HnavError that begins with `where`."""
+        """Sets parameters named component.parameter; the name of an input of the system stands for all that it feeds. Raises HnavError
+        that begins with `where`."""
         for parameter in parameters:
-            component, name = self._owner(parameter.name, where)
-            component.parameters[name] = parameter_value(component, name, parameter, where)
+            for component, name in self._owners(parameter.name, where):
+                component.parameters[name] = parameter_value(component, name, parameter, where)
 
     def choose(self, grade: str | None = None, scenario: str | None = None) -> None:
         """Applies a grade and a scenario by name. A scenario that names sensors too lays over a grade only what it changes
@@ -155,11 +156,14 @@ class System:
         """All that is set, by component.parameter; the rest are the FMUs' own start values."""
         return {f"{c.name}.{name}": value for c in self.components.values() for name, value in sorted(c.parameters.items())}
 
-    def _owner(self, name: str, where: str) -> tuple[Component, str]:
+    def _owners(self, name: str, where: str) -> list[tuple[Component, str]]:
+        if name in self.connectors and self.connectors[name].kind == "input":
+            fed = [c.end for c in self.connections if c.start == ("", name)]
+            return [(self.components[element], connector) for element, connector in fed if element]
         component, _, parameter = name.partition(".")
         if component not in self.components or not parameter:
             refuse(f"{where}: {name} names no component of system {self.name} ({', '.join(self.components)})", where)
-        return self.components[component], parameter
+        return [(self.components[component], parameter)]
 
 
 # --------------------------------------------------------------------------------------------- values
