@@ -25,7 +25,7 @@ COMMANDS = {
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",
     "systems": "Lists the systems, and of one its components, scenarios and grades.",
-    "report": "One self-contained HTML page about a recording or a simulation.",
+    "report": "One self-contained HTML page about a recording, a simulation, or many of them.",
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
     "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
     "observe": "An estimator made of an FMU and a plan of its sensors. FMUs are native code: one runs with all your rights.",

@@ -1,7 +1,8 @@
-"""hnav report: one HTML page about a simulation, or about a recording and what a filter makes of it."""
+"""hnav report: one HTML page about a simulation, about many of them, or about a recording and what a filter makes of it."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -17,12 +18,18 @@ from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.formats import reader_of
 
+KEYS = {"scenario", "seed", "filter", "failure"}
+"""Columns of every table of hnav montecarlo."""
+
 
 @with_reading
 def command(
     source: Annotated[
         Path,
-        typer.Argument(metavar="SOURCE", help="Folder that hnav simulate wrote, or a recording in the formats of hnav filter"),
+        typer.Argument(
+            metavar="SOURCE",
+            help="Folder that hnav simulate wrote, table that hnav montecarlo wrote, or a recording in the formats of hnav filter",
+        ),
     ],
     out: Annotated[
         Path | None,
@@ -47,6 +54,9 @@ def command(
     if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
+    elif is_montecarlo(source):
+        file = out or source.with_suffix(".html")
+        of_montecarlo(source, file)
     elif filter == navigation.NAME:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only")
@@ -83,6 +93,28 @@ def is_simulation(source: Path) -> bool:
     except HnavError:
         return True
     return False
+
+
+def is_montecarlo(source: Path) -> bool:
+    """Whether it is a table of runs."""
+    try:
+        with source.open("rb") as file:
+            if file.read(4) != b"PAR1":
+                return False
+        import pyarrow.parquet  # takes a while to load
+    except (OSError, ImportError):
+        return False
+    return set(pyarrow.parquet.read_schema(source).names) >= KEYS
+
+
+def of_montecarlo(source: Path, file: Path) -> None:
+    """The page about a table of runs."""
+    # Plotly takes a while to load; the page says so where it is missing.
+    import_module("hnav.reports.page")
+    from hnav.reports.montecarlo_page import write_montecarlo_report
+
+    refuse_overwriting([file], [source])
+    say_page(file, write_montecarlo_report(source, file))
 
 
 def say_page(file: Path, panels: list[str]) -> None:

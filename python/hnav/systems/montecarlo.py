@@ -12,6 +12,7 @@ import importlib.metadata
 import importlib.util
 import io
 import logging
+import shlex
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,6 +41,8 @@ RECORDED = (
     "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
 )  # fmt: skip
 NEES_AT_S = (10.0, 30.0, 60.0)
+COMMAND = "simulate"
+"""Of the table's attrs: the command that runs one of them again, but for its scenario and seed."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,17 @@ def run_jobs(
         found[i] = kept.add([i, rows])[1] if kept is not None and finished else rows
         if progress:
             progress(len(found), len(work))
-    return pd.DataFrame([row for i in sorted(found) for row in found[i]])
+    table = pd.DataFrame([row for i in sorted(found) for row in found[i]])
+    table.attrs[COMMAND] = simulate_command(work[0])
+    return table
+
+
+def simulate_command(job: Job) -> str:
+    """hnav simulate with what all runs have in common."""
+    given = {"--grade": job.grade, "--step": job.step_s, "--stop": job.stop_s}
+    words = [word for option, value in given.items() if value is not None for word in (option, str(value))]
+    words += [word for name, value in job.settings.items() for word in ("--set", f"{name}={value}")]
+    return shlex.join(["hnav", "simulate", job.system, *words, *(["--allow-outside"] if job.allow_outside else [])])
 
 
 def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row], bool]]:
