@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hnav.io.mat_file import read_mat
-from hnav.io.readers.records import HDF5_MAGIC, read_mat_variables
+from hnav.io.readers.records import HDF5_MAGIC, is_hdf5, read_mat_variables
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.recordings import RecordingError
 
@@ -86,9 +86,7 @@ def _contents(path: Path) -> tuple[dict[str, Any], float] | None:
     """The arrays of a trial, and its rate in Hz; None for a file of other variables. Raises RecordingError."""
     names = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement")
     try:
-        with path.open("rb") as file:
-            is_hdf5 = file.read(len(HDF5_MAGIC)) == HDF5_MAGIC
-        if is_hdf5 or path.suffix == ".hdf5":
+        if is_hdf5(path) or path.suffix == ".hdf5":
             import h5py
 
             with h5py.File(path) as trial:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import re
 import unicodedata
@@ -93,6 +94,7 @@ def with_unit(column: Column, text: str) -> Column:
     return replace(column, unit=spelled, strange="" if spelled or not may_be_unit(text) else text.strip())
 
 
+@functools.lru_cache(maxsize=4096)  # a text that names its numbers asks in each line
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
     """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
     text = name.strip().strip('"').lstrip("#% ")

@@ -15,6 +15,7 @@ from hnav.io.readers.trees import frames_of_tree, unbatched
 from hnav.io.recordings import RecordingError
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+MATLAB_BLOCK = 512  # bytes
 SENSOR_LOGGER = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}
 MOVESENSE = {"gyro": "deg/s", "accel": "m/s2", "mag": "uT", "time": "ms"}
 """API reference of Movesense, /Meas/Gyro: dps."""
@@ -75,12 +76,17 @@ def read_npz(path: Path, wishes: Wishes) -> Raw:
     return _of_arrays(path, tree, wishes, "npz")
 
 
+def is_hdf5(path: Path) -> bool:
+    """Whether a file is HDF5; MATLAB 7.3 writes it behind a block of 512 bytes."""
+    with path.open("rb") as file:
+        head = file.read(MATLAB_BLOCK + len(HDF5_MAGIC))
+    return HDF5_MAGIC in (head[: len(HDF5_MAGIC)], head[MATLAB_BLOCK:])
+
+
 def read_mat_variables(path: Path, wishes: Wishes) -> Raw:
     """Variables of a MATLAB file, structs too. Raises RecordingError."""
     try:
-        with path.open("rb") as file:
-            is_hdf5 = file.read(len(HDF5_MAGIC)) == HDF5_MAGIC
-        tree = _of_hdf5(path) if is_hdf5 else read_mat(path, ())
+        tree = _of_hdf5(path) if is_hdf5(path) else read_mat(path, ())
     except (ValueError, OSError, RuntimeError, KeyError) as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from None
     return _of_arrays(path, tree, wishes, "mat")
