@@ -116,8 +116,7 @@ def test_a_python_snippet_runs(code):
 @pytest.mark.usefixtures("scratch")
 def test_the_readme_says_what_its_snippet_prints(capsys):
     text = README.read_text()
-    (code,) = [code for kind, code in FENCE.findall(text) if kind == "python"]
-    (printed,) = [lines for kind, lines in FENCE.findall(text) if kind == "text"]
+    ((code, printed),) = re.findall(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     exec(compile(code, "snippet", "exec"), {"__name__": "snippet"})
     assert capsys.readouterr().out == printed
 
