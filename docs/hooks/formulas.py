@@ -12,6 +12,11 @@ INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
 BLOCK = re.compile(r'<div class="arithmatex">\s*\\\[(.*?)\\\]\s*</div>', re.DOTALL)
 
 
+def mathml(found: str, display: str = "inline") -> str:
+    """GitHub's `aligned` under the name by which the converter has it: under its own its columns were left in the text."""
+    return convert(html.unescape(found).replace("{aligned}", "{align*}"), display=display)
+
+
 def on_page_content(content, page, config, files):
-    content = BLOCK.sub(lambda found: f'<div class="formula">{convert(html.unescape(found[1]), display="block")}</div>', content)
-    return INLINE.sub(lambda found: convert(html.unescape(found[1])), content)
+    content = BLOCK.sub(lambda found: f'<div class="formula">{mathml(found[1], "block")}</div>', content)
+    return INLINE.sub(lambda found: mathml(found[1]), content)

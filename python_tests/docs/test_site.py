@@ -39,6 +39,7 @@ def test_formulas_are_formulas(site):
     pages = {page.name: page.read_text() for page in site.glob("*.html")}
     assert "<math" in pages["filters.html"] and "<math" in pages["units.html"]
     assert [name for name, text in pages.items() if "arithmatex" in text] == []
+    assert [name for name, text in pages.items() if re.search(r"<mi>(?:&(?!#)|\\)", text)] == []  # no LaTeX is left in a formula
 
 
 def test_the_reference_holds_every_call_of_the_headers(site):
