@@ -83,7 +83,7 @@ constexpr double defaults[] = {
     0, // reference_mode
     5e-05, // reference_strength_tesla
     1.0471975511965976, // reference_dip_rad
-    0.13, // accel_gate_nis
+    -1, // accel_gate_nis
     13.9, // mag_gate_nis
     8.8, // heading_gate_nis
     0, // gyro_range_rad_s
@@ -121,7 +121,7 @@ const OptionRow rows[] = {
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"accel_noise_per_sqrt_hz", text("noise"), text("1/sqrt(Hz)"),
      text("Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T"),
-     text("It stands for the accelerations of the body; take the datasheet's for one that does not accelerate, and accel_gate_nis = 13.9 with it."),
+     text("It stands for the accelerations of the body; take the datasheet's for one that does not accelerate."),
      nullptr, nullptr, defaults + 3, offsetof(hnav_hrekf_options, accel_noise_per_sqrt_hz),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"mag_noise_per_sqrt_hz", text("noise"), text("1/sqrt(Hz)"),
@@ -255,10 +255,10 @@ const OptionRow rows[] = {
      nullptr, nullptr, defaults + 34, offsetof(hnav_hrekf_options, reference_dip_rad),
      -1.5707963267948966, 1.5707963267948966, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"accel_gate_nis", text("gate"), text(""),
-     text("Normalised innovation squared of force beyond which its noise is inflated; 0 = never"),
-     text("Accelerations have heavy tails, so it lies far inside the default noise, like the threshold of a Huber loss; with noise from a datasheet take 13.9, 99.7 % of chi square with 3 degrees of freedom."),
+     text("Normalised innovation squared of force beyond which its noise is inflated; 0 = never, -1 = by accel_noise_per_sqrt_hz"),
+     text("By the noise: 0.13 x (0.115 / accel_noise_per_sqrt_hz)^2, within 0.13 and 13.9. Accelerations have heavy tails, so the gate lies far inside the default noise, like the threshold of a Huber loss; it begins at the same innovation when less noise is given, up to 99.7 % of chi square with 3 degrees of freedom."),
      nullptr, nullptr, defaults + 35, offsetof(hnav_hrekf_options, accel_gate_nis),
-     0, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
+     -1, 1e+12, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"mag_gate_nis", text("gate"), text(""),
      text("Normalised innovation squared of the field beyond which its noise is inflated; 0 = never"),
      text("99.7 % of chi square with 3 degrees of freedom."),

@@ -140,6 +140,21 @@ TEST(HrekfJump, AGatedSampleIsInflatedUntilItLiesOnTheGate) {
     EXPECT_LT(moved, 0.5 * moved_ungated);
 }
 
+TEST(HrekfGates, OfForceStaysAtOneInnovationUnlessItIsSet) {
+    hnav_hrekf_options set = settings();
+    const auto nis = [&](double noise, double gate) {
+        set.accel_noise_per_sqrt_hz = noise;
+        set.accel_gate_nis = gate;
+        return HrekfGates(set).nis[accel];
+    };
+    EXPECT_EQ(nis(0.115, -1), 0.13);
+    EXPECT_DOUBLE_EQ(nis(0.0575, -1), 4 * 0.13);
+    EXPECT_EQ(nis(1e-3, -1), 13.9);
+    EXPECT_EQ(nis(1, -1), 0.13);
+    EXPECT_EQ(nis(1e-3, 0), 0);
+    EXPECT_EQ(nis(1e-3, 5), 5);
+}
+
 TEST(HrekfJump, TheHeadingRowEqualsAPerturbation) {
     // A heading sample of tiny noise pulls the yaw to itself and leaves roll and pitch, for any attitude but vertical.
     hnav_hrekf_options set = settings();

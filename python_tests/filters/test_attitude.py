@@ -12,7 +12,7 @@ from hnav.filters.options import FILTERS, option_table
 from hnav.reports.scores import errors_rad, score
 from motion import tilted_motion
 
-NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, accel_gate_nis=13.9, gyro_noise_rad_per_sqrt_s=1e-3)
+NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, gyro_noise_rad_per_sqrt_s=1e-3)
 
 
 def push(f: Filter, m, k: int) -> None:

@@ -40,6 +40,7 @@ public:
         : options_(options),
           density_(options),
           law_(options),
+          gates_(options),
           start_(options, frames),
           limits_(options, R(options.mag_range_tesla)) {}
 
@@ -150,15 +151,13 @@ private:
         return channel == accel ? e.tilt_ready : e.tilt_ready && e.heading_ready;
     }
 
-    R gate_nis(int channel) const {
-        const double limits[] = {0, options_.accel_gate_nis, options_.mag_gate_nis, options_.heading_gate_nis};
-        return R(limits[channel]);
-    }
+    R gate_nis(int channel) const { return R(gates_.nis[channel]); }
 
     // The options, and what is made of them once.
     Options options_;
     HrekfDensities<R> density_;
     HrekfLaw<R> law_;
+    HrekfGates gates_;
     StartSettings<R> start_;
     CheckLimits<R> limits_;
 };

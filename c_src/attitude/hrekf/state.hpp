@@ -33,6 +33,22 @@ struct HrekfDensities {
           mag_density2(R(square(o.mag_noise_per_sqrt_hz))) {}
 };
 
+// Normalised innovations squared beyond which the noise of a sample is inflated; 0: never.
+struct HrekfGates {
+    double nis[heading + 1];
+
+    explicit HrekfGates(const hnav_hrekf_options& o) : nis{0, accel_gate(o), o.mag_gate_nis, o.heading_gate_nis} {}
+
+private:
+    // An innovation of force beyond this share of the default noise is an acceleration, whatever noise is given: the gate stays
+    // at the size of that innovation, up to the chi square limit of 99.7 % with 3 degrees of freedom.
+    static double accel_gate(const hnav_hrekf_options& o) {
+        constexpr double usual_nis = 0.13, usual_density = 0.115, chi_square = 13.9;
+        if (o.accel_gate_nis >= 0) return o.accel_gate_nis;
+        return std::fmin(std::fmax(usual_nis * square(usual_density / o.accel_noise_per_sqrt_hz), usual_nis), chi_square);
+    }
+};
+
 // The robust law and the adaptation of the bias walk.
 template <class R>
 struct HrekfLaw {
@@ -53,7 +69,7 @@ struct HrekfLaw {
 template <class R>
 struct HrekfState {
     R x[hrekf_nx];
-    R rate[3];     // held
+    R rate[3]; // held
     R bias_psd[6]; // upper triangle of Q_b
     R reference_strength, reference_north, reference_down; // of the unit field
     StartSamples<R> start;
@@ -71,10 +87,10 @@ struct HrekfState {
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     RateChange<R> rate_change;
-    double spacing_s;          // usual time between two rates
-    R mean_force[3];           // in navigation axes, of the last second
+    double spacing_s; // usual time between two rates
+    R mean_force[3]; // in navigation axes, of the last second
     std::uint64_t force_changes; // the newest force lies away from that
-    R field_far_s;               // time for which the field lay far from the reference, less that for which it did not
+    R field_far_s; // time for which the field lay far from the reference, less that for which it did not
     std::uint64_t lost, times_lost; // started anew, or waiting for that
 
     bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }

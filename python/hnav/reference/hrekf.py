@@ -96,6 +96,13 @@ def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
     return product(turned, q)[1:], H[1:]
 
 
+def accel_gate(o: Options) -> float:
+    """NIS beyond which the noise of force is inflated: as told, or by the noise."""
+    return (
+        o.accel_gate_nis if o.accel_gate_nis >= 0 else float(np.clip(0.13 * (0.115 / o.accel_noise_per_sqrt_hz) ** 2, 0.13, 13.9))
+    )
+
+
 # --------------------------------------------------------------------------------------------- as printed
 
 
@@ -441,7 +448,7 @@ class ReferenceFilter:
         for k, d in enumerate(directions):
             block = slice(3 * k, 3 * k + 3)
             nis = self.nis[d.sensor] = float(nu[block] @ np.linalg.solve(S[block, block], nu[block]))
-            limit = o.accel_gate_nis if d.sensor == "accel" else o.mag_gate_nis
+            limit = accel_gate(o) if d.sensor == "accel" else o.mag_gate_nis
             if limit > 0 and nis > limit and self.ready(d.sensor):
                 R[block, block] += S[block, block] * (nis / limit - 1)
 

@@ -38,7 +38,7 @@ typedef struct hnav_hrekf_options {
     double quaternion_noise_per_sqrt_s;
     /* Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T.
      * (0, 1e6] 1/sqrt(Hz), default 0.115. It stands for the accelerations of the body; take the datasheet's for one that
-     * does not accelerate, and accel_gate_nis = 13.9 with it. */
+     * does not accelerate. */
     double accel_noise_per_sqrt_hz;
     /* Noise density of the magnetic field in units of the reference strength.
      * (0, 1e6] 1/sqrt(Hz), default 0.16. It stands for the iron of a room; take the datasheet's for a clean field. */
@@ -147,9 +147,11 @@ typedef struct hnav_hrekf_options {
      * A sample whose normalised innovation squared exceeds its limit is used with inflated noise. Gates work while tilt
      * (force), or tilt and heading (field, heading) are ready: one that rejects for long lets sigma grow until it opens. */
 
-    /* Normalised innovation squared of force beyond which its noise is inflated; 0 = never.
-     * [0, 1e12], default 0.13. Accelerations have heavy tails, so it lies far inside the default noise, like the threshold
-     * of a Huber loss; with noise from a datasheet take 13.9, 99.7 % of chi square with 3 degrees of freedom. */
+    /* Normalised innovation squared of force beyond which its noise is inflated; 0 = never, -1 = by
+     * accel_noise_per_sqrt_hz.
+     * [-1, 1e12], default -1. By the noise: 0.13 x (0.115 / accel_noise_per_sqrt_hz)^2, within 0.13 and 13.9.
+     * Accelerations have heavy tails, so the gate lies far inside the default noise, like the threshold of a Huber loss;
+     * it begins at the same innovation when less noise is given, up to 99.7 % of chi square with 3 degrees of freedom. */
     double accel_gate_nis;
     /* Normalised innovation squared of the field beyond which its noise is inflated; 0 = never.
      * [0, 1e12], default 13.9. 99.7 % of chi square with 3 degrees of freedom. */
