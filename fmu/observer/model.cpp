@@ -127,7 +127,7 @@ public:
         hnav_observer_get_info(object_, &info);
         if (wanted(estimate_group)) hnav_observer_estimate(object_, x, sigmas);
         if (wanted(posterior_group)) hnav_observer_posterior(object_, post_x, post_sigmas);
-        constexpr unsigned others = 1u << innovation_group | 1u << covariance_group | 1u << indicator_group;
+        constexpr unsigned others = 1u << innovation_group | 1u << covariance_group | 1u << indicator_group | state_group;
         at_.each(groups & ~others, values, [&](Role role, int i, double* value) {
             switch (role) {
             case post_t: *value = std::isfinite(info.newest_s) ? info.newest_s : memory_.start_s; break;

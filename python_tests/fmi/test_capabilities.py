@@ -134,6 +134,15 @@ def test_derivatives_are_differences_where_they_are_declared_and_refused_elsewhe
 
 
 @pytest.mark.parametrize("path", MODEL_EXCHANGE)
+def test_states_and_derivatives_are_got_by_value_reference_as_by_their_own_calls(path: Path):
+    with Fmu(path, model_exchange=True) as fmu:
+        at = Flowing(fmu)
+        at.set_x(at.x() * 1.01 + 1e-3)
+        np.testing.assert_array_equal(reals(fmu, at.states), at.x())
+        np.testing.assert_array_equal(reals(fmu, at.rates), at.dx())
+
+
+@pytest.mark.parametrize("path", MODEL_EXCHANGE)
 def test_states_are_set_by_value_reference_as_by_their_own_call(path: Path):
     with Fmu(path, model_exchange=True) as fmu:
         at = Flowing(fmu)

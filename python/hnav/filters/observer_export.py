@@ -306,7 +306,8 @@ def _indicators(observer: Observer) -> Iterator[Row]:
 
 
 def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
-    """The rows, what flows in Model Exchange behind them, and on which of it outputs depend."""
+    """The rows, what flows in Model Exchange behind them, and on which of it outputs depend. Derivatives name all states: PyFMI takes
+    dependencies that are left open for none."""
     names, N, first = observer.names, len(observer.names), len(rows)
     moving = len(observer.plan.states) + len(observer.plan.unknown_inputs)
     state = [(f"state.{name}", "Estimate", _unit(observer, name)) for name in names[:moving]]
@@ -347,7 +348,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
             causality="local",
             variability="continuous",
             derivative_of=first + k,
-            depends_on=None,
+            depends_on=tuple(range(first, first + len(state))),
         )
         for k, (name, text, _) in enumerate(state)
     ]
