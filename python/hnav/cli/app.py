@@ -20,7 +20,7 @@ COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
     "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
     "score": "Scores a filter on all BROAD trials of a folder.",
-    "navigation-score": "Scores the navigation filter on a recording whose truth is known, and on artificial outages of its satellites.",
+    "compare": "Errors of attitudes and places against a reference: clocks and frames aligned, absolute and relative, NEES.",
     "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",

@@ -15,7 +15,21 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import Engine, FilterOrIns, Force, Frame, Gnss, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import (
+    Calibration,
+    Engine,
+    FilterOrIns,
+    Force,
+    Frame,
+    Gnss,
+    Outages,
+    Preset,
+    Settings,
+    Smooth,
+    Strict,
+    TruthFile,
+    parse_settings,
+)
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
@@ -63,20 +77,20 @@ def command(
     strict: Strict = False,
     force: Force = False,
     smooth: Smooth = False,
-    calibration: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")
-    ] = None,
+    calibration: Calibration = None,
     gnss: Gnss = None,
+    truth: TruthFile = None,
+    outages: Outages = None,
 ) -> None:
-    check_names(recording, out, report, calibration)
+    check_names(recording, out, report, calibration, truth)
     if filter == navigation.NAME:
         navigation.refuse(engine=engine != "c", step=step, frame=frame not in (None, "ned"))
-        navigation.navigate(
-            navigation.Wanted(recording, out, report, gnss, preset, parse_settings(settings), strict, smooth, force, calibration),
-            reading,
+        wanted = navigation.Wanted(
+            recording, out, report, gnss, preset, parse_settings(settings), strict, smooth, force, calibration
         )
+        navigate(wanted, reading, truth, outages)
         return
-    navigation.refuse_gnss(gnss)
+    navigation.refuse_of_ins(gnss=gnss, truth=truth, outages=outages)
     chosen, iron = parse_settings(settings), None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)
     whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
@@ -116,11 +130,25 @@ def with_frame(frame: str | None, settings: dict[str, str], data: Recording) -> 
     return settings | {"navigation_frame": "ned"}, note
 
 
-def check_names(recording: Path, out: Path | None, report: Path | None, calibration: Path | None) -> None:
+def navigate(wanted: navigation.Wanted, reading: Reading, truth: Path | None, outages: str | None) -> None:
+    """What --filter ins writes and tells. Raises HnavError or UsageError."""
+    if outages is not None and truth is None:
+        raise UsageError(f"--outages {outages}: errors are against a truth: add --truth FILE")
+    if wanted.out is not None or wanted.report is not None:
+        navigation.navigate(wanted, reading)
+    if truth is not None:
+        from hnav.cli.outages import tell_errors  # scores take a while to load
+
+        tell_errors(wanted, reading, truth, outages)
+
+
+def check_names(
+    recording: Path, out: Path | None, report: Path | None, calibration: Path | None, truth: Path | None = None
+) -> None:
     """Raises HnavError or UsageError for files that are not to be read or written."""
-    if out is None and report is None:
+    if out is None and report is None and truth is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
-    refuse_overwriting([out, report], [recording, calibration])
+    refuse_overwriting([out, report], [recording, calibration, truth])
 
 
 @dataclass(frozen=True)

@@ -91,10 +91,11 @@ def refuse(**given: object) -> None:
             raise UsageError(f"{option} with --filter {NAME}: {reasons[option]}")
 
 
-def refuse_gnss(gnss: Path | None) -> None:
-    """Raises UsageError for satellites that an attitude filter is given."""
-    if gnss is not None:
-        raise UsageError(f"--gnss {gnss}: attitude filters do not read it: add --filter {NAME}, or leave it out")
+def refuse_of_ins(**given: object) -> None:
+    """Raises UsageError for what an attitude filter has no use for. given: options by name, None if they were not."""
+    for name, value in given.items():
+        if value is not None:
+            raise UsageError(f"--{name} {value}: attitude filters do not read it: add --filter {NAME}, or leave it out")
 
 
 def navigate(wanted: Wanted, reading: Reading) -> None:

@@ -29,6 +29,17 @@ Gnss = Annotated[
         help="Of --filter ins: satellites, pressure or wheels in a file of their own: a table, NMEA, a log of PX4 or ROS",
     ),
 ]
+Calibration = Annotated[Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")]
+TruthFile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Of --filter ins: print its errors, by a CSV of t_s, lat_deg, lon_deg, alt_m, vn, ve, vd, roll, pitch, heading or q0 to q3",
+    ),
+]
+Outages = Annotated[
+    str | None, typer.Option(metavar="SECONDS,...", help="With --truth: artificial outages of the satellites, such as 10,30,60")
+]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES), autocompletion=among(*ENGINES))]
 Settings = Annotated[
     list[str] | None,

@@ -68,7 +68,7 @@ def command(
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
-        navigation.refuse_gnss(gnss)
+        navigation.refuse_of_ins(gnss=gnss)
         file = out or source.with_suffix(".html")
         refuse_overwriting([file], [source])
         data = reading.read(source)

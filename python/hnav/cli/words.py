@@ -22,13 +22,14 @@ OPTIONS = {
     "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
     "unit": "--mag-unit", "gyro_unit": "--gyro-unit", "accel_unit": "--accel-unit", "time_unit": "--time-unit", "format": "--format",
     "columns": "--columns", "axes": "--axes", "rate_hz": "--rate", "drop_repeats": "--drop-repeats", "hemisphere": "--hemisphere",
-    "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set",
+    "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "align": "--align", "delta_s": "--delta", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set",
 }  # fmt: skip
 
 
 # What readers and checks say in Python's words in the middle of a line.
 IN_A_LINE = (
     (re.compile(r"\b(gyro_unit|accel_unit|mag_unit|time_unit|rate_hz|drop_repeats)\b"), lambda match: OPTIONS[match.group(1)]),
+    (re.compile(r"\balign (?=clock)"), lambda match: "--align "),
     (re.compile(r"\bcolumns (?=\w+=)"), lambda match: "--columns "),
     (re.compile(r'\bhemisphere "(\w+)"'), lambda match: f"--hemisphere {match.group(1)}"),
     (re.compile(r"\b(?=(?:gyro|accel|mag)_range_\w+=)"), lambda match: "--set "),

@@ -17,7 +17,7 @@ from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
-from hnav.io.truth import Truth
+from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
 from hnav.reference.earth import axes_at, position_of
 from hnav.rotations import rotation_error_rad
@@ -96,7 +96,7 @@ class NavigationScore:
 
 
 def navigation_score(
-    recording: Recording, truth: Truth, options: Options, outages_s: Sequence[float] = (), smooth: bool = False
+    recording: Recording, truth: Trajectory, options: Options, outages_s: Sequence[float] = (), smooth: bool = False
 ) -> NavigationScore:
     """The recording through the filter. Rows count from the first heading_ready on, from the first of the phase navigating where
     there is none; smooth: of the run with hindsight, but from where the filter is ready. Raises HnavValueError when nothing can be compared."""
@@ -125,7 +125,7 @@ def navigation_score(
     )  # fmt: skip
 
 
-def errors_of(run: InsRun, truth: Truth, rows: slice) -> Errors:
+def errors_of(run: InsRun, truth: Trajectory, rows: slice) -> Errors:
     """Estimate minus truth of some rows."""
     at = truth.at(run.t_s[rows])
     off = np.einsum("nij,ni->nj", axes_at(at.place), position_of(run.place[rows]) - position_of(at.place))
@@ -156,7 +156,7 @@ def _figure(name: str, unit: str, error: Array, sigma: Array) -> Figure:
     return Figure(name, unit, float(np.sqrt(np.mean(length**2))), float(np.max(length)), float(np.mean(normalised**2)))
 
 
-def outages_of(data: Recording, truth: Truth, options: Options, first: int, length_s: float) -> Outage:
+def outages_of(data: Recording, truth: Trajectory, options: Options, first: int, length_s: float) -> Outage:
     """Errors at the ends of outages, from the row `first` on: side by side, of at most MOST_OUTAGES."""
     last_s = min(float(data.t_s[-1]), float(truth.t_s[-1])) - length_s
     room = last_s - float(data.t_s[first])

@@ -1,6 +1,5 @@
-"""hnav navigation-score: errors against an exact truth, outages, and what it says of a truth that does not fit."""
+"""hnav filter --filter ins --truth: errors against an exact truth, outages, and what it says of a truth that does not fit."""
 
-import json
 import re
 
 import numpy as np
@@ -9,9 +8,13 @@ import pytest
 import recorded
 from command_line import hnav
 from driven import as_recording
+from hnav import read
+from hnav.filters.ins_recording import with_aids
 from hnav.filters.options import Options
-from hnav.io.truth import read_truth
+from hnav.io.readers import read_aids
+from hnav.io.trajectories import read_trajectory, read_truth
 from hnav.reference import earth
+from hnav.reports.comparison import compare
 from hnav.reports.navigation_scores import navigation_score
 from hnav.rotations import rotation_error_rad
 from studies.ins.vehicles import vehicle
@@ -64,17 +67,27 @@ def test_errors_are_as_stated_and_grow_with_the_outage(drive):
     assert navigation_score(recording, truth, Options("ins", "industrial")).figures == found.figures
 
 
-def test_the_command_prints_one_table_and_writes_the_figures(drive, tmp_path):
+def test_the_command_prints_errors_and_outages_and_writes_the_table(drive, tmp_path):
     _, imu, gnss, truth = drive
-    out = tmp_path / "score.json"
-    done = hnav(
-        "navigation-score", imu, "--gnss", gnss, "--truth", truth, "--outages", "10", "--preset", "industrial", "--json", out
-    )
+    out = tmp_path / "nav.csv"
+    given = ("--filter", "ins", "--gnss", gnss, "--preset", "industrial")
+    done = hnav("filter", imu, *given, "--truth", truth, "--outages", "10", "--out", out)
     assert done.returncode == 0 and not done.stderr, done.stderr
     assert "position, horizontal" in done.stdout and "10 s" in done.stdout and "heading ready after" in done.stdout
     assert "of the truth taken for deg" in done.stdout
-    told = json.loads(out.read_text())
-    assert {figure["name"] for figure in told["figures"]} >= {"tilt", "heading"} and len(told["outages"][0]["horizontal_m"]) > 1
+    # The table of the same run against the same truth: compare says what the score says.
+    data = with_aids(read(imu), read_aids(gnss))
+    score = navigation_score(data, read_truth(truth), Options("ins", "industrial"))
+    compared = compare(read_trajectory(truth), read_trajectory(out), begin_s=score.begin_s)
+    rms = {figure.name: figure.rms for figure in compared.figures}
+    told = {figure.name: figure.rms for figure in score.figures}
+    assert rms["position"] == pytest.approx(np.hypot(told["position, horizontal"], told["position, vertical"]), rel=0.01)
+    assert rms["velocity"] == pytest.approx(np.hypot(told["velocity, horizontal"], told["velocity, vertical"]), rel=0.01)
+    assert rms["heading"] == pytest.approx(told["heading"], rel=0.01)
+    alone = hnav("filter", imu, "--truth", truth, "--out", out)
+    assert alone.returncode == 2 and "attitude filters do not read it" in alone.stderr
+    lengths = hnav("filter", imu, *given, "--outages", "10", "--out", out)
+    assert lengths.returncode == 2 and "add --truth FILE" in lengths.stderr
 
 
 def test_angles_and_quaternions_are_the_same_truth(drive, tmp_path):
@@ -105,5 +118,5 @@ def test_what_cannot_be_scored_is_said_in_one_line(drive, tmp_path, options, sai
     late = tmp_path / "late.csv"
     late.write_text("t_s,lat_deg,lon_deg,alt_m\n1000000,45,7,100\n1000001,45,7,100\n")
     given = [text.format(imu=imu, late=late, nothing=tmp_path / "nothing.csv") for text in options]
-    done = hnav("navigation-score", imu, "--gnss", gnss, "--truth", truth, "--preset", "industrial", *given)
+    done = hnav("filter", imu, "--filter", "ins", "--gnss", gnss, "--truth", truth, "--preset", "industrial", *given)
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and re.search(said, done.stderr), done.stderr

@@ -1,61 +1,36 @@
-"""hnav navigation-score: errors of the navigation filter against a truth, their NEES, and errors at the end of outages."""
+"""hnav filter --filter ins --truth FILE: errors against a truth once the filter is ready, NEES, and errors at the end of outages."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show, working
-from hnav.cli.navigation import aids_given, of_navigation, options_of, read_navigation
-from hnav.cli.parameters import Gnss, Preset, Settings, Smooth, Strict, parse_settings
-from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
+from hnav.cli.navigation import Wanted, aids_given, of_navigation, options_of, read_navigation
+from hnav.cli.recordings import Reading, warn, warnings_of
 from hnav.cli.words import UsageError
-from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.plausibility import check_aids
-from hnav.io.truth import Truth, read_truth
+from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
 
-@with_reading
-def command(
-    recording: Annotated[Path, typer.Argument(help="Recording in the formats of hnav filter, with satellites")],
-    truth: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help="CSV of t_s, lat_deg, lon_deg, alt_m, vn, ve, vd, roll, pitch, heading or q0 to q3"),
-    ],
-    outages: Annotated[
-        str | None, typer.Option(metavar="SECONDS,...", help="Lengths of artificial outages of the satellites, such as 10,30,60")
-    ] = None,
-    gnss: Gnss = None,
-    settings: Settings = None,
-    preset: Preset = "default",
-    *,
-    reading: Reading,
-    strict: Strict = False,
-    smooth: Smooth = False,
-    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
-) -> None:
+def tell_errors(wanted: Wanted, reading: Reading, truth: Path, outages: str | None) -> None:
+    """Prints both tables. outages: lengths in s, parted by commas. Raises HnavError or UsageError."""
     lengths = lengths_of(outages)
-    refuse_overwriting([json_file], [recording, truth, gnss])
-    options, true = options_of(preset, parse_settings(settings)), read_truth(truth)
-    data = read_navigation(recording, aids_given(gnss, reading), options, reading)
-    doubts = warnings_of(recording, [*of_navigation(reading.check(data)), *check_aids(data)], strict)
+    options, true = options_of(wanted.preset, wanted.settings), read_truth(truth)
+    data = read_navigation(wanted.recording, aids_given(wanted.gnss, reading), options, reading)
+    found = [*of_navigation(reading.check(data)), *check_aids(data)]
+    doubts = warnings_of(wanted.recording, found, wanted.strict, wanted.force)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
-        found = navigation_score(data, true, options, lengths, smooth)
-    show(figures_table(found, f"{data.name} ({options.preset}{', with hindsight' if smooth else ''})"))
+        score = navigation_score(data, true, options, lengths, wanted.smooth)
+    show(figures_table(score, f"{data.name} ({options.preset}{', with hindsight' if wanted.smooth else ''})"))
     if lengths:
-        show(outages_table(found.outages))
-    for line in said(found, true):
+        show(outages_table(score.outages))
+    for line in said(score, true):
         say(line)
     warn(doubts)
-    if json_file:
-        write_files({json_file: json.dumps(asdict(found), indent=1, default=lambda array: array.tolist()) + "\n"})
 
 
 def lengths_of(text: str | None) -> list[float]:
@@ -69,7 +44,7 @@ def lengths_of(text: str | None) -> list[float]:
     return lengths
 
 
-def said(found: NavigationScore, truth: Truth) -> list[str]:
+def said(found: NavigationScore, truth: Trajectory) -> list[str]:
     """What stands below the tables."""
     ready = "heading was never ready" if np.isnan(found.ready_s) else f"heading ready after {found.ready_s:.3g} s"
     false = ", and was off by more than 3 sigma and 5 deg" if found.is_false else ""

@@ -1,0 +1,87 @@
+"""hnav compare: errors of attitudes and places against a reference, clocks and frames aligned as far as it is asked for."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.completion import among
+from hnav.cli.console import say, show, working
+from hnav.io.outputs import refuse_overwriting, write_files
+from hnav.io.trajectories import read_trajectory
+from hnav.reports.comparison import ALIGN, Comparison, compare
+
+
+def command(
+    reference: Annotated[
+        Path, typer.Argument(help="What is taken for true: a table, a recording with a reference, TUM, EuRoC, KITTI")
+    ],
+    others: Annotated[list[Path], typer.Argument(help="One or more files to compare with it, such as tables of hnav filter")],
+    align: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT,...",
+            help="clock: a constant offset of times; world, body: constant rotations; place: rotation and offset of positions; scale: "
+            "their scale too",
+            autocompletion=among(*ALIGN),
+        ),
+    ] = "",
+    delta: Annotated[float, typer.Option(metavar="SECONDS", help="Relative errors are those of motions over so long")] = 1.0,
+    begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out so much of the begin of each file")] = 0.0,
+    report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page with all of them over each other")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
+) -> None:
+    refuse_overwriting([report, json_file], [reference, *others])
+    if report is not None:
+        # Plotly takes a while to load; the page says so where it is missing.
+        import_module("hnav.reports.page")
+    with working(f"{len(others)} against {reference.name}"):
+        true = read_trajectory(reference)
+        found = [
+            compare(true, read_trajectory(other), [part for part in align.split(",") if part], delta, begin) for other in others
+        ]
+    show(figures_table(found))
+    for one in found:
+        for name, told in one.found.items():
+            say(f"{one.aligned.name}: {name}: {told}")
+    if json_file:
+        write_files({json_file: json.dumps(figures_of(found), indent=1) + "\n"})
+    if report is not None:
+        from hnav.reports.comparison_page import write_comparison
+
+        write_comparison(found, report)
+        say(str(report))
+
+
+def figures_of(found: list[Comparison]) -> dict[str, dict[str, object]]:
+    """By file and quantity; numbers that are not known are null."""
+    return {
+        one.aligned.name: {
+            **{
+                figure.name: {"unit": figure.unit, "rows": len(figure.values), "rms": figure.rms, "median": figure.median,
+                              "worst": figure.worst, "nees": figure.nees if np.isfinite(figure.nees) else None}
+                for figure in one.figures
+            },
+            "aligned": one.found,
+        }
+        for one in found
+    }  # fmt: skip
+
+
+def figures_table(found: list[Comparison]) -> Table:
+    """A row for each file and quantity."""
+    table = Table(
+        "file", "error", "rms", "median", "worst", "NEES / axis", title=f"against {found[0].reference.name}", title_justify="left"
+    )
+    for one in found:
+        for figure in one.figures:
+            sizes = (f"{value:.4g} {figure.unit}" for value in (figure.rms, figure.median, figure.worst))
+            table.add_row(one.aligned.name, figure.name, *sizes, f"{figure.nees:.2f}" if np.isfinite(figure.nees) else "-")
+        table.add_section()
+    return table

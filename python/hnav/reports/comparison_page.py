@@ -1,0 +1,124 @@
+"""The page about a comparison: all trajectories over each other, their errors, and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hnav import __version__
+from hnav.io.outputs import write_files
+from hnav.io.trajectories import Trajectory
+from hnav.native.arrays import Array
+from hnav.reports.angles import euler_deg, near_turn
+from hnav.reports.colours import INK
+from hnav.reports.comparison import Comparison
+from hnav.reports.page import document, heading_of
+from hnav.reports.panels import FILTER_COLOURS, Panel, grid_of, line, panel_of, table
+
+
+@dataclass(frozen=True)
+class View:
+    """Comparisons with one reference; times from the first row that is compared."""
+
+    compared: Sequence[Comparison]
+    t_s: Array
+    """Of the longest."""
+
+    @property
+    def coloured(self) -> Iterable[tuple[Comparison, str]]:
+        """Each with its colour."""
+        return ((one, FILTER_COLOURS[i % len(FILTER_COLOURS)]) for i, one in enumerate(self.compared))
+
+    def quantities(self) -> list[tuple[str, str]]:
+        """Names and units of the errors."""
+        return list(dict.fromkeys((figure.name, figure.unit) for one in self.compared for figure in one.figures))
+
+
+def write_comparison(compared: Sequence[Comparison], file: Path) -> None:
+    """Writes one HTML page that needs no network. Needs Plotly. Raises HnavError if it cannot be written."""
+    begin_s, end_s = (pick(float(one.aligned.t_s[row]) for one in compared) for pick, row in ((min, 0), (max, -1)))
+    seen: Any = View([_since(one, begin_s) for one in compared], np.array([0.0, end_s - begin_s]))
+    reference = compared[0].reference.name
+    facts = {"reference": reference, "length": f"{seen.t_s[-1]:.6g} s", "hnav": __version__}
+    told = [f"note: {one.aligned.name}: {name}: {text}" for one in compared for name, text in one.found.items()]
+    panels = [panel for panel in PANELS if panel.applies(seen)]
+    title = f"{', '.join(one.aligned.name for one in compared)} against {reference}"
+    write_files({file: document(f"hnav · {title}", heading_of(title, facts, told), "", seen, panels)}, make_folders=True)
+
+
+def _since(one: Comparison, begin_s: float) -> Comparison:
+    moved = [replace(part, t_s=part.t_s - begin_s) for part in (one.reference, one.aligned)]
+    return Comparison(moved[0], moved[1], [replace(figure, t_s=figure.t_s - begin_s) for figure in one.figures], one.found)
+
+
+def _attitude(seen: View) -> Any:
+    figure = grid_of(3, 1)
+    reference = max((one.reference for one in seen.compared), key=lambda one: len(one.t_s))
+    true = euler_deg(reference.q_nb)
+    for row, name in enumerate(("roll", "pitch", "yaw")):
+        figure.add_trace(line(reference.t_s, true[:, row], INK, reference.name, row == 0), row + 1, 1)
+        for one, colour in seen.coloured:
+            own = near_turn(euler_deg(one.aligned.q_nb)[:, row], euler_deg(one.reference.q_nb)[:, row])
+            figure.add_trace(line(one.aligned.t_s, own, colour, one.aligned.name, row == 0), row + 1, 1)
+        figure.update_yaxes(title_text=f"{name} / deg", row=row + 1, col=1)
+    return figure
+
+
+def _errors(seen: View) -> Any:
+    names = seen.quantities()
+    figure = grid_of(len(names), 1)
+    for row, (name, unit) in enumerate(names, 1):
+        for one, colour in seen.coloured:
+            for of in one.figures:
+                if of.name == name:
+                    figure.add_trace(line(of.t_s, of.values, colour, one.aligned.name, row == 1), row, 1)
+        figure.update_yaxes(title_text=f"{name.replace(' relative, ', '<br>over ')} / {unit}", rangemode="tozero", row=row, col=1)
+    return figure
+
+
+def _way(seen: View) -> Any:
+    """Seen from above: the first axis up where it is north, to the right where it is east."""
+    import plotly.graph_objects as go
+
+    figure = go.Figure(layout=dict(height=560))
+    north_first = np.isfinite(seen.compared[0].reference.place).any()
+
+    def draw(one: Trajectory, colour: str) -> None:
+        rows = np.unique(np.linspace(0, len(one.t_s) - 1, 2000).astype(int))
+        x, y = one.position_m[rows, :2].T[:: -1 if north_first else 1]
+        figure.add_trace(go.Scatter(x=x, y=y, mode="lines", name=one.name, line=dict(color=colour, width=1.4)))
+
+    draw(seen.compared[0].reference, INK)
+    for one, colour in seen.coloured:
+        draw(one.aligned, colour)
+    figure.update_xaxes(title_text="east / m" if north_first else "x / m")
+    figure.update_yaxes(title_text="north / m" if north_first else "y / m", scaleanchor="x")
+    return figure
+
+
+def _has(seen: View, array: str) -> bool:
+    """Whether one that is compared has a quantity."""
+    return any(np.isfinite(getattr(one.aligned, array)).all(axis=1).any() for one in seen.compared)
+
+
+def _table(seen: View) -> str:
+    rows = [
+        [one.aligned.name, figure.name, *(f"{value:.4g} {figure.unit}" for value in (figure.rms, figure.median, figure.worst)),
+         f"{figure.nees:.2f}" if np.isfinite(figure.nees) else "-", str(len(figure.values))]
+        for one in seen.compared for figure in one.figures
+    ]  # fmt: skip
+    return table(["file", "error", "rms", "median", "worst", "NEES / axis", "rows"], rows)
+
+
+PANELS: tuple[Panel, ...] = (
+    panel_of("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table, lambda seen: True),
+    panel_of("attitude", "Attitude", "The reference in ink.", _attitude, lambda seen: _has(seen, "q_nb")),
+    panel_of("way", "Way", "From above.", _way, lambda seen: _has(seen, "position_m")),
+    panel_of(
+        "errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors, lambda seen: True
+    ),
+)

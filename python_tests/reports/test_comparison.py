@@ -1,0 +1,150 @@
+"""Errors of trajectories: those of evo, and clocks and frames that are found again."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import recorded
+from command_line import hnav
+from hnav import HnavError
+from hnav.io.trajectories import read_trajectory
+from hnav.reports.comparison import compare
+
+DEG = np.pi / 180
+
+
+def motion(seed: int, duration_s: float = 60.0) -> tuple[np.ndarray, Rotation, np.ndarray]:
+    """Times at 100 Hz, attitude, and a way along the body's x axis."""
+    rng = np.random.default_rng(seed)
+    t_s = np.arange(0, duration_s, 0.01)
+    rate = sum(rng.normal(size=3) * np.sin(rng.uniform(0.3, 4) * t_s[:, None] + rng.uniform(0, 6, 3)) for _ in range(3))
+    attitude = [Rotation.identity()]
+    for turn in Rotation.from_rotvec(0.01 * rate[:-1]):
+        attitude.append(attitude[-1] * turn)
+    whole = Rotation.concatenate(attitude)
+    return t_s, whole, 0.01 * np.cumsum(whole.apply([1, 0, 0]), axis=0)
+
+
+def tum(path: Path, t_s: np.ndarray, attitude: Rotation, position: np.ndarray) -> Path:
+    np.savetxt(path, np.column_stack([t_s, position, attitude.as_quat()]), fmt="%.12g")
+    return path
+
+
+def noisy(seed: int, attitude: Rotation, position: np.ndarray) -> tuple[Rotation, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    n = len(position)
+    walk = np.cumsum(0.001 * rng.normal(size=(n, 3)), axis=0)
+    return attitude * Rotation.from_rotvec(0.3 * DEG * rng.normal(size=(n, 3))), position + walk
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_are_those_of_evo(tmp_path, seed):
+    """evo is under the GPL: a process of its own."""
+    if shutil.which("evo_ape", path=f"{Path(sys.executable).parent}") is None:
+        pytest.skip("evo is not installed")
+    t_s, attitude, position = motion(seed, 20)
+    turned, moved = noisy(seed, attitude, position)
+    moved = Rotation.from_rotvec([0.1, 0.2, 0.4]).apply(moved) * (1.3 if seed == 2 else 1) + [3, 4, 5]
+    true, mine = tum(tmp_path / "true.txt", t_s, attitude, position), tum(tmp_path / "mine.txt", t_s, turned, moved)
+    align, option = (("scale",), ["-as"]) if seed == 2 else (("place",), ["-a"])
+    plain, placed = (compare(read_trajectory(true), read_trajectory(mine), align=chosen, delta_s=0.5) for chosen in ((), align))
+
+    def evo(tool: str, *options: str) -> dict[str, float]:
+        command = [Path(sys.executable).parent / f"evo_{tool}", "tum", true, mine, *options]
+        said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        return {name: float(value) for name, value in re.findall(r"^\s*(\w+)\s+([\d.]+)$", said, re.MULTILINE)}
+
+    relative = ["--delta", "50", "--delta_unit", "f"]
+    for found, name, told in (
+        (plain, "attitude", evo("ape", "-r", "angle_deg")), (plain, "position", evo("ape", "-r", "trans_part")),
+        (placed, "position", evo("ape", "-r", "trans_part", *option)), (plain, "attitude relative, 0.5 s", evo("rpe", "-r", "angle_deg", *relative)),
+        (plain, "position relative, 0.5 s", evo("rpe", "-r", "trans_part", *relative)),
+    ):  # fmt: skip
+        figure = next(figure for figure in found.figures if figure.name == name)
+        np.testing.assert_allclose(
+            [figure.rms, figure.median, figure.worst],
+            [told["rmse"], told["median"], told["max"]],
+            rtol=1e-6,
+            atol=1e-6,
+            err_msg=name,
+        )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_clocks_off_by_3_s_and_frames_turned_by_40_deg_are_found(tmp_path, seed):
+    t_s, attitude, position = motion(seed)
+    turned, _ = noisy(seed, attitude, position)
+    rng = np.random.default_rng(seed)
+    world, body = (Rotation.from_rotvec(40 * DEG * axis / np.linalg.norm(axis)) for axis in rng.normal(size=(2, 3)))
+    kept = slice(700, 5200)
+    other = tum(
+        tmp_path / "other.txt", t_s[kept] + 3, (world * turned * body)[kept], (1.5 * world.apply(position) + [5, 6, 7])[kept]
+    )
+    reference = read_trajectory(tum(tmp_path / "true.txt", t_s, attitude, position))
+    found = compare(reference, read_trajectory(other), align=("clock", "world", "body", "scale"))
+    assert float(found.found["clock"].split()[0]) == pytest.approx(-3, abs=5e-3)
+    for name, turn in (("world", world.inv()), ("body", body.inv())):
+        vector = np.array(re.search(r"\((.*)\)", found.found[name]).group(1).split(", "), float)
+        assert np.degrees((Rotation.from_rotvec(vector, degrees=True).inv() * turn).magnitude()) < 0.1, name
+    assert float(re.search(r"scaled by ([\d.]+)", found.found["place"]).group(1)) == pytest.approx(1 / 1.5, rel=1e-3)
+    figures = {figure.name: figure.rms for figure in found.figures}
+    assert figures["attitude"] < 0.8 and figures["position"] < 0.01
+    # With one side alone, or none, they are as far off as they were turned.
+    alone = {figure.name: figure.rms for figure in compare(reference, read_trajectory(other), align=("clock",)).figures}
+    assert 20 < alone["attitude"] < 90
+    with pytest.raises(HnavError, match="choose from clock, world, body, place, scale"):
+        compare(reference, reference, align=("time",))
+
+
+def test_the_same_trajectory_is_the_same_in_every_format(tmp_path):
+    t_s, attitude, position = motion(1, 10)
+    q = attitude.as_quat()
+    euler = attitude.as_euler("ZYX", degrees=True)[:, ::-1]
+    matrices = np.concatenate([attitude.as_matrix(), position[:, :, None]], axis=2).reshape(-1, 12)
+    np.savetxt(tmp_path / "kitti.txt", matrices, fmt="%.15g")
+    euroc = "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []"
+    files = [
+        tum(tmp_path / "tum.txt", t_s, attitude, position),
+        recorded.write_rows(tmp_path / "euroc.csv", euroc, [1e9 * t_s, *position.T, *q[:, [3, 0, 1, 2]].T]),
+        recorded.write_rows(tmp_path / "own.csv", "t_s,x,y,z,qx,qy,qz,qw", [t_s, *position.T, *q.T]),
+        recorded.write_rows(
+            tmp_path / "angles.csv", "time,pos_x,pos_y,pos_z,roll_deg,pitch_deg,yaw_deg", [t_s, *position.T, *euler.T]
+        ),
+    ]
+    reference = read_trajectory(files[0])
+    for file in files[1:]:
+        figures = {figure.name: figure.worst for figure in compare(reference, read_trajectory(file)).figures}
+        assert figures.keys() >= {"attitude", "position", "position relative, 1 s"} and max(figures.values()) < 1e-4, file
+    kitti = read_trajectory(tmp_path / "kitti.txt")
+    np.testing.assert_allclose(kitti.position_m, position)
+    np.testing.assert_array_equal(kitti.t_s, np.arange(len(t_s)))
+    (tmp_path / "none.csv").write_text("t_s,a,b\n0,1,2\n1,1,2\n")
+    with pytest.raises(HnavError, match="no attitude .* and no place"):
+        read_trajectory(tmp_path / "none.csv")
+
+
+def test_estimates_of_the_ahrs_against_a_trial_whatever_their_frame(tmp_path, broad_trials):
+    path = broad_trials[min(broad_trials)]
+    files = []
+    for frame in ("enu", "ned"):
+        files.append(tmp_path / f"{frame}.csv")
+        assert hnav("filter", path, "--frame", frame, "--out", files[-1]).returncode == 0
+    done = hnav("compare", path, *files, "--json", tmp_path / "c.json", "--report", tmp_path / "c.html")
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "c.json").read_text())
+    assert told["enu"]["attitude"]["rms"] == pytest.approx(told["ned"]["attitude"]["rms"], rel=1e-3)
+    assert 0.2 < told["enu"]["attitude"]["rms"] < 5 and 0.1 < told["enu"]["attitude"]["nees"] < 10
+    assert (tmp_path / "c.html").stat().st_size > 1e6
+    late = tmp_path / "late.csv"
+    late.write_text("t_s,q0,q1,q2,q3\n1e6,1,0,0,0\n1000001,1,0,0,0\n")
+    refused = hnav("compare", path, late)
+    assert refused.returncode == 2 and "--align clock" in refused.stderr and refused.stderr.count("\n") == 1
