@@ -95,7 +95,7 @@ constexpr double defaults[] = {
     0.3, // gamma_relative_rate_1_s
     0.75, // gamma_kl_rate_1_s
     0, // start_mode
-    1, // start_samples
+    2, // start_samples
     1, // start_field_wait_s
     1, 0, 0, 0, // start_q_nb
     0, // start_heading_rad
@@ -372,8 +372,8 @@ const OptionRow rows[] = {
      start_mode_names, start_mode_meanings, defaults + 47, offsetof(hnav_ahrs_options, start_mode),
      0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"start_samples", text("start"), text(""),
-     text("Samples of each sensor averaged for the start"),
-     text("The body may already be moving; averaging pays only where it is known to stand still."),
+     text("Consecutive samples of each sensor whose mean the start uses: turned on by the gyroscope they agree within a quarter, and each force is within a quarter of gravity; after 1 s any samples do. 1 = the first sample, whatever it is"),
+     text("The first sample may be wrong; a second one seldom agrees with it by chance. More samples pay only if the body is known to be at rest."),
      nullptr, nullptr, defaults + 48, offsetof(hnav_ahrs_options, start_samples),
      1, 1e+06, 1, 0, HNAV_OPTION_INTEGER, 0, 0, 1},
     {"start_field_wait_s", text("start"), text("s"),

@@ -984,13 +984,43 @@ TEST(AhrsApi, RealignmentForgetsTheAttitudeAndKeepsWhatItLearntOfTheSensors) {
         EXPECT_EQ(bias[i], kept[i]);
         EXPECT_NEAR(sigma[i], kept_sigma[i], 1e-2 * sigma[i]);
     }
-    push(f.get(), motion, 30.005, true);
-    ASSERT_EQ(hnav_filter_advance(f.get(), 30.005), HNAV_OK);
+    for (const double t_s : {30.005, 30.01}) push(f.get(), motion, t_s, true);
+    ASSERT_EQ(hnav_filter_advance(f.get(), 30.01), HNAV_OK);
     ASSERT_EQ(hnav_filter_attitude(f.get(), &a), HNAV_OK);
     EXPECT_FALSE(a.heading_ready);
-    EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30.005)), 1 * deg);
+    EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(30.01)), 1 * deg);
     ASSERT_EQ(hnav_filter_gyro_bias(f.get(), kept, kept_sigma), HNAV_OK);
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(sigma[i], kept_sigma[i], 1e-2 * sigma[i]);
+}
+
+TEST(AhrsApi, AStartNeedsSamplesThatAgreeUnderTheTurn) {
+    Turning motion;
+    motion.rate_b *= 3;
+    const Vector3 weak(0.19, 0, 0), sideways(9.81, 0, 0), false_field(4e-5, -4e-5, 1e-5);
+    for (const Vector3& first : {weak, sideways, Vector3(3 * sideways)}) {
+        const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
+        ASSERT_EQ(hnav_filter_push_imu(f.get(), 0, motion.rate_b.data(), first.data()), HNAV_OK);
+        ASSERT_EQ(hnav_filter_push_mag(f.get(), 0, false_field.data()), HNAV_OK);
+        auto a = hnav_sized<hnav_attitude>();
+        for (const double t_s : {0.01, 0.02}) {
+            push(f.get(), motion, t_s, true);
+            ASSERT_EQ(hnav_filter_advance(f.get(), t_s), HNAV_OK);
+            ASSERT_EQ(hnav_filter_attitude(f.get(), &a), t_s < 0.02 ? HNAV_ERROR_NOT_STARTED : HNAV_OK);
+        }
+        EXPECT_LT(angle_between(Quaternion(a.q_nb), motion.q(0.02)), 0.1 * deg) << first.transpose();
+    }
+}
+
+TEST(AhrsApi, AStartTakesAnyForceWhenNoneAgreesForASecond) {
+    const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
+    const Turning motion;
+    auto a = hnav_sized<hnav_attitude>();
+    for (int k = 0; k <= 102; ++k) {
+        const Vector3 force = 1.5 * motion.force_b(0.01 * k);
+        ASSERT_EQ(hnav_filter_push_imu(f.get(), 0.01 * k, motion.rate_b.data(), force.data()), HNAV_OK);
+        ASSERT_EQ(hnav_filter_advance(f.get(), 0.01 * k), HNAV_OK);
+        ASSERT_EQ(hnav_filter_attitude(f.get(), &a), k < 101 ? HNAV_ERROR_NOT_STARTED : HNAV_OK) << k;
+    }
 }
 
 TEST(AhrsApi, OptionsOfAnotherFilterAreRefused) {

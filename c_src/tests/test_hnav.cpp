@@ -132,6 +132,7 @@ hnav_hrekf_options precise() {
     o.mag_noise_per_sqrt_hz = 5e-4;
     o.start_sigma_bias_rad_s = 0.05;
     o.accel_gate_nis = o.mag_gate_nis = 13.9;
+    o.start_samples = 1; // started by the first row
     return o;
 }
 

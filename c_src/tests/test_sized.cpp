@@ -116,9 +116,9 @@ TEST(Sized, ResultsOfAnAttitudeFilter) {
 TEST(Sized, ArraysOfAnAttitudeFilter) {
     hnav_filter* f = started();
     const auto message = [&] { return std::string(hnav_filter_message(f)); };
-    const double t_s = 1, force[3] = {0, 0, -9.81}, field[3] = {2e-5, 0, 4.5e-5};
+    const double t_s[] = {1, 1.01}, force[] = {0, 0, -9.81, 0, 0, -9.81}, field[] = {2e-5, 0, 4.5e-5, 2e-5, 0, 4.5e-5};
     auto input = hnav_sized<hnav_run_input>();
-    input.t_s = &t_s;
+    input.t_s = t_s;
     input.force_b_m_s2 = force;
     input.field_b_tesla = field;
     const auto output = hnav_sized<hnav_run_output>();
@@ -126,8 +126,8 @@ TEST(Sized, ArraysOfAnAttitudeFilter) {
         "hnav_run_input", input, [&](auto* in) { return hnav_filter_run(f, 1, in, &output, nullptr); }, message);
     refuses_unknown_sizes(
         "hnav_run_output", output, [&](auto* out) { return hnav_filter_run(f, 1, &input, out, nullptr); }, message);
-    refuses_unknown_sizes("hnav_run_input", input, [&](auto* in) { return hnav_filter_smooth(f, 1, in, &output); }, message);
-    refuses_unknown_sizes("hnav_run_output", output, [&](auto* out) { return hnav_filter_smooth(f, 1, &input, out); }, message);
+    refuses_unknown_sizes("hnav_run_input", input, [&](auto* in) { return hnav_filter_smooth(f, 2, in, &output); }, message);
+    refuses_unknown_sizes("hnav_run_output", output, [&](auto* out) { return hnav_filter_smooth(f, 2, &input, out); }, message);
     hnav_filter_destroy(f);
 }
 

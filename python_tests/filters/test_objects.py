@@ -248,7 +248,7 @@ def test_a_second_run_says_that_the_filter_wants_a_reset(filter, motion):
     with pytest.raises(HnavRuntimeError, match="t_s begins at 0 s, before the time that this filter stands at: reset"):
         f.run(*arrays)
     f.reset()
-    assert np.array_equal(f.run(*arrays).q_nb, first.q_nb)
+    np.testing.assert_array_equal(f.run(*arrays).q_nb, first.q_nb)
 
 
 @pytest.mark.parametrize("call, argument", [

@@ -43,6 +43,8 @@ class Flowing:
 
     def __init__(self, fmu: Fmu):
         self.fmu, f = fmu, fmu.fmu
+        if "start.start_samples" in fmu.variables:
+            fmu.set("start.start_samples", 1)  # derivatives are those of a filter that has started
         fmu.initialise()
         fmu.update_discrete_states()
         fmu.call(f.enterContinuousTimeMode)

@@ -42,6 +42,10 @@ def model(request, monkeypatch):
     return request.param
 
 
+ONE_SAMPLE = {"start.start_samples": 1}
+"""Started by the first sample."""
+
+
 def opened(version: int, exchange: bool = False, **parameters) -> Fmu:
     """Sampled periodically unless told otherwise: samples of these tests have counters, which auto would go by."""
     fmu = Fmu(fmu_path(MODEL, version), model_exchange=exchange)
@@ -211,7 +215,7 @@ def test_a_counter_that_counts_before_initialisation_marks_a_sample(version):
 
 @versions
 def test_a_sample_stamped_later_than_it_came_waits_for_its_time_event(version):
-    with opened(version, exchange=True, sampling_mode=1) as fmu:
+    with opened(version, exchange=True, sampling_mode=1, **ONE_SAMPLE) as fmu:
         fmu.initialise()
         set_sample(fmu, 0, 0.005)
         assert fmu.update_discrete_states() == pytest.approx(0.005)
@@ -228,6 +232,7 @@ def test_event_mode_of_co_simulation_shows_the_sample_at_once():
         f = fmu.fmu
         f.fmi3FreeInstance(f.component)
         f.instantiate(eventModeUsed=True, earlyReturnAllowed=True, logMessage=lambda *a: None)
+        fmu.set(*next(iter(ONE_SAMPLE.items())))
         fmu.initialise()
         set_sample(fmu, 0, 0)
         assert fmu.update_discrete_states() == pytest.approx(0.01)
@@ -304,7 +309,7 @@ def test_realignment_keeps_the_bias_and_its_sigma(version, exchange):
 
 @versions
 def test_commands_act_on_the_rising_edge(version):
-    with opened(version) as fmu:
+    with opened(version, **ONE_SAMPLE) as fmu:
         fmu.initialise()
         set_sample(fmu, 0, 0)
         for k in range(20):

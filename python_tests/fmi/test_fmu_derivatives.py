@@ -41,7 +41,7 @@ def parameters(name: str, size: float) -> dict[str, float]:
         return {"yaw.motion": 2, "yaw.amplitude_rad": 0.5, "pitch.angle_rad": 0.3}
     if name == "Ins":
         return {"start.start": 1, "start.start_place": 1, "start.start_latitude_rad": 0.8, "start.start_longitude_rad": 0.2}
-    common = {"frame.declination_rad": 0.1, "frame.navigation_frame": 1}
+    common = {"frame.declination_rad": 0.1, "frame.navigation_frame": 1, "start.start_samples": 1}
     if name == "Hrekf":
         return common
     sigmas = {f"start.start_sigma_{what}": size for what in ("tilt_rad", "heading_rad", "bias_rad_s")}

@@ -13,7 +13,8 @@ from studies.bench.peers import Peer
 from studies.faults import __main__ as program
 from studies.faults import experiment
 from studies.faults.events import AFTER_S, BEFORE_S, CLIP_RAD_S, EVENTS, simulated
-from studies.faults.experiment import damage_of, recoveries, settled_s
+from studies.faults.experiment import damage_of, options_of, recoveries, settled_s
+from studies.faults.first_samples import FirstSample, first_samples
 from studies.faults.recordings import FAULTS
 
 SHORT = ("16 g on one axis for 1 s", "field stuck for 20 s")
@@ -81,7 +82,21 @@ def test_a_damaged_recording_is_as_long_as_its_stamps(fault, moving):
     assert len(lengths) == 1 and (fault == "none") == (damaged is moving)
 
 
+def test_a_false_first_sample_leaves_the_attitude_as_it_is_without_it():
+    for sensor in ("force", "field"):
+        found = list(first_samples(8, sensor, options_of("ahrs", {})))
+        assert len(found) == 8 and all(start.as_good for start in found), found
+        assert max(start.without_deg for start in found) > 0.05
+    assert not FirstSample(2.0, 1.0).as_good
+
+
+def test_the_first_sample_decides_where_one_is_enough():
+    found = list(first_samples(4, "force", options_of("ahrs", {"start_samples": "1"})))
+    assert max(start.false_deg - start.without_deg for start in found) > 0.05
+    assert "of 4 starts as good" in answered(program.main, "--part", "starts", "--seeds", "4", "--workers", "1").stdout
+
+
 def test_what_cannot_be_is_refused_in_one_line(monkeypatch):
     monkeypatch.delenv("BROAD_DIR", raising=False)
-    assert "choose from events, recordings" in answered(program.main, "--part", "all").stderr
+    assert "choose from starts, events, recordings" in answered(program.main, "--part", "all").stderr
     assert "set BROAD_DIR" in answered(program.main, "--part", "recordings").stderr

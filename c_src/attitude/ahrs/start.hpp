@@ -121,7 +121,7 @@ template <class R>
 void AhrsModelOf<R>::start(State& s, const Event& event) const {
     FirstAttitude<R> found;
     ++s.seldom_changes;
-    if (!s.start.add(event, start_, &found)) return;
+    if (!s.start.add(event, s.usable(event), turn_rate(s), start_, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
     if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
@@ -130,7 +130,7 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
         put_reference(s, learn_reference<R>(found.q, s.start.field()));
         s.has_reference = 1;
     }
-    s.rest.clear(Vector3R::Zero(), s.start.count[0] ? s.start.force() : Vector3R(Vector3R::Zero()));
+    s.rest.clear(Vector3R::Zero(), s.start.force());
     s.last_correction_s = event.t_s;
     s.started = 1;
 }

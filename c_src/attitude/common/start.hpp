@@ -51,30 +51,41 @@ struct FirstAttitude {
     R sigma_heading;
 };
 
+// The mean of the newest samples that agree, in the body axes of now. A first sample may be wrong (a chip that wakes up, a lost byte), so a
+// start takes several. Each force is within max_acceleration of gravity, and each sample within max_apart of the mean of those before it,
+// which the gyroscope turns on. A sample further away begins the mean anew. After patience_s any samples do: a body may move so violently
+// that none agree.
+//
 // Part of a filter's state: numbers of eight bytes only.
 template <class R>
 struct StartSamples {
-    R sum[2][3]; // force, field
+    static constexpr R gravity_m_s2 = R(9.80665);
+    static constexpr R max_acceleration = R(0.25); // in units of gravity
+    static constexpr R max_apart = R(0.25); // of a sample and the mean, in units of the mean: 14 deg
+    static constexpr double patience_s = 1;
+
+    R mean[2][3]; // force, field
     R aid, aid_sigma; // heading
-    double first_s;
+    double first_s, last_s; // the first event and the newest
     std::uint64_t count[2];
     std::uint64_t has_aid;
 
     void clear() {
         *this = {};
-        first_s = nan;
+        first_s = last_s = nan;
     }
 
-    Vector3Of<R> force() const { return Vector3Of<R>(sum[0]) / static_cast<R>(count[0]); }
-    Vector3Of<R> field() const { return Vector3Of<R>(sum[1]) / static_cast<R>(count[1]); }
+    Vector3Of<R> force() const { return Vector3Of<R>(mean[0]); }
+    Vector3Of<R> field() const { return Vector3Of<R>(mean[1]); }
     bool has_force(const StartSettings<R>& settings) const { return count[0] >= settings.samples; }
-    bool has_field(const StartSettings<R>& settings) const {
-        return count[1] >= settings.samples && Vector3Of<R>(sum[1]).norm() > 0;
-    }
+    bool has_field(const StartSettings<R>& settings) const { return count[1] >= settings.samples && field().norm() > 0; }
 
-    // Adds the samples of an event. True once an attitude follows from them.
-    bool add(const AttitudeEvent& event, const StartSettings<R>& settings, FirstAttitude<R>* found) {
-        gather(event, settings);
+    // Adds the samples of an event. usable: bit c is set if channel c has a sample that is not rejected. rate: of the body since the last
+    // event, rad/s, body axes. True once an attitude follows from the samples.
+    bool add(const AttitudeEvent& event, std::uint64_t usable, const Vector3Of<R>& rate, const StartSettings<R>& settings,
+             FirstAttitude<R>* found) {
+        turn(event.t_s, rate);
+        gather(event, usable, settings);
         found->sigma_heading = settings.sigma_heading;
         if (settings.mode == StartMode::attitude) {
             found->q = settings.q;
@@ -103,19 +114,37 @@ struct StartSamples {
     }
 
 private:
-    void gather(const AttitudeEvent& event, const StartSettings<R>& settings) {
-        if (std::isnan(first_s)) first_s = event.t_s;
-        for (int k = 0; k < 2; ++k) {
-            const int c = accel + k;
-            if (!event.has(c) || count[k] >= settings.samples) continue;
-            for (int i = 0; i < 3; ++i) sum[k][i] += R(event.value[c][i]);
-            ++count[k];
+    void turn(double t_s, const Vector3Of<R>& rate) {
+        if (std::isnan(first_s)) first_s = t_s;
+        const Vector3Of<R> since = rate * (t_s > last_s ? R(t_s - last_s) : R(0));
+        last_s = t_s;
+        if (!(since.squaredNorm() > 0)) return;
+        const Matrix3Of<R> back = rotation_matrix<R>(rotation_quaternion<R>(-since));
+        for (auto& of_sensor : mean) {
+            Eigen::Map<Vector3Of<R>> m(of_sensor);
+            m = Vector3Of<R>(back * m);
         }
-        if (event.has(heading)) {
-            aid = R(event.value[heading][0]);
-            aid_sigma = R(event.value[heading][1]);
-            has_aid = 1;
+    }
+
+    void gather(const AttitudeEvent& event, std::uint64_t usable, const StartSettings<R>& settings) {
+        const bool patient = settings.samples > 1 && is_within(event.t_s - first_s, patience_s);
+        for (int k = 0; k < 2; ++k)
+            if ((usable >> (accel + k)) & 1) take(k, vector_of<R>(event, accel + k), patient, settings.samples);
+        if (!((usable >> heading) & 1)) return;
+        aid = R(event.value[heading][0]);
+        aid_sigma = R(event.value[heading][1]);
+        has_aid = 1;
+    }
+
+    void take(int k, const Vector3Of<R>& y, bool patient, std::uint64_t samples) {
+        if (count[k] >= samples && !patient) return;
+        Eigen::Map<Vector3Of<R>> m(mean[k]);
+        if (patient) {
+            if (k == 0 && !(std::fabs(y.norm() - gravity_m_s2) <= max_acceleration * gravity_m_s2)) return;
+            if (!((y - m).norm() <= max_apart * m.norm())) count[k] = 0;
         }
+        ++count[k];
+        m += (y - m) / static_cast<R>(count[k]);
     }
 };
 

@@ -52,7 +52,7 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
 template <class R>
 void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     FirstAttitude<R> found;
-    if (!s.start.add(event, start_, &found)) return;
+    if (!s.start.add(event, s.usable(event), turn_rate(s, s.x), start_, &found)) return;
     put_q(s, found.q);
     Covariance P = Covariance::Zero();
     block<4, 4>(P, 0, 0) = hrekf_attitude_covariance<R>(found.q, R(options_.start_sigma_tilt_rad), found.sigma_heading);

@@ -93,7 +93,8 @@ struct HrekfState {
     R field_far_s; // time for which the field lay far from the reference, less that for which it did not
     std::uint64_t lost, times_lost; // started anew, or waiting for that
 
-    bool has(const AttitudeEvent& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
+    std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
+    bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
 };
 
 // The covariance by its blocks, to and from the packed upper triangle.

@@ -24,7 +24,6 @@ from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,
-    G_M_S2,
     FieldNoise,
     FirstSamples,
     LastingMotion,
@@ -38,6 +37,7 @@ from hnav.reference.ahrs_parts import (
     intensities_of,
     wrap,
 )
+from hnav.reference.first_samples import G_M_S2
 from hnav.reference.hrekf import inflate, quaternion_of
 from hnav.reference.ins import cross_matrix, turned
 from hnav.reference.times import has_lasted, has_passed, is_within
@@ -143,15 +143,15 @@ class AhrsReference:
 
     def start(self, t_s: float, force: Array | None, field: Array | None, heading: tuple[float, float] | None) -> None:
         """With the first attitude that follows from the samples."""
-        found = self.first.add(t_s, force, field, heading)
+        found = self.first.add(t_s, self.turn_rate() + self.coning, force, field, heading)
         if found is None:
             return
         self.R_bn, sigma_heading = found
         self.P = self.first_covariance(sigma_heading)
-        force, field = self.first.means()
+        field = self.first.samples.means()[1]
         if not self.has_reference and field is not None:
             self.put_reference(field)
-        self.rest, self.corrected_s, self.started = RestDetector(self.o, np.zeros(3) if force is None else force), t_s, True
+        self.rest, self.corrected_s, self.started = RestDetector(self.o, self.first.samples.mean[0]), t_s, True
 
     def put_reference(self, field_b: Array) -> None:
         """The field that the body sees is the reference: its azimuth is north, its strength the unit of fields."""

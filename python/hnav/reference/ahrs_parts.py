@@ -10,10 +10,10 @@ import numpy as np
 
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
+from hnav.reference.first_samples import G_M_S2, AgreeingSamples
 from hnav.reference.ins import cross_matrix, turned
 from hnav.reference.times import has_lasted, has_passed, is_within
 
-G_M_S2 = 9.80665
 ANY_HEADING = math.pi**2 / 3
 """The variance of a heading of which nothing is known."""
 
@@ -93,24 +93,15 @@ class FirstSamples:
     """Gathers samples until an attitude follows from them."""
 
     def __init__(self, options: Options):
-        self.o, self.force, self.field = options, list[Array](), list[Array]()
-        self.first_s, self.aid = math.nan, (math.nan, math.nan)
-
-    def means(self) -> tuple[Array | None, Array | None]:
-        """Of force and field, where there are enough samples of them."""
-        force, field = (np.mean(s, axis=0) if len(s) >= self.o.start_samples else None for s in (self.force, self.field))
-        return force, field
+        self.o, self.samples, self.aid = options, AgreeingSamples(options.start_samples), (math.nan, math.nan)
 
     def add(
-        self, t_s: float, force: Array | None, field: Array | None, heading: tuple[float, float] | None
+        self, t_s: float, rate: Array, force: Array | None, field: Array | None, heading: tuple[float, float] | None
     ) -> tuple[Array, float] | None:
         """An attitude, 3 x 3 from body to navigation, and the sigma of its heading; None: more samples are needed."""
-        o = self.o
-        for kept, sample in ((self.force, force), (self.field, field)):
-            if sample is not None and len(kept) < o.start_samples:
-                kept.append(sample)
-        self.first_s, self.aid = t_s if math.isnan(self.first_s) else self.first_s, heading or self.aid
-        force, field = self.means()
+        o, self.aid = self.o, heading or self.aid
+        self.samples.add(t_s, rate, force, field)
+        force, field = self.samples.means()
         if o.start_mode == "attitude":
             w, x, y, z = np.array(o.start_q_nb) / np.linalg.norm(o.start_q_nb)
             X = cross_matrix(np.array([x, y, z]))
@@ -122,10 +113,10 @@ class FirstSamples:
         if not math.isnan(self.aid[0]):
             return level(force, self.aid[0]), self.aid[1]
         if field is None:
-            return (level(force, 0), math.sqrt(ANY_HEADING)) if has_lasted(t_s - self.first_s, o.start_field_wait_s) else None
+            return (level(force, 0), math.sqrt(ANY_HEADING)) if has_lasted(t_s - self.samples.first_s, o.start_field_wait_s) else None
         R_bn = triad(force, field)
         if R_bn is None:
-            self.force, self.field = [], []  # parallel: wait for better ones
+            self.samples.forget()  # parallel: wait for better ones
         return None if R_bn is None else (R_bn, o.start_sigma_heading_rad)
 
 

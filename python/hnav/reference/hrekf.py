@@ -27,6 +27,7 @@ from scipy.optimize import brentq
 
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
+from hnav.reference.first_samples import AgreeingSamples
 from hnav.reference.times import has_lasted
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
@@ -239,7 +240,7 @@ class ReferenceFilter:
         """Attitude and magnetic reference are found from the next samples; the bias and its covariance stay."""
         o = self.options
         self.started = False
-        self.sums: dict[str, list[Numbers]] = {"accel": [], "mag": []}
+        self.first = AgreeingSamples(o.start_samples)
         self.last: dict[str, float] = {}
         self.last_correction = 0.0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
@@ -357,14 +358,12 @@ class ReferenceFilter:
         self.information = np.zeros(2)
 
     def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
-        """TRIAD on the means of the first samples; the paper's start x0 = 0 is no quaternion."""
+        """TRIAD on the means of the first samples that agree; the paper's start x0 = 0 is no quaternion."""
         o = self.options
-        for sensor, value in (("accel", force), ("mag", field)):
-            if value is not None and len(self.sums[sensor]) < o.start_samples:
-                self.sums[sensor].append(value)
-        if min(map(len, self.sums.values())) < o.start_samples:
+        self.first.add(t_s, np.zeros(3) if self.rate is None else self.rate - self.b, force, field)
+        f, m = self.first.means()
+        if f is None or m is None:
             return
-        f, m = (np.mean(self.sums[s], axis=0) for s in ("accel", "mag"))
         down = -f / np.linalg.norm(f)
         east = np.cross(down, m)
         east /= np.linalg.norm(east)

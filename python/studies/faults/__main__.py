@@ -3,7 +3,8 @@
     ./run study faults [DIR] --seeds 100 --filter ahrs --part events
 
 Part events: what a few seconds cost a simulated body that is held in a hand (studies.faults.events). Part recordings: BROAD
-trials damaged on purpose (studies.faults.recordings); DIR is where the trials lie. Without --part both, as far as there is DIR.
+trials damaged on purpose (studies.faults.recordings); DIR is where the trials lie. Part starts: a false first sample
+(studies.faults.first_samples). Without --part all, as far as there is DIR.
 """
 
 from __future__ import annotations
@@ -16,23 +17,24 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, show
+from hnav.cli.console import bar, say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from studies.command import WORKERS, Trials, Workers, check_choices, study, titled_table, tracked
 from studies.faults.events import EVENTS
-from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment
+from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment, options_of
+from studies.faults.first_samples import SENSORS, first_samples, verdict
 from studies.faults.recordings import FAULTS
 
-PARTS = ("events", "recordings")
+PARTS = ("starts", "events", "recordings")
 SHOWN_SHARE = 0.01  # what a sensor was for less of the time is not told
 
 
 def command(
     folder: Trials = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Simulated runs of each event")] = 100,
+    seeds: Annotated[int, typer.Option(min=1, help="Simulated runs of each event, and starts")] = 100,
     filter: FilterName = "ahrs",
     settings: Settings = None,
     part: Annotated[str | None, typer.Option(help=" or ".join(PARTS))] = None,
@@ -43,9 +45,13 @@ def command(
     if part == "recordings" and folder is None:
         raise UsageError("--part recordings: name the folder of the BROAD trials, or set BROAD_DIR")
     chosen = parse_settings(settings)
-    if part != "recordings":
+    if part in (None, "starts"):
+        for sensor in SENSORS:
+            starts = first_samples(seeds, sensor, options_of(filter, chosen), workers)
+            say(verdict(sensor, list(tracked(starts, f"first {sensor}", seeds))))
+    if part in (None, "events"):
         show(event_table(events(seeds, filter, chosen, workers), f"{filter}, {seeds} runs of each event"), width=150)
-    if part != "events" and folder is not None:
+    if part in (None, "recordings") and folder is not None:
         title = f"{filter}, BROAD trials {', '.join(map(str, TRIALS))}, means over the trials"
         show(recording_table(recordings(folder, filter, chosen), title), width=150)
 

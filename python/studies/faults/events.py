@@ -115,7 +115,7 @@ def simulated(name: str, seed: int) -> Samples:
     rng = np.random.default_rng([seed, 15])
     motion, fast = draw_motion(rng, MOTIONS["hand-held"]), draw_motion(rng, MOTIONS["fast turning"])
     sensors, earth = draw_sensors(rng), draw_earth_field(rng)
-    turn = Rotation.from_rotvec(event.turned_rad * _direction(rng))
+    turn = Rotation.from_rotvec(event.turned_rad * unit_vector(rng))
     count = round((BEFORE_S + event.duration_s + AFTER_S) * RATE_HZ)
     t_s = np.arange(count) / RATE_HZ
     during = (np.arange(count) >= BEFORE_S * RATE_HZ) & (np.arange(count) < round((BEFORE_S + event.duration_s) * RATE_HZ))
@@ -158,6 +158,7 @@ def _window(t_s: np.ndarray, begin_s: float, end_s: float, edge_s: float = 0.5) 
     return np.asarray(x * x * (3 - 2 * x))
 
 
-def _direction(rng: np.random.Generator) -> np.ndarray:
+def unit_vector(rng: np.random.Generator) -> np.ndarray:
+    """In any direction."""
     v = rng.normal(size=3)
     return np.asarray(v / np.linalg.norm(v))

@@ -108,8 +108,11 @@ typedef struct hnav_hrekf_options {
     /* Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad).
      * hnav_start_mode, default triad. It needs nothing but the samples. */
     int32_t start_mode;
-    /* Samples of each sensor averaged for the start.
-     * [1, 1e6], default 1. The body may already be moving; averaging pays only where it is known to stand still. */
+    /* Consecutive samples of each sensor whose mean the start uses: turned on by the gyroscope they agree within a
+     * quarter, and each force is within a quarter of gravity; after 1 s any samples do. 1 = the first sample, whatever it
+     * is.
+     * [1, 1e6], default 2. The first sample may be wrong; a second one seldom agrees with it by chance. More samples pay
+     * only if the body is known to be at rest. */
     int32_t start_samples;
     /* Attitude to start from, body to navigation, scalar first; normalised on use.
      * [-2, 2], default 1, 0, 0, 0. Level and to the north; only start mode attitude reads it. */

@@ -1,0 +1,79 @@
+"""Starts whose first force or field is anything: is the attitude later as good as without that sample?
+
+Undisturbed starts of studies.readiness.starts. The first sample of one sensor gets 0 to 3 times the strength of the true one, in any
+direction; beside it runs the same start without that sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from hnav.filters.attitude import Filter
+from hnav.filters.options import Options
+from hnav.io.recordings import Recording
+from hnav.reports.scores import errors_rad
+from studies.faults.events import unit_vector
+from studies.processes import in_order
+from studies.readiness.starts import DISTURBANCES, GRAVITY_M_S2, MOTIONS, RATE_HZ, simulated_start
+
+SENSORS = {"force": "force_b_m_s2", "field": "field_b_tesla"}
+MAX_STRENGTH = 3.0  # in units of gravity, or of the field
+JUDGED_S = (10.0, 20.0)
+AS_GOOD_DEG = 0.05  # RMS of the total error over JUDGED_S, beyond that of the start without the sample
+
+
+@dataclass(frozen=True)
+class FirstSample:
+    """RMS of the total error over JUDGED_S, in deg: of the start with the false sample, and of the start without it."""
+
+    false_deg: float
+    without_deg: float
+
+    @property
+    def as_good(self) -> bool:
+        return self.false_deg <= self.without_deg + AS_GOOD_DEG
+
+
+def first_samples(starts: int, sensor: str, options: Options, workers: int = 1) -> Iterator[FirstSample]:
+    """One start after the other, motions take turns. sensor: of SENSORS. Raises HnavError."""
+    yield from in_order(partial(first_sample, sensor=sensor, options=options), range(starts), workers, 8)
+
+
+def first_sample(index: int, sensor: str, options: Options) -> FirstSample:
+    groups = len(MOTIONS) * len(DISTURBANCES)
+    undisturbed = groups * (index // len(MOTIONS)) + index % len(MOTIONS)
+    recording = simulated_start(undisturbed, duration_s=JUDGED_S[1]).recording
+    rng = np.random.default_rng([index, 99])
+    samples = np.array(getattr(recording, SENSORS[sensor]))
+    strength = GRAVITY_M_S2 if sensor == "force" else float(np.linalg.norm(samples[0]))
+    false = unit_vector(rng) * rng.uniform(0, MAX_STRENGTH) * strength
+    return FirstSample(*(error_deg(with_first(recording, sensor, first), options) for first in (false, np.full(3, np.nan))))
+
+
+def with_first(recording: Recording, sensor: str, first: np.ndarray) -> Recording:
+    spoilt = deepcopy(recording)
+    getattr(spoilt, SENSORS[sensor])[0] = first
+    return spoilt
+
+
+def error_deg(recording: Recording, options: Options) -> float:
+    run = Filter(options).run(
+        recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla, only=("q_nb",)
+    )
+    judged = slice(*(round(t_s * RATE_HZ) for t_s in JUDGED_S))
+    total, _, _ = errors_rad(run.q_nb[judged], recording.needed("reference_q_nb")[judged])
+    return float(np.degrees(np.sqrt(np.mean(total**2))))
+
+
+def verdict(sensor: str, starts: list[FirstSample]) -> str:
+    """A line for the user."""
+    good, worst = sum(start.as_good for start in starts), max(start.false_deg - start.without_deg for start in starts)
+    return (
+        f"first {sensor} of 0 to {MAX_STRENGTH:g} times its strength in any direction: {good} of {len(starts)} starts as good as without it "
+        f"after {JUDGED_S[0]:g} s, worst {worst:.2f} deg beyond"
+    )
