@@ -24,6 +24,13 @@ OnU regression(const Covariance& P) {
     return on;
 }
 
+Circle circle_of(const State& s, const double covariance[2][2], const ToldHeading& told) {
+    const double wider = widened(s), m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
+    const double S[2][2] = {{covariance[0][0] * wider, covariance[0][1] * wider},
+                            {covariance[1][0] * wider, covariance[1][1] * wider}};
+    return heading_on_circle(m, S, told);
+}
+
 // d(u)/d(alpha) at the likeliest alpha.
 struct Tangent {
     double x, y;
@@ -60,11 +67,14 @@ Model::Spread Model::spread(const State& s, const Covariance& P) const {
 }
 
 // How far a sample lies from what the likeliest heading lets expect, heading unknown by its spread: the mean of the Gaussian
-// may have a short u, for which a fix that lies far off looks like any other.
+// may have a short u, for which a fix that lies far off looks like any other. Headings from elsewhere have no part in this: they
+// may be wrong, and satellites that contradict them are right then.
 double Model::nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const {
     const OnU on = regression(P);
-    const Tangent t(s.circle);
-    const double spread = s.circle.spread_rad, across = spread * spread / std::sqrt(2.0);
+    const Circle circle = s.told.information > 0 ? circle_of(s, on.S, {}) : s.circle;
+    const Tangent t(circle);
+    const double spread = circle.spread_rad, across = spread * spread / std::sqrt(2.0);
+    const double turned[2] = {t.y - std::cos(s.circle.mode_rad), -t.x - std::sin(s.circle.mode_rad)};
     Matrix3 S = Matrix3::Identity();
     Vector3 r = Vector3::Zero();
     double HP[3][errors] = {}, HG[3][2] = {};
@@ -75,6 +85,7 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
             for (int j = 0; j < P.n; ++j) HP[k][j] += m.H[k][i] * P[i][j];
             for (int j = 0; j < 2; ++j) HG[k][j] += m.H[k][i] * on.G[i][j];
         }
+        r[k] -= HG[k][0] * turned[0] + HG[k][1] * turned[1];
     }
     for (int k = 0; k < m.rows; ++k)
         for (int l = 0; l < m.rows; ++l) {
@@ -130,11 +141,7 @@ void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
 void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     const OnU on = regression(P);
     const double m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
-    if (look_at_circle) {
-        const double wider = widened(s);
-        const double S[2][2] = {{on.S[0][0] * wider, on.S[0][1] * wider}, {on.S[1][0] * wider, on.S[1][1] * wider}};
-        s.circle = heading_on_circle(m, S);
-    }
+    if (look_at_circle) s.circle = circle_of(s, on.S, s.told);
     const double u[2] = {std::cos(s.circle.mode_rad), std::sin(s.circle.mode_rad)};
     const auto by_u = [&on, &u](int row, const double* from) {
         return on.G[row][0] * (u[0] - from[0]) + on.G[row][1] * (u[1] - from[1]);
@@ -152,7 +159,28 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
 void Model::take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const {
     if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);
     for (int i = 0; i < errors; ++i) s.mean[i] += error[i];
-    centre(s, P, is_absolute(m) || m.channel == ins::heading || m.channel == field);
+    centre(s, P, is_absolute(m) || m.channel == field || m.channel == speed);
+}
+
+// A heading from elsewhere tells the turn of the axes, alpha, and counts on the circle alone. Those that follow one another within a while
+// have one error: together they weigh as one. share: the part of the whole that this one adds.
+void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const {
+    const Spread before = spread(s, P);
+    const double turned = before.heading - s.circle.spread_rad * s.circle.spread_rad; // by the gyroscopes since the start
+    const double off = std::remainder(alpha_rad - s.circle.mode_rad, 2 * M_PI), own = variance + std::fmax(0, turned);
+    Innovation& i = s.innovation[ins::heading];
+    i = {s.last_event_s, {off}, {own + s.circle.spread_rad * s.circle.spread_rad}, 0, 1, 1};
+    i.nis = off * off / i.variance[0];
+    const double over = beyond_gate(i.nis, gate_for_rows(1, options_.gate_nis));
+    i.noise_scale = over * over;
+    if (over > 1) ++s.inflated[ins::heading];
+    const double information = share / own;
+    s.told.information += information;
+    s.told.alpha_rad += information / s.told.information * std::remainder(alpha_rad - s.told.alpha_rad, 2 * M_PI);
+    centre(s, P, true);
+    const Spread after = spread(s, P);
+    note_gain(s, ins::heading, before, after);
+    if (std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
 // Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through
@@ -248,6 +276,8 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
     s.u[0] = s.u[1] = 0;
     s.circle = any;
+    s.told = {};
+    s.placed_s = event.t_s;
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = nan;
     for (const int channel : {velocity, position}) {
@@ -265,36 +295,37 @@ bool Model::is_likely(const State& s, double off_m_s, double sigma_m_s, double s
     return !(std::fabs(off_m_s) > 6 * std::sqrt(noise2) + unmodelled_m_s2 * since_s);
 }
 
-// Jumps that show without a heading: by the length of what was gained, or position against velocity. Four in a row are
-// believed.
-bool Model::passes_free_gates(State& s, const Event& event, int channel) const {
+// A velocity that shows to be wrong without a heading: by the length of what was gained. Four in a row are believed.
+bool Model::velocity_fits(State& s, const Event& event) const {
     constexpr double believed = 4;
-    const double* z = event.value[channel];
+    const double* z = event.value[velocity];
     FreeGates& g = s.gates;
-    if (channel == velocity) {
-        const double since_s = event.t_s - g.velocity_s;
-        const Vector3 change = vec(z) - vec(g.velocity);
-        const bool bad = !is_likely(s, change.head<2>().norm() - vec(g.gained).head<2>().norm(), z[3], since_s);
-        g.velocity_in_row = bad ? g.velocity_in_row + 1 : 0;
-        if (bad && g.velocity_in_row < believed) return false;
-        vec(g.velocity) = vec(z);
-        vec(g.gained).setZero();
-        g.velocity_s = event.t_s;
-        g.velocity_in_row = 0;
-        return true;
-    }
-    const double since_s = event.t_s - g.position_s;
-    const Vector3 moved = earth::position_of({z[0], z[1], z[2]}) - vec(g.position);
-    const Vector3 off = mat(s.fix_axes).transpose() * moved - since_s * vec(g.velocity);
-    const bool fresh = is_within(event.t_s - g.velocity_s, 1.1);
-    const bool bad =
-        fresh && off.head<2>().norm() > 6 * z[3] + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s;
-    g.position_in_row = bad ? g.position_in_row + 1 : 0;
-    if (bad && g.position_in_row < believed) return false;
-    vec(g.position) = earth::position_of({z[0], z[1], z[2]});
-    g.position_s = event.t_s;
-    g.position_in_row = 0;
+    const bool fits = is_likely(s, (vec(z) - vec(g.velocity)).head<2>().norm() - vec(g.gained).head<2>().norm(), z[3],
+                                event.t_s - g.velocity_s);
+    g.velocity_in_row = fits ? 0 : g.velocity_in_row + 1;
+    if (!fits && g.velocity_in_row < believed) return false;
+    vec(g.velocity) = vec(z);
+    vec(g.gained).setZero();
+    g.velocity_s = event.t_s;
+    g.velocity_in_row = 0;
     return true;
+}
+
+// Sums what positions have jumped by, from one to the next, against the velocity. An outlier jumps back; answers whether they have not.
+bool Model::position_jumped(State& s, const Event& event) const {
+    const double* z = event.value[position];
+    FreeGates& g = s.gates;
+    const double since_s = event.t_s - g.position_s, sigmas = 6 * z[3];
+    const Vector3 now = earth::position_of({z[0], z[1], z[2]});
+    const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
+    const bool fresh = event.t_s - g.velocity_s < 1.1;
+    if (fresh && off.head<2>().norm() > sigmas + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s)
+        vec(g.jump) += off;
+    vec(g.position) = now;
+    g.position_s = event.t_s;
+    if (vec(g.jump).head<2>().norm() > sigmas) return true;
+    vec(g.jump).setZero();
+    return false;
 }
 
 } // namespace hnav::ins

@@ -6,19 +6,21 @@
 namespace hnav::ins {
 namespace {
 
-// Half the squared distance of u(alpha) from m, in units of S, and its derivatives.
+// Minus the logarithm of a density on the circle: half the squared distance of u(alpha) from m, in units of S, and of alpha from a heading
+// that is told, in units of its sigma.
 struct Distance {
     double m[2], i00, i01, i11;
+    double told_rad, information, offset; // information 0: nothing is told
 
     double at(double alpha) const {
-        const double x = std::cos(alpha) - m[0], y = std::sin(alpha) - m[1];
-        return 0.5 * (i00 * x * x + 2 * i01 * x * y + i11 * y * y);
+        const double x = std::cos(alpha) - m[0], y = std::sin(alpha) - m[1], off = std::remainder(alpha - told_rad, 2 * M_PI);
+        return 0.5 * (i00 * x * x + 2 * i01 * x * y + i11 * y * y + information * off * off) + offset;
     }
     void derivatives(double alpha, double* first, double* second) const {
         const double c = std::cos(alpha), s = std::sin(alpha), x = c - m[0], y = s - m[1];
         const double gx = i00 * x + i01 * y, gy = i01 * x + i11 * y;
-        *first = -gx * s + gy * c;
-        *second = i00 * s * s - 2 * i01 * s * c + i11 * c * c - gx * c - gy * s;
+        *first = -gx * s + gy * c + information * std::remainder(alpha - told_rad, 2 * M_PI);
+        *second = i00 * s * s - 2 * i01 * s * c + i11 * c * c - gx * c - gy * s + information;
     }
 };
 
@@ -44,23 +46,38 @@ Mode sharpened(const Distance& distance, double alpha) {
     return {alpha, distance.at(alpha), width};
 }
 
-int find_modes(const Distance& distance, Mode* modes) {
-    double value[grid];
-    for (int k = 0; k < grid; ++k) value[k] = distance.at(k * step);
+// One density with its two highest modes, the higher one first.
+struct Part {
+    Distance distance;
+    Mode modes[2];
     int count = 0;
-    for (int k = 0; k < grid && count < 2; ++k)
-        if (value[k] < value[(k + grid - 1) % grid] && value[k] <= value[(k + 1) % grid])
-            modes[count++] = sharpened(distance, k * step);
-    if (count == 0) modes[count++] = {0, distance.at(0), M_PI};
-    if (count == 2 && modes[1].distance < modes[0].distance) std::swap(modes[0], modes[1]);
-    return count;
-}
 
-// Masses of the modes and the second moment about the first, over a grid about `centre`; points belong to the nearest mode.
+    explicit Part(const Distance& of) : distance(of) {
+        double value[grid];
+        for (int k = 0; k < grid; ++k) value[k] = distance.at(k * step);
+        for (int k = 0; k < grid; ++k)
+            if (value[k] < value[(k + grid - 1) % grid] && value[k] <= value[(k + 1) % grid]) add(sharpened(distance, k * step));
+        if (count == 0) add({distance.information > 0 ? distance.told_rad : 0, distance.at(0), M_PI});
+    }
+    void add(const Mode& mode) {
+        if (count == 2 && !(mode.distance < modes[1].distance)) return;
+        modes[count < 2 ? count++ : 1] = mode;
+        if (count == 2 && modes[1].distance < modes[0].distance) std::swap(modes[0], modes[1]);
+    }
+    double broadest() const { return count == 2 ? std::fmax(modes[0].width, modes[1].width) : modes[0].width; }
+};
+
+// Masses of the modes and the second moment about the first, over grids; points belong to the nearest mode.
 struct Moments {
+    Mode modes[2]; // of all parts
+    int count;
     double mass[2] = {0, 0}, square = 0, chord[3] = {0, 0, 0};
 
-    void add(const Distance& distance, const Mode* modes, int count, double centre, double half_width, int points) {
+    void add(const Part& part) {
+        if (part.broadest() > 0.1) return add(part.distance, 0, M_PI, 2 * grid);
+        for (int k = 0; k < part.count; ++k) add(part.distance, part.modes[k].alpha, 8 * part.modes[k].width, 64);
+    }
+    void add(const Distance& distance, double centre, double half_width, int points) {
         const double width = 2 * half_width / points;
         for (int k = 0; k < points; ++k) {
             const double alpha = centre - half_width + (k + 0.5) * width;
@@ -77,25 +94,48 @@ struct Moments {
     }
 };
 
+// The highest mode of both parts, and the highest other one that is not the same seen by the other part.
+Moments about(const Part& wrong, const Part& right) {
+    Moments moments;
+    const Part& first = right.modes[0].distance < wrong.modes[0].distance ? right : wrong;
+    moments.modes[0] = first.modes[0];
+    moments.count = 1;
+    for (const Part* part : {&wrong, &right})
+        for (int k = 0; k < part->count; ++k) {
+            const Mode& mode = part->modes[k];
+            const double off = std::fabs(std::remainder(mode.alpha - first.modes[0].alpha, 2 * M_PI));
+            const bool same = part != &first && off < std::fmin(0.5 * M_PI, 3 * (mode.width + first.modes[0].width));
+            if (&mode == &first.modes[0] || same || (moments.count == 2 && !(mode.distance < moments.modes[1].distance)))
+                continue;
+            moments.modes[1] = mode;
+            moments.count = 2;
+        }
+    return moments;
+}
+
 } // namespace
 
-Circle heading_on_circle(const double* m, const double S[2][2]) {
+// Of headings from elsewhere so large a part is wrong, by any angle. It bounds what they count against motion to a dozen nats. One that
+// is right is believed alone: with a larger part its outliers alone would spread the heading by more than heading_found_rad.
+constexpr double wrong_share = 1e-4;
+
+Circle heading_on_circle(const double* m, const double S[2][2], const ToldHeading& told) {
     const double determinant = S[0][0] * S[1][1] - S[0][1] * S[0][1];
     if (!(determinant > 0)) return {std::atan2(m[1], m[0]), 0, 0, 0, {0, 0, 0}};
-    const Distance distance{{m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant};
-    Mode modes[2];
-    const int count = find_modes(distance, modes);
-    Moments moments;
-    const double broadest = count == 2 ? std::fmax(modes[0].width, modes[1].width) : modes[0].width;
-    if (broadest > 0.1) {
-        moments.add(distance, modes, count, 0, M_PI, 2 * grid);
-    } else {
-        for (int k = 0; k < count; ++k) moments.add(distance, modes, count, modes[k].alpha, 8 * modes[k].width, 64);
-    }
+    const double likelihood =
+        (1 - wrong_share) / wrong_share * std::sqrt(2 * M_PI * told.information); // by that of the uniform part
+    Distance distance{{m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant, told.alpha_rad, 0, 0};
+    const Part wrong(distance);
+    distance.information = told.information;
+    distance.offset = -std::log(likelihood);
+    const Part right = told.information > 0 ? Part(distance) : wrong;
+    Moments moments = about(wrong, right);
+    moments.add(wrong);
+    if (told.information > 0) moments.add(right);
     const double mass = moments.mass[0] + moments.mass[1];
-    const double second_rad = count == 2 ? std::remainder(modes[1].alpha, 2 * M_PI) : 0;
+    const double second_rad = moments.count == 2 ? std::remainder(moments.modes[1].alpha, 2 * M_PI) : 0;
     const double* c = moments.chord;
-    return {std::remainder(modes[0].alpha, 2 * M_PI),
+    return {std::remainder(moments.modes[0].alpha, 2 * M_PI),
             std::sqrt(moments.square / mass),
             second_rad,
             moments.mass[1] / mass,

@@ -171,19 +171,40 @@ bool Model::is_supported(const State& s, int channel, double now_s) {
            s.fit(position).bias() < usual_bias;
 }
 
-// What was refused for long is an error of the satellites' position, or a velocity that has really changed.
-void Model::believe_jump(State& s, Covariance& P, Measurement& m) const {
-    const int row = m.channel == position ? row_colour : row_v;
-    for (int i = 0; i < m.rows; ++i) widen(P, row + i, m.r[i] * m.r[i]);
-    if (m.channel == position) s.glide.jumped = s.drifted = 1;
-    m.gated = false;
+// Of positions that contradict each other those are wrong that lasted for less.
+bool Model::first_were_wrong(const State& s, double now_s) {
+    const double refused_s = s.refused_since_s[position];
+    return refused_s - s.placed_s < now_s - refused_s;
 }
 
-// No error of satellites is as large as some kilometres: such positions are another receiver's, or none.
-double Model::patience_s(const Measurement& m) const {
-    constexpr double far_m = 5e3, longer = 8;
-    const bool far = m.channel == position && vec(m.r).squaredNorm() > far_m * far_m;
-    return (far ? longer : 1) * options_.gate_longest_s;
+// Whether what is refused has been for so long that it is believed. No error of satellites is as large as some kilometres: such positions are
+// another receiver's, or none. First positions have to last themselves before later ones are doubted for long.
+bool Model::outlasts(const State& s, int channel, double off_m, double now_s) const {
+    constexpr double in_row = 3, far_m = 5e3, longer = 8;
+    const double since_s = s.refused_since_s[channel];
+    double patience_s = options_.gate_longest_s;
+    if (channel == position) patience_s = std::fmin((off_m > far_m ? longer : 1) * patience_s, since_s - s.placed_s);
+    return s.refused_in_row[channel] >= in_row && now_s - since_s > patience_s;
+}
+
+void Model::note_refusal(State& s, int channel, bool refused, double now_s) {
+    s.refused_in_row[channel] = refused ? s.refused_in_row[channel] + 1 : 0;
+    if (!refused) s.refused_since_s[channel] = nan;
+    else if (std::isnan(s.refused_since_s[channel])) s.refused_since_s[channel] = now_s;
+}
+
+// A jump that is believed is an error of the satellites' position, or a velocity that has really changed. First positions that were off have
+// put the estimate where it is not.
+void Model::believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const {
+    int row = row_v;
+    if (channel == position) {
+        const bool first = first_were_wrong(s, now_s);
+        row = first ? row_d : row_colour;
+        if (!first) s.glide.jumped = s.drifted = 1;
+        s.placed_s = s.refused_since_s[position];
+    }
+    for (int i = 0; i < 3; ++i) widen(P, row + i, off * off);
+    note_refusal(s, channel, false, now_s);
 }
 
 namespace {
@@ -200,26 +221,21 @@ double noise_of(const State& s, int channel) {
 
 // A jump that lasts is believed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
-    double& since_s = s.refused_since_s[m.channel];
     constexpr double believed_when_free = 3, fresh_s = 10;
-    double& in_row = s.refused_in_row[m.channel];
-    if (is_free(s) && m.channel != ins::rest && in_row >= believed_when_free &&
+    if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= believed_when_free &&
         is_within(event.t_s - s.last_s[position], fresh_s)) {
         s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
-    if (std::isfinite(since_s) && has_passed(event.t_s - since_s, patience_s(m)) && !is_supported(s, m.channel, event.t_s)) {
-        believe_jump(s, P, m);
-        since_s = nan;
-        in_row = 0;
+    const double off = vec(m.r).norm();
+    if (outlasts(s, m.channel, off, event.t_s) && !is_supported(s, m.channel, event.t_s)) {
+        believe_jump(s, P, m.channel, off, event.t_s);
+        m.gated = false;
     }
     for (double& r : m.R) r *= noise_of(s, m.channel);
     if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
-    const bool refused = s.innovation[m.channel].noise_scale > 1;
-    in_row = refused ? in_row + 1 : 0;
-    if (!refused) since_s = nan;
-    else if (std::isnan(since_s)) since_s = event.t_s;
+    note_refusal(s, m.channel, s.innovation[m.channel].noise_scale > 1, event.t_s);
 }
 
 // Velocities that do not fit for long, or positions where there are none, say that the state is wrong, however small its
@@ -328,8 +344,7 @@ void Model::correct(State& s, const Event& event) const {
     put_gravity(s);
     P.keep(s);
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
-    const double limit = options_.ready_heading_rad / contradicted(s, event.t_s);
-    const bool small = s.phase == Phase::navigating && sigma2 < limit * limit && s.doubted_s < event.t_s;
+    const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.doubted_s < event.t_s;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
     begin_anew_if_wrong(s, event.t_s);

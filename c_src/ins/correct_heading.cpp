@@ -20,19 +20,11 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
     const double variance = sigma * sigma * s.heading_doubt;
     const Matrix3 R = attitude(s);
     const double yaw = std::atan2(R(1, 0), R(0, 0));
-    Measurement m{ins::heading};
+    const double share = std::fmin(1, since_s / options_.heading_colour_s);
     if (is_free(s)) {
-        // The turn of the axes is what lies between the heading and the yaw in them: its cosine and sine are u.
-        const double c = std::cos(told - yaw), t = std::sin(told - yaw);
-        m.rows = 2;
-        m.H[0][row_u] = m.H[1][row_u + 1] = 1;
-        m.H[0][row_phi + 2] = -t;
-        m.H[1][row_phi + 2] = c;
-        m.R[0] = m.R[1] = variance;
-        m.r[0] = c - s.u[0];
-        m.r[1] = t - s.u[1];
-        gate_given_heading(s, P, m);
+        weigh_heading(s, P, wrap_angle(told - yaw), variance, share);
     } else {
+        Measurement m{ins::heading};
         m.rows = 1;
         m.H[0][row_phi + 2] = 1;
         m.R[0] = variance;
@@ -42,20 +34,11 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
         m.nis = m.r[0] * m.r[0] / (known + variance);
         const double over = beyond_gate(m.nis, limit);
         m.scale = over * over;
-        m.R[0] *= m.scale;
+        // Judged as one heading; what it adds to those before it is less.
+        m.R[0] *= m.scale / share;
         m.gated = false;
+        use(s, P, event, m);
     }
-    // Judged as one heading; what it adds to those before it is less.
-    for (double& r : m.R) r *= std::fmax(1, options_.heading_colour_s / since_s);
-    use(s, P, event, m);
-    double& in_row = s.refused_in_row[ins::heading];
-    in_row = s.innovation[ins::heading].noise_scale > 1 ? in_row + 1 : 0;
-}
-
-// A heading that contradicts those which are told has to be known better than one that nobody contradicts: they have had their part in it.
-double Model::contradicted(const State& s, double now_s) const {
-    constexpr double by_chance = 5, better = 3, fresh_s = 60;
-    return s.refused_in_row[ins::heading] > by_chance && now_s - s.last_s[ins::heading] < fresh_s ? better : 1;
 }
 
 } // namespace hnav::ins

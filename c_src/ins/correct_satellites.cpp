@@ -25,7 +25,7 @@ void Model::put_latency(Measurement& m, const Vector3& change) const {
 void Model::correct_velocity(State& s, Covariance& P, const Event& event) const {
     const double* value = event.value[velocity];
     const bool free = is_free(s);
-    if (free && !passes_free_gates(s, event, velocity)) {
+    if (free && !velocity_fits(s, event)) {
         ++s.inflated[velocity];
         return;
     }
@@ -63,12 +63,17 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
 void Model::correct_position(State& s, Covariance& P, const Event& event) const {
     const double* value = event.value[position];
     const bool free = is_free(s);
-    if (free && !passes_free_gates(s, event, position)) {
-        ++s.inflated[position];
-        return;
-    }
     constexpr double lost2 = 0.35 * 0.35;
-    const bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_);
+    bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_);
+    if (free && position_jumped(s, event)) {
+        ++s.inflated[position];
+        note_refusal(s, position, true, event.t_s);
+        const double off_m = vec(s.gates.jump).head<2>().norm();
+        if (!outlasts(s, position, off_m, event.t_s)) return;
+        lost = lost || first_were_wrong(s, event.t_s);
+        if (!lost) believe_jump(s, P, position, off_m, event.t_s);
+        vec(s.gates.jump).setZero();
+    }
     if (lost) {
         s.phase = Phase::any_heading;
         start_heading_anew(s, P, event);

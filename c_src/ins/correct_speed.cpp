@@ -1,5 +1,5 @@
-// Speed along the body, and what wheels forbid. Only when the heading is known: a speed times a heading that may be the
-// opposite one would find the wrong of the two.
+// Speed along the body, and what wheels forbid. While the heading is unknown so is the direction of the estimated velocity in the body, but that
+// of a car is told by its wheels: rows are linearised about it, and no heading is guessed.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -10,9 +10,11 @@ struct AtWheels {
     Matrix3 by_velocity, by_turn, by_gyro;
     Vector3 v_b;
     double turning, gain; // rate about z, acceleration along x
+    double forward; // of the velocity about which rows are linearised
     double place2; // variance of where the wheels are in the body: who has not measured it does not tell it
 
-    AtWheels(const State& s, const Vector3& wheel_b) {
+    // forward_m_s: told by the wheels; NaN: as estimated.
+    AtWheels(const State& s, const Vector3& wheel_b, double forward_m_s) {
         constexpr double told_m = 0.1, untold_m = 1;
         const Matrix3 R = attitude(s);
         const Vector3 v = vec(s.x + 3), rate = turn_rate(s);
@@ -20,9 +22,11 @@ struct AtWheels {
         gain = R.col(0).dot(vec(s.in_t.mean_force) + vec(s.gravity));
         place2 = wheel_b.isZero() ? untold_m * untold_m : told_m * told_m;
         by_velocity = R.transpose();
-        by_turn = R.transpose() * cross_matrix(v);
         by_gyro = cross_matrix(wheel_b);
         v_b = R.transpose() * v + rate.cross(wheel_b);
+        forward = std::isnan(forward_m_s) ? v_b[0] : forward_m_s;
+        const Vector3 about = std::isnan(forward_m_s) ? v : R * (Vector3(forward, 0, 0) - rate.cross(wheel_b));
+        by_turn = R.transpose() * cross_matrix(about);
     }
     void put(Measurement& m, int row, int axis) const {
         for (int j = 0; j < 3; ++j) {
@@ -37,25 +41,27 @@ struct AtWheels {
 
 // Wheels that drive slip as they gain speed, and what they count is told late by what nobody knows. A car is half as wide as it is long.
 void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
-    if (is_free(s)) return;
     const double* z = event.value[speed];
-    const AtWheels at(s, vec(options_.wheel_b_m));
+    const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? z[0] : nan);
+    if (is_free(s) && !(options_.car_across_m_s > 0)) return; // what moves across too
     Measurement m{speed};
     m.rows = 1;
     at.put(m, 0, 0);
     for (int j = 0; j < errors; ++j) m.H[0][j] *= 1 + s.scale;
-    m.H[0][row_scale] = at.v_b[0];
+    m.H[0][row_scale] = at.forward;
     constexpr double late_s = 0.1;
     m.R[0] = z[1] * z[1] + late_s * late_s * at.gain * at.gain + at.turning * at.turning * at.place2 / 4;
     m.r[0] = z[0] - (1 + s.scale) * at.v_b[0];
     use(s, P, event, m);
 }
 
-// A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns.
+// A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns. On its springs it
+// pitches against the way it goes, for some seconds at a time: as many corrections weigh as one.
 void Model::correct_car(State& s, Covariance& P, const Event& event) const {
-    if (is_free(s) || !(options_.car_across_m_s > 0)) return;
-    const AtWheels at(s, vec(options_.wheel_b_m));
-    const double forward = at.v_b[0], turning = at.turning;
+    const bool told = has_new(s, event, speed);
+    if (!(options_.car_across_m_s > 0) || (is_free(s) && !told)) return;
+    const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? event.value[speed][0] : nan);
+    const double forward = at.forward, turning = at.turning;
     Measurement m{speed};
     m.rows = 2;
     at.put(m, 0, 1);
@@ -73,6 +79,8 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     m.r[1] = -(at.v_b[2] + s.mount[1] * forward);
     const double slip = 1 + 9 * turning * turning + 0.01 * forward * forward * turning * turning;
     m.R[0] = m.R[1] = options_.car_across_m_s * options_.car_across_m_s * slip + turning * turning * at.place2;
+    constexpr double springs_rad = 0.01, springs_s = 2; // rad, s; chosen: cars pitch by 1 to 3 deg per g
+    m.R[1] += square(springs_rad * forward) * std::fmax(1, springs_s / s.window.length_s);
     use(s, P, event, m);
 }
 

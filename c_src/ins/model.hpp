@@ -178,7 +178,8 @@ private:
     void collapse(State& s, Covariance& P) const;
     void start_heading_anew(State& s, Covariance& P, const Event& event) const;
     bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
-    bool passes_free_gates(State& s, const Event& event, int channel) const;
+    bool velocity_fits(State& s, const Event& event) const;
+    bool position_jumped(State& s, const Event& event) const;
     double heading_variance(const State& s, const Covariance& P) const;
     // Variances, the largest of the axes: where the heading is unknown, of velocity and position as far as they are known but for it.
     struct Spread {
@@ -186,6 +187,7 @@ private:
     };
     Spread spread(const State& s, const Covariance& P) const;
     void take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const;
+    void weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
@@ -198,11 +200,13 @@ private:
     void widen(Covariance& P, int row, double variance) const;
     static void note_gain(State& s, int channel, const Spread& before, const Spread& after);
     void admit_drift(State& s, Covariance& P) const;
-    double patience_s(const Measurement& m) const;
+    static bool first_were_wrong(const State& s, double now_s);
+    bool outlasts(const State& s, int channel, double off_m, double now_s) const;
+    static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;
     void doubt(State& s, Covariance& P, double now_s) const;
     static bool is_supported(const State& s, int channel, double now_s);
-    void believe_jump(State& s, Covariance& P, Measurement& m) const;
+    void believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
     static void turn_biases(State& s, Covariance& P);
@@ -230,8 +234,6 @@ private:
     bool leaves_out_field(State& s, const Covariance& P, const Event& event) const;
     double direction_kept(const State& s) const;
     void spoil_field(const State& s, Covariance& P, double* mean) const;
-    double contradicted(const State& s,
-                        double now_s) const; // correct_heading.cpp: a factor on the sigma of a heading that is ready
 
     // field_memory.cpp
     bool remembers_field(State& s, const Covariance& P, const Event& event) const;

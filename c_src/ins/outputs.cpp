@@ -35,7 +35,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     const double lie = std::sqrt(std::fmax(1, s.nis_mean));
     n->tilt_ready = alive && tilt * lie < options_.ready_tilt_rad && is_earned(s.information_tilt, options_.ready_tilt_rad);
     n->heading_ready = alive && has_lasted(now_s - s.heading_since_s, options_.ready_hold_s) &&
-                       n->sigma_rotation[2] * lie * contradicted(s, now_s) < options_.ready_heading_rad &&
+                       n->sigma_rotation[2] * lie < options_.ready_heading_rad &&
                        is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&
                         is_earned(s.information_velocity, options_.ready_velocity_m_s);

@@ -303,6 +303,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.u[1] = 0;
     if (!state_given(options_)) s.earth_rate[0] = s.earth_rate[1] = 0;
     s.circle = state_given(options_) ? Circle{} : any;
+    s.told = {};
+    s.placed_s = event.t_s;
     for (double& e : s.mean) e = 0;
     s.latency = s.scale = 0;
     s.offset = nan; // until there is a pressure

@@ -77,6 +77,11 @@ struct Circle {
     double square[3];                    // means of x^2, x y, y^2, (x, y) = (cos - 1, sin) of what the heading is off by
 };
 
+// Headings from elsewhere while none is known: the alpha that all of them together tell.
+struct ToldHeading {
+    double alpha_rad, information; // 1 over its variance; 0: nothing has told one
+};
+
 // What the samples between two corrections say of how errors grow:
 //     phi = phi0 - A dg,   v = v0 + T v0' - [F] phi0 + B dg - A da,   d = d0 + T v0 - [S] phi0 + C dg - D da
 // and of an error of scale like one of the gyro bias that follows the rate: A, B, C of it are by_scale.
@@ -107,8 +112,8 @@ struct Levelling {
 // Jumps of the satellites that show without a heading.
 struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
-    double position_s, position[3];
-    double velocity_in_row, position_in_row;
+    double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
+    double velocity_in_row;
 };
 
 // Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
@@ -133,6 +138,7 @@ struct State {
     double field_until_s; // time of the newest sample in the mean of the field; NaN: there is none
     InAxes in_t;
     Circle circle;
+    ToldHeading told;
 
     double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
     double earth_rate[3];             // in t
@@ -159,6 +165,7 @@ struct State {
     double last_event_s, usual_interval_s, last_correction_s, field_used_s;
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
+    double placed_s; // since then positions have agreed, until they are refused
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     Consistency fits[2]; // of velocity and position
     double turned_b[3];  // by the corrections of the present event, body axes

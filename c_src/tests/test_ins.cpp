@@ -345,13 +345,13 @@ TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
 
 TEST(InsCircle, KnowingNothingIsKnownAsNothing) {
     const double m[2] = {0, 0}, S[2][2] = {{0.5, 0}, {0, 0.5}};
-    EXPECT_NEAR(ins::heading_on_circle(m, S).spread_rad, M_PI / std::sqrt(3.0), 1e-3);
+    EXPECT_NEAR(ins::heading_on_circle(m, S, {}).spread_rad, M_PI / std::sqrt(3.0), 1e-3);
 }
 
 TEST(InsCircle, ANarrowOneHasTheSigmaOfItsTangent) {
     for (const double alpha : {-3.1, -0.4, 0.0, 2.0}) {
         const double m[2] = {std::cos(alpha), std::sin(alpha)}, S[2][2] = {{1e-4, 0}, {0, 1e-4}};
-        const ins::Circle c = ins::heading_on_circle(m, S);
+        const ins::Circle c = ins::heading_on_circle(m, S, {});
         EXPECT_NEAR(c.spread_rad, 0.01, 1e-5);
         EXPECT_NEAR(wrap_angle(c.mode_rad - alpha), 0, 1e-9);
     }
@@ -359,10 +359,25 @@ TEST(InsCircle, ANarrowOneHasTheSigmaOfItsTangent) {
 
 TEST(InsCircle, AnAxisWithoutASignHasTwoModes) {
     const double m[2] = {0, 0}, S[2][2] = {{1, 0}, {0, 1e-4}};
-    const ins::Circle c = ins::heading_on_circle(m, S);
+    const ins::Circle c = ins::heading_on_circle(m, S, {});
     EXPECT_NEAR(c.second_share, 0.5, 0.02);
     EXPECT_NEAR(std::fabs(wrap_angle(c.second_rad - c.mode_rad)), M_PI, 1e-6);
     EXPECT_GT(c.spread_rad, 1);
+}
+
+TEST(InsCircle, AHeadingFromElsewhereIsBelievedAloneAndNotAgainstMotion) {
+    const double nothing[2] = {0, 0}, any[2][2] = {{0.5, 0}, {0, 0.5}};
+    const ins::Circle alone = ins::heading_on_circle(nothing, any, {3.0, 1 / (0.05 * 0.05)});
+    EXPECT_NEAR(alone.mode_rad, 3.0, 1e-3);
+    // Its own variance, and one in ten thousand that may point anywhere.
+    EXPECT_NEAR(alone.spread_rad, std::hypot(0.05, M_PI / std::sqrt(3.0) * 1e-2), 5e-4);
+    const double m[2] = {1, 0}, S[2][2] = {{0.04, 0}, {0, 0.04}};
+    const ins::Circle against = ins::heading_on_circle(m, S, {3.0, 1 / (0.05 * 0.05)});
+    EXPECT_NEAR(against.mode_rad, 0.0, 1e-3);
+    EXPECT_LT(against.second_share, 1e-6);
+    const ins::Circle with = ins::heading_on_circle(m, S, {0.1, 1 / (0.05 * 0.05)});
+    EXPECT_NEAR(with.mode_rad, 0.1 * 400 / 425, 2e-3);
+    EXPECT_NEAR(with.spread_rad, 1 / std::sqrt(425.0), 2e-3);
 }
 
 // ------------------------------------------------------------------------------------------------ any heading

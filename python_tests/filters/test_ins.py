@@ -469,6 +469,17 @@ def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s)
         assert found.position_z2 < 3
 
 
+@pytest.mark.parametrize(
+    "kind, condition, median_s",
+    [("car", "compass", 25), ("aircraft", "compass", 35), ("car", "first_fixes", 25), ("car", "wheels", 20)],
+)
+def test_a_wrong_compass_and_wrong_first_fixes_cost_no_time_and_wheels_save_some(kind, condition, median_s):
+    found = figures(list(experiment(kind, "industrial", 12, 7, 1, condition=condition)))
+    assert found.false == 0 and found.ready == 12 and found.median_s < median_s
+    # Twelve starts of three axes whose errors hang together.
+    assert found.position_z2 < 2 and found.heading_z2 < 3
+
+
 @pytest.mark.parametrize("kind", ["straight", "take_off"])
 def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
     found = figures(list(experiment(kind, "industrial", 12, 5, 1)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study, titled_table, tracked
 from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
+from studies.ins.conditions import CONDITIONS
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, experiment, figures
 from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, STARTS, Flight
@@ -36,6 +38,9 @@ def command(
             "--magnetometer", help="the same starts with a magnetometer that nobody has calibrated, beside those without"
         ),
     ] = False,
+    conditions: Annotated[
+        str, typer.Option("--conditions", help=f"what the starts meet: any of {', '.join(CONDITIONS)}, separated by commas")
+    ] = "usual",
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     with_wheels: Annotated[
         bool, typer.Option("--wheels", help="cars that lose the satellites instead, with the speed of their wheels and without")
@@ -53,10 +58,10 @@ def command(
     check_choices("--grade", [grade], INS_PRESETS)
     chosen = kinds.split(",")
     check_choices("--kinds", chosen, KINDS)
+    met = conditions.split(",")
+    check_choices("--conditions", met, CONDITIONS)
     if flight is not None:
-        if not (flight / "thor75.csv").is_file():
-            raise UsageError(f"--flight {flight}: there is no thor75.csv")
-        show(flight_table(Flight(flight)), width=120)
+        show(flight_table(recorded(flight)), width=120)
         return
     if hands is not None:
         if not trials(hands):
@@ -75,16 +80,24 @@ def command(
     if gyrocompass:
         show(north_table(runs, seed, workers), width=120)
         return
-    show(starts_table(chosen, grade, runs, seed, workers, magnetometer), width=150)
+    show(starts_table(chosen, met, grade, runs, seed, workers, magnetometer), width=150)
 
 
-def starts_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool) -> Table:
-    """A row for each kind, with a progress bar; magnetometer: and one with it."""
+def recorded(folder: Path) -> Flight:
+    """Raises UsageError where it is not."""
+    if not (folder / "thor75.csv").is_file():
+        raise UsageError(f"--flight {folder}: there is no thor75.csv")
+    return Flight(folder)
+
+
+def starts_table(
+    kinds: list[str], conditions: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool
+) -> Table:
+    """A row for each kind under each condition, with a progress bar; magnetometer: and one with it."""
     rows: list[tuple[str, Figures]] = []
-    ways = [(kind, field) for kind in kinds for field in ((False, True) if magnetometer else (False,))]
-    for kind, field in ways:
-        name = f"{kind}, magnetometer" if field else kind
-        rows.append((name, figures(list(tracked(experiment(kind, grade, runs, seed, workers, field), name, runs)))))
+    for kind, field, met in product(kinds, (False, True) if magnetometer else (False,), conditions):
+        name = ", ".join(filter(None, (kind, "magnetometer" if field else "", CONDITIONS[met].text)))
+        rows.append((name, figures(list(tracked(experiment(kind, grade, runs, seed, workers, field, met), name, runs)))))
     return table(rows, f"{grade}, seed {seed}: first heading_ready, and the end")
 
 

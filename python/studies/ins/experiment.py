@@ -14,6 +14,7 @@ from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
+from studies.ins.conditions import CONDITIONS
 from studies.ins.motions import AT_REST
 from studies.ins.vehicles import Truth, receiver, starts_of, vehicle
 from studies.processes import in_order
@@ -58,11 +59,13 @@ class Start:
         return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
 
 
-def judged(kind: str, grade: str, seed: int, magnetometer: bool = False) -> Start:
-    """The start of this number."""
+def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> Start:
+    """The start of this number, under a condition of CONDITIONS."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind], magnetometer)
+    met = CONDITIONS[condition]
+    samples = met.change(samples, truth, np.random.default_rng([seed, 9]))
     colour_m = receiver(kind).colour_m
-    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m)}
+    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m), **met.options}
     if kind in AT_REST:
         latitude, longitude, height = earth.place_of(truth.position_e[0])
         given |= dict(
@@ -101,9 +104,12 @@ def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> fl
     return float(np.mean((down[[1, 0]] / run.sigma_rotation_rad[i, :2]) ** 2))
 
 
-def experiment(kind: str, grade: str, runs: int, seed: int, workers: int, magnetometer: bool = False) -> Iterator[Start]:
+def experiment(
+    kind: str, grade: str, runs: int, seed: int, workers: int, magnetometer: bool = False, condition: str = "usual"
+) -> Iterator[Start]:
     """The starts of a seed, in their order."""
-    return in_order(partial(judged, kind, grade, magnetometer=magnetometer), starts_of(seed, runs), workers, 8)
+    one = partial(judged, kind, grade, magnetometer=magnetometer, condition=condition)
+    return in_order(one, starts_of(seed, runs), workers, 8)
 
 
 @dataclass(frozen=True)

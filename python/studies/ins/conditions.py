@@ -1,0 +1,67 @@
+"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hnav.native.library import SENSORS
+from studies.ins.vehicles import Samples, Truth, fixes
+
+OFF_RAD = np.radians(170.0)
+COMPASS_SIGMA_RAD = 0.1
+COMPASS_EVERY = 10
+"""Samples of the inertial sensor for one of the compass, and of the wheels."""
+FIRST_S, FIRST_OFF_M = 7.0, 300.0
+"""From switching on: the filter takes its first position after 5 s of levelling."""
+WHEELS_M_S, WHEELS_SCALE, ACROSS_M_S = 0.1, 0.01, 0.1
+
+Change = Callable[[Samples, Truth, np.random.Generator], Samples]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What it does to the samples, and the options of the filter that go with it."""
+
+    text: str
+    change: Change
+    options: Mapping[str, object] = field(default_factory=dict)
+
+
+def _as_it_is(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
+    return samples
+
+
+def _wrong_compass(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
+    rows = slice(0, None, COMPASS_EVERY)
+    told = truth.heading_rad()[rows] + OFF_RAD
+    samples.aids.heading(samples.t_s[rows], told + COMPASS_SIGMA_RAD * rng.standard_normal(len(told)), COMPASS_SIGMA_RAD)
+    return samples
+
+
+def _wrong_first_fixes(samples: Samples, _: Truth, rng: np.random.Generator) -> Samples:
+    valid, _received, sensor, value = samples.aids.arrays()
+    first = (valid < valid[0] + FIRST_S) & (sensor == SENSORS.index("position"))
+    angle = rng.uniform(-np.pi, np.pi)
+    off_rad = FIRST_OFF_M / 6.37e6
+    value[first, 0] += off_rad * np.cos(angle)
+    value[first, 1] += off_rad * np.sin(angle) / np.cos(value[first, 0])
+    return replace(samples, aids=fixes(valid, sensor, value))
+
+
+def _wheels(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
+    rows = slice(0, None, COMPASS_EVERY)
+    ahead = truth.attitude_e[rows].apply([1.0, 0, 0])
+    speed = (1 + WHEELS_SCALE * rng.standard_normal()) * np.einsum("ni,ni->n", truth.velocity_e[rows], ahead)
+    samples.aids.speed(samples.t_s[rows], speed + WHEELS_M_S * rng.standard_normal(len(speed)), WHEELS_M_S)
+    return samples
+
+
+CONDITIONS = {
+    "usual": Condition("", _as_it_is),
+    "compass": Condition("compass 170 deg off", _wrong_compass),
+    "first_fixes": Condition("first positions 300 m off for 2 s", _wrong_first_fixes),
+    "wheels": Condition("wheels", _wheels, {"car_across_m_s": ACROSS_M_S}),
+}
