@@ -1,0 +1,88 @@
+"""Whether the bounds that hnav noise states hold: sensors at rest with known white noise, 1/f noise and random walk.
+
+./run study noise [--sensors 200] [--minutes 10]
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from hnav.cli.console import bar, show
+from hnav.filters.noise import TERMS, noise_of
+from hnav.io.recordings import Recording
+from hnav.native.arrays import Array
+from studies.command import study
+
+DEG = np.pi / 180
+GRADES = {"consumer": (7e-3 * DEG, 10 * DEG / 3600, 20 * DEG / 3600 / 60), "industrial": (3e-3 * DEG, 5 * DEG / 3600, 5 * DEG / 3600 / 60),
+          "wandering": (2e-3 * DEG, 15 * DEG / 3600, 150 * DEG / 3600 / 60)}  # fmt: skip
+"""Of gyroscopes: rad/s/sqrt(Hz), rad/s, rad/s/sqrt(s)."""
+
+
+def noise(rng: np.random.Generator, n: int, interval_s: float, white: float, instability: float, walk: float) -> Array:
+    """n x 3: white noise, a walk, and 1/f noise of the one-sided density B^2 / (pi f), whose Allan variance is (2 ln 2 / pi) B^2."""
+    frequency = np.fft.rfftfreq(2 * n, interval_s)
+    density = np.zeros_like(frequency)
+    density[1:] = instability**2 / np.pi / frequency[1:]
+    spectrum = (rng.normal(size=(3, n + 1)) + 1j * rng.normal(size=(3, n + 1))) * np.sqrt(density * 2 * n / interval_s / 4)
+    flicker = np.fft.irfft(spectrum, axis=1)[:, :n].T
+    walked = np.cumsum(walk * np.sqrt(interval_s) * rng.normal(size=(n, 3)), axis=0)
+    return np.asarray(white / np.sqrt(interval_s) * rng.normal(size=(n, 3)) + walked + flicker)
+
+
+def at_rest(seed: int, grade: str, duration_s: float, rate_hz: float = 100.0) -> Recording:
+    rng = np.random.default_rng(seed)
+    n = round(duration_s * rate_hz)
+    force = [0, 0, -9.81] + noise(rng, n, 1 / rate_hz, 1.5e-3, 5e-4, 1e-5)
+    return Recording(grade, np.arange(n) / rate_hz, noise(rng, n, 1 / rate_hz, *GRADES[grade]) + 0.01, force)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Of one parameter of a grade, over sensors and axes."""
+
+    held: float
+    """Share of the true values that lie within 95 %."""
+    told: float
+    """Share of which more than an upper limit is stated."""
+    ratio: float
+    """Median of the estimates over the true value."""
+
+
+def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, Bounds]:
+    """By name of the parameter."""
+    found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
+    made = {}
+    for name, true in zip(TERMS, GRADES[grade]):
+        low, high, value, told = (
+            np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_told")
+        )
+        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(told.mean()), float(np.median(value) / true))
+    return made
+
+
+def command(
+    sensors: Annotated[int, typer.Option(min=1, help="Of each grade")] = 200,
+    minutes: Annotated[float, typer.Option(min=1.0, help="Of each recording")] = 10.0,
+) -> None:
+    table = Table(
+        "grade", "parameter", "bounds hold", "more than a limit", "median / true", title=f"{sensors} gyroscopes, {minutes:g} min"
+    )
+    with bar() as progress:
+        task = progress.add_task("grades", total=len(GRADES))
+        for grade in GRADES:
+            for name, of in bounds(grade, sensors, 60 * minutes).items():
+                table.add_row(grade, name, f"{of.held:.1%}", f"{of.told:.0%}", f"{of.ratio:.2f}")
+            progress.advance(task)
+    show(table)
+
+
+main = study("noise", command)
+
+if __name__ == "__main__":
+    main()
