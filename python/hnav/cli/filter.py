@@ -5,6 +5,7 @@ What --filter ins does stands in hnav.cli.navigation.
 
 from __future__ import annotations
 
+import glob
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,10 +25,12 @@ from hnav.cli.parameters import (
     Gnss,
     Outages,
     Preset,
+    Scheduler,
     Settings,
     Smooth,
     Strict,
     TruthFile,
+    Workers,
     parse_settings,
 )
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
@@ -54,12 +57,17 @@ OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
 @with_reading
 def command(
-    recording: Annotated[
-        Path,
-        typer.Argument(help="File or folder: CSV, phone export, PX4 log, ROS bag, Parquet, BROAD; recognised by its content"),
+    recordings: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RECORDING...",
+            help="File or folder: CSV, phone export, PX4 log, ROS bag, Parquet, BROAD; recognised by its content. Of several, or of a pattern "
+            "in quotation marks, --out names the folder for their tables",
+        ),
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Table to write, one row for each row of the recording: .csv or .parquet")
+        Path | None,
+        typer.Option(metavar="FILE|DIR", help="Table to write, one row for each row of the recording: .csv or .parquet"),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Page to write: figures, panels, a body that turns")
@@ -81,17 +89,79 @@ def command(
     gnss: Gnss = None,
     truth: TruthFile = None,
     outages: Outages = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
 ) -> None:
-    check_names(recording, out, report, calibration, truth)
-    if filter == navigation.NAME:
-        navigation.refuse(engine=engine != "c", step=step, frame=frame not in (None, "ned"))
-        wanted = navigation.Wanted(
-            recording, out, report, gnss, preset, parse_settings(settings), strict, smooth, force, calibration
-        )
-        navigate(wanted, reading, truth, outages)
+    wanted = Wanted(
+        filter, engine, settings, preset, step, frame, reading, strict, force, smooth, calibration, gnss, truth, outages
+    )
+    paths = expanded(recordings)
+    if len(paths) == 1 and recordings == [str(paths[0])]:
+        filter_one(paths[0], out, report, wanted)
         return
-    navigation.refuse_of_ins(gnss=gnss, truth=truth, outages=outages)
-    chosen, iron = parse_settings(settings), None if calibration is None else read_calibration(calibration)
+    if out is None or report is not None:
+        raise UsageError("of several recordings give --out DIR, a folder for their tables and an index page, and no --report")
+    from hnav.cli.many import filter_many  # Dask takes a while to load
+
+    filter_many(paths, out, wanted, workers, scheduler)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked of each recording, as the options say it."""
+
+    filter: str
+    engine: str
+    settings: list[str] | None
+    preset: str
+    step: float | None
+    frame: str | None
+    reading: Reading
+    strict: bool
+    force: bool
+    smooth: bool
+    calibration: Path | None
+    gnss: Path | None
+    truth: Path | None
+    outages: str | None
+
+
+def expanded(recordings: list[str]) -> list[Path]:
+    """Files and folders, patterns by what they match. Raises UsageError for a pattern that matches nothing."""
+    paths: list[Path] = []
+    for text in recordings:
+        if Path(text).exists() or not any(mark in text for mark in "*?["):
+            paths.append(Path(text))
+        elif found := sorted(glob.glob(text, recursive=True)):
+            paths += map(Path, found)
+        else:
+            raise UsageError(f"{text}: no file matches it")
+    return list(dict.fromkeys(paths))
+
+
+def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> None:
+    """One recording into its table and its page. Raises HnavError or UsageError."""
+    check_names(recording, out, report, wanted.calibration, wanted.truth)
+    frame, reading, strict, force, smooth = wanted.frame, wanted.reading, wanted.strict, wanted.force, wanted.smooth
+    if wanted.filter == navigation.NAME:
+        navigation.refuse(engine=wanted.engine != "c", step=wanted.step, frame=frame not in (None, "ned"))
+        of_ins = navigation.Wanted(
+            recording,
+            out,
+            report,
+            wanted.gnss,
+            wanted.preset,
+            parse_settings(wanted.settings),
+            strict,
+            smooth,
+            force,
+            wanted.calibration,
+        )
+        navigate(of_ins, reading, wanted.truth, wanted.outages)
+        return
+    navigation.refuse_of_ins(gnss=wanted.gnss, truth=wanted.truth, outages=wanted.outages)
+    filter, engine, preset, step, calibration = wanted.filter, wanted.engine, wanted.preset, wanted.step, wanted.calibration
+    chosen, iron = parse_settings(wanted.settings), None if calibration is None else read_calibration(calibration)
     made = made_of(recording, engine, smooth, calibration)
     whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
     table = None if whole else reading.long_table(recording, iron)

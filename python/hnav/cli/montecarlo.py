@@ -11,7 +11,17 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import AllowOutside, Grade, SystemName, SystemSettings, SystemStep, SystemStop, parse_system_settings
+from hnav.cli.parameters import (
+    AllowOutside,
+    Grade,
+    Scheduler,
+    SystemName,
+    SystemSettings,
+    SystemStep,
+    SystemStop,
+    Workers,
+    parse_system_settings,
+)
 from hnav.cli.words import Interrupted, UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.record_file import RecordFile
@@ -33,8 +43,8 @@ def command(
     step: SystemStep = None,
     stop: SystemStop = None,
     allow_outside: AllowOutside = False,
-    workers: Annotated[int, typer.Option(help="Processes on this machine")] = 1,
-    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")] = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
 ) -> None:
     named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
     chosen = parse_system_settings(settings)

@@ -40,6 +40,8 @@ TruthFile = Annotated[
 Outages = Annotated[
     str | None, typer.Option(metavar="SECONDS,...", help="With --truth: artificial outages of the satellites, such as 10,30,60")
 ]
+Workers = Annotated[int, typer.Option(help="Processes on this machine")]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler instead")]
 Engine = Annotated[str, typer.Option(help=", ".join(ENGINES), autocompletion=among(*ENGINES))]
 Settings = Annotated[
     list[str] | None,

@@ -11,13 +11,12 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import io
-import logging
 import shlex
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ from hnav.errors import HnavError
 from hnav.io.outputs import OutputError, write_files
 from hnav.io.record_file import RecordFile
 from hnav.systems.navigation_views import navigators
+from hnav.systems.pool import results
 from hnav.systems.run_views import Estimate, estimates
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.ssp_reader import system_files
@@ -218,60 +218,12 @@ def simulate_command(job: Job) -> str:
 
 def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row], bool]]:
     """Number of the job, its rows and whether it came to an end of its own, as they get finished."""
-    if workers < 1:
-        refuse(f"workers = {workers}: at least 1 is needed", "workers")
     command = uuid.uuid4().hex
-    if not work or (workers == 1 and scheduler is None):
-        try:
-            yield from ((i, rows_of(job, command), True) for i, job in work)
-        finally:
-            unload(command)
-        return
-    with _client(workers, scheduler) as client, _unloading(client, command):
-        from distributed import as_completed
 
-        # Keys by number: equal jobs are runs of their own.
-        futures = {client.submit(rows_of, job, command, key=f"run-{i}-{job.seed}", pure=False): (i, job) for i, job in work}
-        for future in as_completed(futures):
-            i, job = futures[future]
-            try:
-                rows, finished = future.result(), True
-            except OutputError:
-                raise
-            except Exception as error:  # a worker that died takes its run along, not the others
-                rows, finished = [_failed(job, f"{type(error).__name__}: {error}")], False
-            yield i, rows, finished
+    def failed(job: Job, reason: str) -> list[Row]:
+        return [_failed(job, reason)]
 
-
-@contextmanager
-def _unloading(client: Any, command: str) -> Iterator[None]:
-    """At the end workers that live on keep nothing of this command."""
-    try:
-        yield
-    finally:
-        client.run(unload, command, on_error="ignore")
-
-
-@contextmanager
-def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
-    """Dask's client of a cluster of this machine or of the one at the address. Raises HnavError."""
-    try:
-        from distributed import Client, LocalCluster
-    except ImportError:
-        refuse("many workers need Dask: python -m pip install distributed (the extra 'montecarlo')")
-    with ExitStack() as closed:
-        try:
-            # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
-            # workers say when they are sent home concerns nobody.
-            where = scheduler or closed.enter_context(
-                LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
-                )
-            )
-            client = closed.enter_context(Client(where, timeout="10s"))
-        except (OSError, TimeoutError, ValueError) as error:
-            refuse(f"scheduler {scheduler or 'of this machine'}: {error}")
-        yield client
+    return results(work, partial(rows_of, command=command), failed, workers, scheduler, partial(unload, command))
 
 
 def need_parquet() -> None:

@@ -1,0 +1,127 @@
+"""hnav filter of many recordings: a table for each, a row about each, an index page; goes on from where it was killed."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from html import escape
+from importlib import resources
+from pathlib import Path
+
+import pandas as pd
+
+from hnav import __version__
+from hnav.cli.console import bar, say
+from hnav.cli.filter import Wanted, filter_one
+from hnav.cli.words import Interrupted, UsageError, in_one_line
+from hnav.errors import HnavError
+from hnav.io.outputs import OutputError, refuse_overwriting, write_files
+from hnav.io.record_file import RecordFile
+from hnav.systems.pool import results
+
+UNFINISHED = "filtered.unfinished"
+COLUMNS = ("recording", "table", "answer", "warnings", "failure")
+Row = dict[str, str]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One recording, and the table that it becomes."""
+
+    recording: Path
+    table: Path
+
+
+def filter_many(recordings: Sequence[Path], folder: Path, wanted: Wanted, workers: int, scheduler: str | None) -> None:
+    """Tables, index.csv and index.html in the folder. Raises HnavError or UsageError, also when no recording could be filtered, and
+    Interrupted when the user ended it; the same call then goes on."""
+    work = [Job(path, folder / name) for path, name in zip(recordings, table_names(recordings))]
+    refuse_overwriting([job.table for job in work], recordings)
+    seen = hashlib.sha256(repr([(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in recordings if p.exists()]).encode())
+    told = {"kind": "recordings of hnav filter", "hnav": __version__, "asked": repr(wanted), "recordings": seen.hexdigest()}
+    with RecordFile(folder / UNFINISHED, told) as kept:
+        rows = _rows(work, wanted, workers, scheduler, kept)
+        write_index(folder, [rows[i] for i in range(len(work))])
+        kept.remove()
+    failed = [row for row in rows.values() if row["failure"]]
+    for row in failed:
+        say(f"failed: {row['failure']}")
+    say(f"{len(work) - len(failed)} of {len(work)} recordings to {folder}; {folder / 'index.html'}")
+    if len(failed) == len(work):
+        raise UsageError(f"no recording could be filtered; the first: {failed[0]['failure']}")
+
+
+def _rows(work: Sequence[Job], wanted: Wanted, workers: int, scheduler: str | None, kept: RecordFile) -> dict[int, Row]:
+    """By number of the job."""
+    rows: dict[int, Row] = {i: row for i, row in kept.records if row["failure"] or work[i].table.exists()}
+    left = [(i, job) for i, job in enumerate(work) if i not in rows]
+    with bar() as progress:
+        task = progress.add_task("recordings", total=len(work), completed=len(rows))
+        try:
+            for i, row, finished in results(left, partial(row_of, wanted=wanted), _failed, workers, scheduler):
+                rows[i] = kept.add([i, row])[1] if finished else row
+                progress.advance(task)
+        except KeyboardInterrupt:
+            raise Interrupted(
+                f"interrupted; {len(rows)} of {len(work)} are done, and the same command goes on from there"
+            ) from None
+    return rows
+
+
+def table_names(recordings: Sequence[Path]) -> list[str]:
+    """Of the tables: the names of the recordings, with as many folders before them as make them differ."""
+    names, depth = [path.stem for path in recordings], 1
+    while len(set(names)) < len(names) and depth < max(len(path.parts) for path in recordings):
+        depth += 1
+        often = Counter(names)
+        names = [
+            "_".join([*path.parts[-depth:-1], path.stem]) if often[name] > 1 else name for path, name in zip(recordings, names)
+        ]
+    return [
+        f"{name if n == 1 else f'{name}_{i}'}.csv" for i, (name, n) in enumerate((name, Counter(names)[name]) for name in names)
+    ]
+
+
+def row_of(job: Job, wanted: Wanted) -> Row:
+    """What hnav filter says of one recording. Raises OutputError when the disk is full."""
+    answer, warnings, failure = io.StringIO(), io.StringIO(), ""
+    with contextlib.redirect_stdout(answer), contextlib.redirect_stderr(warnings):
+        try:
+            filter_one(job.recording, job.table, None, wanted)
+        except OutputError:
+            raise
+        except (UsageError, HnavError, OSError, MemoryError) as error:
+            failure = in_one_line(error)
+    lines = [" · ".join(text.getvalue().split("\n")).strip(" ·") for text in (answer, warnings)]
+    return dict(zip(COLUMNS, (str(job.recording), job.table.name if not failure else "", *lines, failure)))
+
+
+def _failed(job: Job, reason: str) -> Row:
+    return dict(zip(COLUMNS, (str(job.recording), "", "", "", f"{job.recording}: {reason}")))
+
+
+def write_index(folder: Path, rows: Sequence[Row]) -> None:
+    """A row for each recording, as a table and as a page."""
+    style = resources.files("hnav.reports").joinpath("page.css").read_text(encoding="utf-8")
+    failed = sum(bool(row["failure"]) for row in rows)
+
+    def cells(row: Row) -> str:
+        link = f'<a href="{escape(row["table"], quote=True)}">{escape(row["table"])}</a>'
+        told = f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
+        return f"<tr><td>{escape(row['recording'])}</td><td>{link}</td><td>{escape(row['answer'])}{told}</td></tr>"
+
+    page = (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<title>hnav · {escape(folder.name)}</title><link rel="icon" href="data:,"><style>{style}</style></head><body>'
+        f"<header><h1>{escape(folder.name)}</h1><dl><div><dt>recordings</dt><dd>{len(rows)}</dd></div><div><dt>failed</dt><dd>{failed}</dd></div>"
+        f"<div><dt>hnav</dt><dd>{__version__}</dd></div></dl></header><main><section><div class='scroll'><table class='words'>"
+        f"<tr><th>recording</th><th>table</th><th>answer</th></tr>{''.join(map(cells, rows))}</table></div></section></main></body></html>\n"
+    )
+    write_files(
+        {folder / "index.csv": pd.DataFrame(list(rows), columns=list(COLUMNS)).to_csv(index=False), folder / "index.html": page}
+    )

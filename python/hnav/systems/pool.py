@@ -1,0 +1,83 @@
+"""Many jobs at once: processes of this machine, or those of a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Any, TypeVar
+
+from hnav.io.outputs import OutputError
+from hnav.systems.structure import refuse
+
+Job = TypeVar("Job")
+Answer = TypeVar("Answer")
+
+
+def no_end() -> None:
+    """Of work that leaves nothing behind in its process."""
+
+
+def results(
+    work: Sequence[tuple[int, Job]], call: Callable[[Job], Answer], failed: Callable[[Job, str], Answer], workers: int = 1,
+    scheduler: str | None = None, end: Callable[[], None] = no_end,
+) -> Iterator[tuple[int, Answer, bool]]:  # fmt: skip
+    """Number of the job, its answer and whether it came to an end of its own, as they get finished.
+
+    workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. failed: the answer of a job whose
+    worker died. end: called in every process when all is done. Raises HnavError if Dask is missing or the scheduler does not answer, and
+    OutputError when a disk is full.
+    """
+    if workers < 1:
+        refuse(f"workers = {workers}: at least 1 is needed", "workers")
+    if not work or (workers == 1 and scheduler is None):
+        try:
+            yield from ((i, call(job), True) for i, job in work)
+        finally:
+            end()
+        return
+    with _client(workers, scheduler) as client, _ending(client, end):
+        from distributed import as_completed
+
+        # Keys by number: equal jobs are runs of their own.
+        futures = {client.submit(call, job, key=f"run-{i}-{id(work)}", pure=False): (i, job) for i, job in work}
+        for future in as_completed(futures):
+            i, job = futures.pop(future)
+            try:
+                answer, finished = future.result(), True
+            except OutputError:
+                raise
+            except Exception as error:  # a worker that died takes its run along, not the others
+                answer, finished = failed(job, f"{type(error).__name__}: {error}"), False
+            yield i, answer, finished
+
+
+@contextmanager
+def _ending(client: Any, end: Callable[[], None]) -> Iterator[None]:
+    """At the end workers that live on keep nothing of this command."""
+    try:
+        yield
+    finally:
+        client.run(end, on_error="ignore")
+
+
+@contextmanager
+def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
+    """Dask's client of a cluster of this machine or of the one at the address. Raises HnavError."""
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        refuse("many workers need Dask: python -m pip install distributed (the extra 'montecarlo')")
+    with ExitStack() as closed:
+        try:
+            # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
+            # workers say when they are sent home concerns nobody.
+            where = scheduler or closed.enter_context(
+                LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
+                )
+            )
+            client = closed.enter_context(Client(where, timeout="10s"))
+        except (OSError, TimeoutError, ValueError) as error:
+            refuse(f"scheduler {scheduler or 'of this machine'}: {error}")
+        yield client
